@@ -39,6 +39,8 @@ PACKAGES = ("physics", "measurements", "residuals", "discovery")
 RUNS = {"A_1": ("A_2",), "B_2": ("B_4", "G_2"), "C_1": ("C_2",), "D_1": ("D_2", "D_3"), "D_2": ("D_1", "D_3")}
 """Runs that are trained on, and those that judge. Those of B and D differ in their hull's geometry, those of B and G in
 the simulator's hydrodynamics: what is learnt of one need not hold for the other."""
+BASES = ("calibrated", "corrected")
+"""What networks are put beside: the vehicle calibrated on the run, and that with the effects that were found on it."""
 MOST, HORIZON = 0.03, 10.0
 """By how much a hybrid may be worse than its base, and the length of the rollouts [s]."""
 
@@ -55,12 +57,14 @@ def bases(folder: Path, run: str) -> dict[str, Vehicle]:
     return {"calibrated": fit(inputs, progress=None).vehicle, "corrected": corrected}
 
 
-def judged(folder: Path, run: str, networks: Sequence[str], seeds: range, kept: Path) -> list[dict[str, Any]]:
+def judged(
+    folder: Path, run: str, networks: Sequence[str], seeds: range, kept: Path, beside: Sequence[str] = BASES
+) -> list[dict[str, Any]]:
     """Errors beside both bases on the held-out end of a run and on the runs that judge it."""
     made_by = fingerprint(PACKAGES)
     told = json.loads(kept.read_text("utf-8")) if kept.is_file() else {}
     records: dict[str, dict[str, Any]] = told.get("records", {}) if told.get("source") == made_by else {}
-    wanted = {f"{b} {n} {s}": (b, n, s) for b in ("calibrated", "corrected") for n in networks for s in seeds}
+    wanted = {f"{b} {n} {s}": (b, n, s) for b in beside for n in networks for s in seeds}
     missing = {key: words for key, words in wanted.items() if key not in records}
     if missing:
         inputs = read_inputs(folder / f"{run}.csv.gz", folder / "vehicle_linear.yaml", progress=None)
@@ -76,8 +80,9 @@ def judged(folder: Path, run: str, networks: Sequence[str], seeds: range, kept: 
         }
     for key, (base, network, seed) in missing.items():
         settings = TrainingSettings(seed=seed)
-        model = train(inputs.parts.split, vehicles[base], Choice(network), settings=settings).model
-        errors = {"fading": {name: position(model, part) for name, part in data.items()}}
+        found = train(inputs.parts.split, vehicles[base], Choice(network), settings=settings)
+        model = found.model
+        errors: dict[str, Any] = {"fading": {name: position(model, part) for name, part in data.items()}}
         far = {
             name: float((np.concatenate([model.beyond(m) for m in part.motions]) > settings.fade).mean())
             for name, part in data.items()
@@ -85,7 +90,7 @@ def judged(folder: Path, run: str, networks: Sequence[str], seeds: range, kept: 
         model.network.fade_beyond(None)
         errors["whole"] = {name: position(model, part) for name, part in data.items()}
         records[key] = {"run": run, "base": base, "network": network, "seed": seed, "far": far} | errors
-        records[key]["alone"] = alone[base]
+        records[key] |= {"alone": alone[base], "share": found.share}
         kept.parent.mkdir(parents=True, exist_ok=True)
         write_json(kept, {"source": made_by, "records": records})
         print(f"{run}: {key}: done", file=sys.stderr, flush=True)
@@ -94,8 +99,10 @@ def judged(folder: Path, run: str, networks: Sequence[str], seeds: range, kept: 
 
 def table(records: Sequence[dict[str, Any]]) -> tuple[list[str], float]:
     """A line for each base, network and run, and by how much the worst beside a corrected model is worse."""
-    head = "| base | network | trained on | judged on | base alone [m] | never fades | fades | nothing is left |"
-    lines, worst = [head, "| --- | --- | --- | --- | ---: | ---: | ---: | ---: |"], -np.inf
+    head = (
+        "| base | network | trained on | judged on | base alone [m] | never fades | fades | nothing left | share kept |"
+    )
+    lines, worst = [head, "| --- | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |"], -np.inf
     groups = list(dict.fromkeys((r["base"], r["network"], r["run"]) for r in records))
     for base, network, run in groups:
         mine = [r for r in records if (r["base"], r["network"], r["run"]) == (base, network, run)]
@@ -103,7 +110,8 @@ def table(records: Sequence[dict[str, Any]]) -> tuple[list[str], float]:
             change = {k: np.array([r[k][name] / alone - 1.0 for r in mine]) for k in ("whole", "fading")}
             cells = [f"{100 * v.mean():+.1f} % ({100 * v.min():+.0f} to {100 * v.max():+.0f})" for v in change.values()]
             far = np.mean([r["far"][name] for r in mine])
-            lines.append(f"| {base} | {network} | {run} | {name} | {alone:.4f} | {' | '.join(cells)} | {far:.0%} |")
+            cells += [f"{far:.0%}", f"{np.mean([r['share'] for r in mine]):.2f}"]
+            lines.append(f"| {base} | {network} | {run} | {name} | {alone:.4f} | {' | '.join(cells)} |")
             if base == "corrected" and "(end)" not in name:
                 worst = max(worst, float(change["fading"].mean()))
     return lines, worst
@@ -115,6 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("gazebo", type=Path, help="folder of the Gazebo logs A_1.csv.gz ... and vehicle_linear.yaml")
     parser.add_argument("--only", action="append", choices=RUNS, help="a run to train on; may be repeated")
     parser.add_argument("--network", action="append", help="may be repeated; default: lstm and tcn")
+    parser.add_argument("--base", action="append", choices=BASES, help="may be repeated; default: both")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--first", type=int, default=0, help="first seed; from 100 on for tuning")
     parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "fading", help="where results are kept")
@@ -123,7 +132,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     records = [
         record
         for run in given.only or RUNS
-        for record in judged(given.gazebo, run, given.network or ["lstm", "tcn"], seeds, given.folder / f"{run}.json")
+        for record in judged(
+            given.gazebo,
+            run,
+            given.network or ["lstm", "tcn"],
+            seeds,
+            given.folder / f"{run}.json",
+            given.base or BASES,
+        )
     ]
     lines, worst = table(records)
     print("\n".join(lines))

@@ -2,8 +2,8 @@
 
 Both see the same inputs along one Gazebo run, beside the vehicle that was calibrated on it, and are judged one step
 ahead on another run: on the rows inside the box of the training inputs, and beyond it. The trees (scikit-learn's
-HistGradientBoostingRegressor as it is, an axis each) are fitted to the filtered target row by row. The perceptrons do
-not fade, and one of them takes a step for each window in the place of one for sixteen. It takes a minute.
+HistGradientBoostingRegressor as it is, an axis each) are fitted to the filtered target row by row; beside them stand
+the trees that `train --residual trees` keeps. Those and the perceptron neither fade nor shrink. It takes a minute.
 
     python benchmarks/tabular.py GAZEBO [--only B_2] [--seed 100]
 """
@@ -60,9 +60,10 @@ def learners(vehicle: Vehicle, split: Split, seed: int) -> dict[str, Says]:
             [tree.predict(network_inputs(vehicle, motion, heading=False)) for tree in trees]
         ),
     }
-    for name, batch in (("MLP", 16), ("MLP, a step a window", 1)):
-        settings = TrainingSettings(seed=seed, fade=0.0, batch=batch)
-        found[name] = train(split, vehicle, Choice("mlp"), settings=settings).model.correction
+    for name, network in (("trees of ours", "trees"), ("MLP", "mlp")):
+        model = train(split, vehicle, Choice(network), settings=TrainingSettings(seed=seed, shrink=False)).model
+        model.network.fade_beyond(None)
+        found[name] = model.correction
     return found
 
 

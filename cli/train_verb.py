@@ -26,7 +26,7 @@ def train(
     vehicle: VehicleOption,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the network to write.")],
     residual: Annotated[
-        str, typer.Option("--residual", help="Network: mlp, lstm, tcn, transformer or dissipative.")
+        str, typer.Option("--residual", help="Network: mlp, lstm, tcn, transformer, dissipative or trees.")
     ] = "lstm",
     pure: Annotated[
         bool, typer.Option("--pure", help="Learn all of the motion, without the vehicle's physics.")
@@ -35,7 +35,7 @@ def train(
     option: Annotated[
         list[str] | None, typer.Option("--option", metavar="NAME=VALUE", help="Of the network, such as units=64.")
     ] = None,
-    epochs: Annotated[int | None, typer.Option("--epochs", help="Most epochs to train (300 when not given).")] = None,
+    epochs: Annotated[int | None, typer.Option("--epochs", help="Most epochs to train (150 when not given).")] = None,
     seed: SeedOption = 0,
     device: Annotated[str, typer.Option("--device", help="auto, cpu or cuda.")] = "auto",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted training in the folder.")] = False,

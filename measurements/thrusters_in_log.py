@@ -265,7 +265,7 @@ def drag_at_speed(
 ) -> float | None:
     """Linear drag per newton of full thrust that balances thrust in the log's fastest rows, positive; or None.
 
-    None, too, where thrusters as they are read hardly push there: one is turned round, or something else moves the hull.
+    None, too, where thrusters as they are read hardly push there: one is turned round, or something else moves it.
 
     Parameters
     ----------

@@ -88,6 +88,8 @@ class TrainRun:
         ]
         if found.best_epoch == 0:
             told.append("No epoch was better than the vehicle alone, so the network is as it began.")
+        elif found.share < 1.0:
+            told.append(_in_words(found.share))
         told += self._beyond()
         if found.lawful:
             told.append("It keeps every law that 'undertow check' asks over these logs.")
@@ -143,6 +145,16 @@ def _broken_laws(model: ComparedModel) -> list[str]:
     if not broken:
         return []
     return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]
+
+
+def _in_words(share: float) -> str:
+    """How much of a correction holds where it was not trained."""
+    if share == 0.0:
+        return (
+            "Nothing learnt that holds: on the validation part no share of the correction predicts better than the "
+            "vehicle alone, so it is taken away. Use the vehicle as it is, or train on more varied logs."
+        )
+    return f"On the validation part {percent(share)} of the correction predicts best, so the rest is taken away."
 
 
 def _price_of_the_law(found: "Trained") -> list[str]:
@@ -201,8 +213,8 @@ def train(
     Parameters
     ----------
     inputs : logs and nominal vehicle, see `read_inputs`
-    choice : the network (mlp, lstm, tcn, transformer, dissipative), its options, whether it learns all of the motion
-        without the vehicle's physics, and whether it sees the heading; None for an LSTM beside the physics
+    choice : the network (mlp, lstm, tcn, transformer, dissipative, trees), its options, whether it learns all of the
+        motion without the vehicle's physics, and whether it sees the heading; None for an LSTM beside the physics
     settings : of the recipe
     out : folder for the network, and for the checkpoint of a training under way; None writes nothing
     resume : go on with the training that was interrupted in `out`

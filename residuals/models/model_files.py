@@ -42,7 +42,7 @@ DISTILLATION = "distillation.json"
 """What a network's folder says of its correction; it goes when another network takes the folder."""
 NETWORK_FILES = (SETTINGS, WEIGHTS, CHECKPOINT, DISTILLATION)
 """What a network's folder, or that of a training under way, may hold."""
-_BEGINNINGS = {CHECKPOINT: b"undertow.checkpoint/2", DISTILLATION: b'"schema": "undertow.distillation/1"'}
+_BEGINNINGS = {CHECKPOINT: b"undertow.checkpoint/3", DISTILLATION: b'"schema": "undertow.distillation/1"'}
 _HEAD = 300
 """Bytes at the beginning of a file in which its schema stands [B]."""
 _MOST_WEIGHTS = 2**29

@@ -6,7 +6,7 @@ memory of the call before goes on exactly where that one ended, whether it takes
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -55,12 +55,15 @@ class Network(nn.Module, ABC):
     Attributes
     ----------
     name : how the command line and the files call it
+    ends : layers to whose weights and biases the correction is proportional, and by which power of a share of it they
+        shrink
     scaling : physical constants
     options : what it was built with, by name
     fade : of its correction beyond its training; None for one that does not fade
     """
 
     name: ClassVar[str]
+    ends: ClassVar[Mapping[str, float]] = {"head": 1.0}
     fade: Fade | None
 
     def __init__(self, scaling: Scaling, options: dict[str, int | float]) -> None:
@@ -84,6 +87,13 @@ class Network(nn.Module, ABC):
         """Let the correction fade beyond what training has seen of velocities and thrusts; None: let it not fade."""
         like = self.get_buffer("input_mean")
         self.fade = None if reach is None else Fade(reach, 3 + self.scaling.drives).to(like)
+
+    @torch.no_grad()
+    def shrink(self, share: float) -> None:
+        """Let the correction be this share of itself from here on."""
+        for name, power in self.ends.items():
+            for parameter in self.get_submodule(name).parameters():
+                parameter.mul_(share**power)
 
     def forward(self, inputs: Tensor, memory: Memory | None = None) -> tuple[Tensor, Memory]:
         """Correction of the acceleration along rows of inputs.

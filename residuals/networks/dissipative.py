@@ -1,5 +1,6 @@
 """A correction that cannot create energy: the force -(L L^T + S) nu_r with S skew-symmetric, and a bounded drive."""
 
+from collections.abc import Mapping
 from typing import ClassVar, final
 
 import numpy as np
@@ -27,6 +28,8 @@ class Dissipative(Network):
     """
 
     name: ClassVar[str] = "dissipative"
+    ends: ClassVar[Mapping[str, float]] = {"factor": 0.5, "skew": 1.0, "drive": 1.0}
+    """L counts by its square; of the drive, which tanh bounds, it holds to first order."""
 
     def __init__(self, scaling: Scaling, *, units: int = 128, layers: int = 1, gain: float = 0.5) -> None:
         super().__init__(scaling, {"units": units, "layers": layers, "gain": gain})

@@ -47,7 +47,16 @@ def sister_targets(
     rng = np.random.default_rng([settings.seed, 12])
     hulls = [random_hull(vehicle, rng, spread) for _ in range(SISTERS)]
     cuts = [
-        windows_of(data, hull, pure=False, heading=heading, seconds=settings.window, warm_up=warm_up) for hull in hulls
+        windows_of(
+            data,
+            hull,
+            pure=False,
+            heading=heading,
+            seconds=settings.window,
+            warm_up=warm_up,
+            overlap=settings.overlap,
+        )
+        for hull in hulls
     ]
     targets = np.stack([c.target for c in cuts])
     return targets - targets.mean(axis=0) + target

@@ -17,7 +17,7 @@ from ...physics.reading import parse_json
 from ..models.neural import CHECKPOINT
 from .history import Epoch
 
-SCHEMA = "undertow.checkpoint/2"
+SCHEMA = "undertow.checkpoint/3"
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,8 @@ class Checkpoint:
 
     Attributes
     ----------
-    weights, kept : of the last epoch by name, and of the best ones so far by `number/name`
+    weights, averaged : of the last epoch by name, and their average
+    kept : those of the best epochs so far by `number/name`
     moments : state of Adam by parameter number and name
     draw : state of the random generator
     history : of the epochs
@@ -35,6 +36,7 @@ class Checkpoint:
     """
 
     weights: Mapping[str, Tensor]
+    averaged: Mapping[str, Tensor]
     kept: Mapping[str, Tensor]
     moments: Mapping[int, Mapping[str, Tensor]]
     draw: Tensor
@@ -52,6 +54,7 @@ def write_checkpoint(folder: Path, state: Checkpoint) -> None:
         when the folder is not writable; an older checkpoint is then untouched.
     """
     tensors = {f"weights/{name}": value for name, value in state.weights.items()}
+    tensors |= {f"averaged/{name}": value for name, value in state.averaged.items()}
     tensors |= {f"kept/{name}": value for name, value in state.kept.items()}
     tensors |= {f"adam/{k}/{name}": value for k, row in state.moments.items() for name, value in row.items()}
     tensors["draw"] = state.draw
@@ -65,7 +68,7 @@ def write_checkpoint(folder: Path, state: Checkpoint) -> None:
     write_bytes(folder / CHECKPOINT, save(plain, {"undertow": json.dumps(said, allow_nan=False)}))
 
 
-FREE = ("epochs", "patience", "learning_rate", "schedule", "clip", "fade", "decline")
+FREE = ("epochs", "patience", "learning_rate", "schedule", "clip", "decline", "shrink")
 """Settings that may change when a training goes on: it is then longer, or more careful, and not another one."""
 
 
@@ -95,8 +98,8 @@ def read_checkpoint(folder: Path, recipe: Mapping[str, object]) -> Checkpoint | 
             number, _, label = name.partition("/")
             moments.setdefault(int(number), {})[label] = value
         history = [Epoch(**row) for row in said["history"]]
-        weights, kept = _under(tensors, "weights"), _under(tensors, "kept")
-        return Checkpoint(weights, kept, moments, tensors["draw"], history, said["seconds"], said["recipe"])
+        weights, averaged, kept = (_under(tensors, head) for head in ("weights", "averaged", "kept"))
+        return Checkpoint(weights, averaged, kept, moments, tensors["draw"], history, said["seconds"], said["recipe"])
     except RequestError:
         raise
     except (OSError, SafetensorError, ValueError, KeyError, TypeError, AttributeError) as error:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from copy import deepcopy
 from dataclasses import asdict, dataclass
 from math import cos, isfinite, pi
 from pathlib import Path
@@ -9,6 +10,7 @@ from time import perf_counter
 
 import torch
 
+from ...measurements.preparation.dataset import DataSet
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.vehicle import Vehicle
@@ -16,11 +18,19 @@ from ..models.network_model import NetworkModel
 from ..models.neural import CHECKPOINT
 from ..models.threads import one_thread
 from ..networks.base import Network
+from ..networks.trees import Trees
 from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
+from .growing import grow
 from .history import Epoch, best_epochs, stale
+from .holding import rollout_ratio, share_that_holds
 from .losses import Objective
 from .preparation import Prepared, prepare_training
 from .training_settings import Choice, TrainingSettings
+
+_FOLLOWED = 0.1
+"""Epochs of the first, in which the average follows the weights more closely: a start of zeros is soon forgotten."""
+_STEPS = 16
+"""Least steps of an epoch: with three, as four minutes in batches of 16 give, no epoch gets far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +42,7 @@ class Trained:
     model : with the weights of the best epoch
     epochs : the history
     best_epoch : the one whose weights were kept: the best that the auditor passed, or the best where it passed none
+    share : of its correction that holds in rollouts of the validation part, see `holding`; the rest is taken away
     lawful : what the auditor says of those weights; None where there was no auditor
     violating : share of the states without thrust and with it at which they break the laws, in the sample of training
     stopped : why training ended
@@ -41,6 +52,7 @@ class Trained:
     model: NetworkModel
     epochs: tuple[Epoch, ...]
     best_epoch: int
+    share: float
     lawful: bool | None
     violating: float
     stopped: str
@@ -51,6 +63,7 @@ class Trained:
         return {
             "settings": self.settings.to_dict(),
             "best_epoch": self.best_epoch,
+            "share": self.share,
             "lawful": self.lawful,
             "violating": self.violating,
             "stopped": self.stopped,
@@ -102,7 +115,6 @@ def train(
             if progress is not None:
                 progress(run.history[-1])
         network = prepared.network.cpu()
-        network.fade_beyond(prepared.reach)  # in training nothing fades, so its windows lose nothing
         model = NetworkModel(
             vehicle,
             network,
@@ -110,9 +122,9 @@ def train(
             pure=choice.pure,
             seconds_to_fit=perf_counter() - run.begun,
         )
-        kept, lawful = run.choose(model, auditor)
+        kept, share, lawful = run.choose(model, auditor, split.validation)
     best = next(epoch for epoch in run.history if epoch.number == kept)
-    return Trained(model, tuple(run.history), kept, lawful, best.violating, why, chosen)
+    return Trained(model, tuple(run.history), kept, share, lawful, best.violating, why, chosen)
 
 
 def one_pass(
@@ -121,20 +133,31 @@ def one_pass(
     optimiser: torch.optim.Optimizer,
     settings: TrainingSettings,
     draw: torch.Generator,
+    average: Callable[[], None] | None = None,
 ) -> float:
-    """One epoch of steps over all windows in random order; the mean loss of its batches."""
+    """One epoch of steps over all windows in random order; the mean loss of its batches.
+
+    `average` is called after each step.
+    """
     device = objective.inputs.device
     order = torch.randperm(objective.count, generator=draw).to(device)
     parameters = list(network.parameters())
     losses = []
-    for index in order.split(settings.batch):
+    for index in order.split(_batch(objective.count, settings)):
         optimiser.zero_grad()
         loss = objective(network, index, draw)
         loss.backward()
         torch.nn.utils.clip_grad_norm_(parameters, settings.clip)
         optimiser.step()
+        if average is not None:
+            average()
         losses.append(loss.detach())
     return float(torch.stack(losses).mean())
+
+
+def _batch(windows: int, settings: TrainingSettings) -> int:
+    """Windows a step: of few windows so few that an epoch still has its steps."""
+    return max(1, min(settings.batch, windows // _STEPS))
 
 
 class _Run:
@@ -143,6 +166,8 @@ class _Run:
     def __init__(self, prepared: Prepared, settings: TrainingSettings, folder: Path | None, begun: float) -> None:
         self.prepared, self.settings, self.folder, self.begun = prepared, settings, folder, begun
         self.network = prepared.network
+        self.grows = isinstance(prepared.network, Trees)
+        self.averaged = deepcopy(prepared.network) if self._averages else prepared.network
         self.optimiser = torch.optim.AdamW(
             self.network.parameters(), settings.learning_rate, weight_decay=settings.weight_decay
         )
@@ -168,6 +193,7 @@ class _Run:
                 self._judge(None)
             return
         self.network.load_state_dict(found.weights)
+        self.averaged.load_state_dict(found.averaged)
         device = next(self.network.parameters()).device
         groups = self.optimiser.state_dict()["param_groups"]
         self.optimiser.load_state_dict({"state": dict(found.moments), "param_groups": groups})
@@ -177,11 +203,17 @@ class _Run:
         self.begun -= found.seconds
 
     @property
+    def _averages(self) -> bool:
+        return self.settings.averaging > 0.0 and not self.grows
+
+    @property
     def _next(self) -> int:
         return self.history[-1].number + 1 if self.history else 1
 
     def finished(self) -> str:
         """Why training ends here; empty while it goes on."""
+        if self.grows and self._next > 1:
+            return "all trees are grown"
         if stale(self.history) >= self.settings.patience:
             return f"no better validation error for {self.settings.patience} epochs"
         if self._next > self.settings.epochs:
@@ -190,15 +222,14 @@ class _Run:
 
     def epoch(self) -> None:
         """One more epoch, judged and written."""
-        for group in self.optimiser.param_groups:
-            group["lr"] = _rate(self.settings, self._next)
-        loss = one_pass(self.network, self.prepared.objective, self.optimiser, self.settings, self.draw)
-        self._judge(loss)
+        network, prepared = self.network, self.prepared
+        self._judge(grow(network, prepared.table, self.settings.seed) if isinstance(network, Trees) else self._pass())
         if self.folder is not None:
             write_checkpoint(
                 self.folder,
                 Checkpoint(
                     self.network.state_dict(),
+                    self.averaged.state_dict(),
                     self.kept,
                     self.optimiser.state_dict()["state"],
                     self.draw.get_state(),
@@ -208,15 +239,55 @@ class _Run:
                 ),
             )
 
-    def choose(self, model: NetworkModel, auditor: Callable[[NetworkModel], bool] | None) -> tuple[int, bool | None]:
-        """Load the best weights that the auditor passes into a model, or the best; their epoch, and what it said."""
-        best = best_epochs(self.history)
+    def _pass(self) -> float:
+        """Steps over all windows; their mean loss."""
+        for group in self.optimiser.param_groups:
+            group["lr"] = _rate(self.settings, self._next)
+        average = self._average if self._averages else None
+        return one_pass(self.network, self.prepared.objective, self.optimiser, self.settings, self.draw, average)
+
+    @torch.no_grad()
+    def _average(self) -> None:
+        """Move the average towards the weights; in the first epochs it follows them more closely."""
+        share = min(self.settings.averaging, self._next / (self._next + _FOLLOWED))
+        for mean, now in zip(self.averaged.parameters(), self.network.parameters(), strict=True):
+            mean.lerp_(now, 1.0 - share)
+
+    def choose(
+        self, model: NetworkModel, auditor: Callable[[NetworkModel], bool] | None, held_out: DataSet
+    ) -> tuple[int, float, bool | None]:
+        """Load the best weights that the auditor passes into a model, or the best, as far as they hold.
+
+        The best are those of the least error, of one step and of rollouts alike.
+
+        Returns
+        -------
+        (epoch, share, lawful)
+            of which the weights are, how much of the correction is left, and what the auditor said
+        """
+        best = self._ranked(model, held_out)
         for number in best if auditor is not None else []:
-            self._load(model, number)
+            share = self._shrunk(model, number, held_out)
             if auditor is not None and auditor(model):
-                return number, True
-        self._load(model, best[0])
-        return best[0], None if auditor is None else False
+                return number, share, True
+        return best[0], self._shrunk(model, best[0], held_out), None if auditor is None else False
+
+    def _ranked(self, model: NetworkModel, held_out: DataSet) -> list[int]:
+        """The best epochs, those of the least product of both errors first, and those that break the laws last."""
+        told = {epoch.number: epoch for epoch in self.history}
+
+        def error(number: int) -> tuple[bool, float]:
+            self._load(model, number)
+            return told[number].violating > 0.0, told[number].rmse * rollout_ratio(model, held_out)
+
+        return sorted(best_epochs(self.history), key=error)
+
+    def _shrunk(self, model: NetworkModel, number: int, held_out: DataSet) -> float:
+        """Load the weights of an epoch, as far as they hold; the share that does."""
+        self._load(model, number)
+        share = share_that_holds(model, held_out) if self.settings.shrink else 1.0
+        model.network.shrink(share)
+        return share
 
     def _load(self, model: NetworkModel, number: int) -> None:
         head = f"{number}/"
@@ -225,13 +296,13 @@ class _Run:
 
     def _judge(self, loss: float | None) -> None:
         number, judge = 0 if loss is None else self._next, self.prepared.judge
-        rmse = judge.error(self.network) if loss is None or isfinite(loss) else float("nan")
+        rmse = judge.error(self.averaged) if loss is None or isfinite(loss) else float("nan")
         if not isfinite(rmse):
             raise RequestError(self._not_finite(number, loss))
-        self.history.append(Epoch(number, loss, rmse, judge.violating(self.network)))
+        self.history.append(Epoch(number, loss, rmse, judge.violating(self.averaged)))
         best = best_epochs(self.history)
         if number in best:
-            self.kept |= {f"{number}/{name}": x for name, x in cloned(self.network.state_dict()).items()}
+            self.kept |= {f"{number}/{name}": x for name, x in cloned(self.averaged.state_dict()).items()}
         self.kept = {label: x for label, x in self.kept.items() if int(label.partition("/")[0]) in best}
 
     def _not_finite(self, number: int, loss: float | None) -> str:

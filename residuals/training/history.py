@@ -16,7 +16,7 @@ class Epoch:
     ----------
     number : 0 is a hybrid before the first step, which is the vehicle alone
     loss : mean over the batches; None for number 0
-    rmse : error of the acceleration on the validation part, each axis in units of its measured acceleration in training
+    rmse : error of the acceleration on the validation part, each axis in units of what is to be learnt in training
     violating : share of the states at which the laws are broken, see `validation.Judge`
     """
 

@@ -73,7 +73,7 @@ class Objective:
         if self.augmenter is not None:
             inputs, target = self.augmenter(inputs, target, index, draw)
         said, _ = network(inputs)
-        loss = settings.lambda_data * ((self.filter @ said - target) / unit).square().mean()
+        loss = settings.lambda_data * robust((self.filter @ said - target) / unit, settings.huber).mean()
         if settings.lambda_smooth:
             loss = loss + settings.lambda_smooth * (said.diff(dim=1) / unit).square().mean()
         if settings.lambda_phys:
@@ -103,3 +103,11 @@ class Objective:
         rolled = self.shooter.velocities(network, inputs[:, rows], states, forcing, warm)
         error = (rolled - states[:, warm + 1 :, 1:4]) / (self.unit * steps * self.time_step)
         return error.square().mean()
+
+
+def robust(error: Tensor, huber: float) -> Tensor:
+    """The square of errors up to `huber`, and a line of the same slope beyond it (Huber 1964); all squares if 0."""
+    if not huber:
+        return error.square()
+    size = error.abs()
+    return torch.where(size <= huber, error.square(), huber * (2.0 * size - huber))

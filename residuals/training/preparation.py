@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from ...measurements.preparation.dataset import DataSet
 from ...measurements.preparation.derive import accelerations
 from ...measurements.preparation.split import Split
 from ...measurements.preparation.standardisation import Standardisation
@@ -26,7 +27,7 @@ from .augment import Augmenter, seen_noise, sister_targets
 from .losses import Objective
 from .training_settings import Choice, TrainingSettings
 from .validation import Judge
-from .windows import Windows, filter_taps, windows_of
+from .windows import Windows, filter_taps, target_acceleration, windows_of
 
 WARM_UP = 2.0
 """Rows at the start of a window on which a network with memory is not judged [s]."""
@@ -43,10 +44,11 @@ class Prepared:
 
     Attributes
     ----------
-    network : on its device, with fresh weights
+    network : on its device, with fresh weights; of a hybrid it fades beyond the training part already, so that each
+        epoch is judged as the network will be used
     objective, judge : loss of a batch, and verdict on an epoch
     pure : whether the network stands in the place of the physics
-    reach : of the training, beyond which the correction fades; None for one that does not
+    table : standardised inputs (rows, inputs) and target (rows, 3) in units of the output, of all training rows
     time_step : of the rows [s]
     recipe : all that the result depends on, as plain data
     """
@@ -55,7 +57,7 @@ class Prepared:
     objective: Objective
     judge: Judge
     pure: bool
-    reach: Reach | None
+    table: tuple[Array, Array]
     time_step: float
     recipe: dict[str, object]
 
@@ -77,15 +79,15 @@ def prepare_training(
     remembers = _remembers(choice)
     warm_up = WARM_UP if remembers else 0.0
     chosen = {"pure": choice.pure, "heading": choice.heading}
-    windows = windows_of(split.train, vehicle, **chosen, seconds=settings.window, warm_up=warm_up)
+    windows = windows_of(
+        split.train, vehicle, **chosen, seconds=settings.window, warm_up=warm_up, overlap=settings.overlap
+    )
     sisters = sister_targets(split.train, vehicle, settings, windows.target, **chosen, warm_up=warm_up)
     _check_rollouts(settings, windows)
     motions = split.train.motions
     seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
-    unit = _unit(motions)
-    scaling = scaling_of(
-        vehicle, Standardisation.of(input_names(vehicle, choice.heading), seen), _target_scale(windows, unit)
-    )
+    unit = _unit(windows, motions)
+    scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, choice.heading), seen), unit)
     network = build(choice.network, scaling, choice.options).to(device)
     like = next(network.parameters())
 
@@ -129,11 +131,16 @@ def prepare_training(
         "data": _digest(windows.inputs, windows.target, windows.states, *judge.targets),
         "vehicle": vehicle.digest,
     }
-    reach = None
+    table = _table(split.train, vehicle, choice, scaling)
     if settings.fade and not choice.pure:  # where a pure network says nothing, no force at all is left
-        known = (network_inputs(vehicle, motion, choice.heading) for motion in (*motions, *split.validation.motions))
-        reach = Reach.of(scaling.inputs.apply(np.concatenate([*known]))[:, : 3 + scaling.drives], settings.fade)
-    return Prepared(network, objective, judge, choice.pure, reach, windows.time_step, recipe)
+        network.fade_beyond(Reach.of(table[0][:, : 3 + scaling.drives], settings.fade))
+    return Prepared(network, objective, judge, choice.pure, table, windows.time_step, recipe)
+
+
+def _table(data: DataSet, vehicle: Vehicle, choice: Choice, scaling: Scaling) -> tuple[Array, Array]:
+    seen = np.concatenate([network_inputs(vehicle, motion, choice.heading) for motion in data.motions])
+    target = np.concatenate([target_acceleration(vehicle, motion, data, choice.pure) for motion in data.motions])
+    return scaling.inputs.apply(seen), target / scaling.output
 
 
 def _remembers(choice: Choice) -> bool:
@@ -145,19 +152,16 @@ def _remembers(choice: Choice) -> bool:
         return bool(build(choice.network, scaling, choice.options)(torch.zeros(1, 1, 4))[1])
 
 
-def _unit(motions: tuple[Motion, ...]) -> Array:
-    """Root mean square of the measured acceleration (3,), in which errors are counted on each axis.
+def _unit(windows: Windows, motions: tuple[Motion, ...]) -> Array:
+    """Root mean square of what is to be explained (3,), the unit of errors and the size of the output on each axis.
 
-    In units of what is to be explained, an axis on which there is nothing but noise would weigh as much as any other.
+    At least a thousandth of that of the measured acceleration. In units of the measured acceleration an axis on which
+    the vehicle is nearly right would not be learnt at all.
     """
-    measured = np.concatenate([accelerations(motion) for motion in motions])
-    return np.sqrt((measured**2).mean(axis=0)) + 1e-9
-
-
-def _target_scale(windows: Windows, unit: Array) -> Array:
-    """Root mean square of what is to be explained (3,), the size of the output; at least a thousandth of the unit."""
-    target = windows.target[:, windows.compared].reshape(-1, 3)
-    return np.maximum(np.sqrt((target**2).mean(axis=0)), 1e-3 * unit)
+    target, measured = windows.target[:, windows.compared].reshape(-1, 3), [accelerations(m) for m in motions]
+    sizes = (np.sqrt((x**2).mean(axis=0)) for x in (target, np.concatenate(measured)))
+    left, whole = sizes
+    return np.maximum(left, 1e-3 * whole + 1e-9)
 
 
 def _thinned(motions: tuple[Motion, ...], vehicle: Vehicle) -> Array:

@@ -66,13 +66,17 @@ class TrainingSettings:
     ----------
     epochs : at most
     patience : epochs without a better validation error after which training stops
-    batch : windows a step
+    batch : windows a step at most; of few windows fewer, so that an epoch has 16 steps
     window : length of a window [s]
+    overlap : share of a window that the next one repeats
+    huber : error beyond which the loss grows by its size, not by its square, in the units of the error; 0 for squares.
+        At 2, rare jumps of a force count for little, and on one of Gazebo's tuning runs they are half of the error
+    averaging : share of the average of the weights that each step leaves; judged and kept is that average; 0 for none
     learning_rate : of Adam, at the start
     schedule : "fixed", or "cosine" from the learning rate down to a hundredth of it over `epochs`
     weight_decay : decoupled (Loshchilov and Hutter 2019)
     clip : largest norm of a gradient
-    lambda_data : weight of |acceleration error|^2, each axis in units of its measured acceleration
+    lambda_data : weight of |acceleration error|^2, each axis in units of what the vehicle leaves unexplained
     lambda_phys : weight of |power beyond the laws|^2 in units of the boat's typical power, see `physics.laws.energy`
     lambda_smooth : weight of |change of the correction from row to row|^2, in the units of the error
     lambda_rollout : weight of |velocity error of short rollouts|^2; used where `rollout_rows` is above 0
@@ -84,6 +88,7 @@ class TrainingSettings:
         0 for one that does not fade. Chosen by seed 100 of `benchmarks/fading.py`: beside the corrected model of one
         run hybrids were at most 1 % worse on a harder one at 0.5, 2 % at 0.75, 5 % at 1, 19 % at 1.5
     decline : do not train beside a vehicle whose error is no more than the noise of the sensors (`undertow.train`)
+    shrink : take away what of a hybrid's correction does not hold in rollouts of the validation part
     augmentation : of the training data
     seed : decides the weights at the start, the order of windows and all else that is random
     device : "auto" is a GPU where there is one
@@ -94,12 +99,15 @@ class TrainingSettings:
         when a setting cannot be used.
     """
 
-    epochs: int = 300
-    patience: int = 30
+    epochs: int = 150
+    patience: int = 150
     batch: int = 16
     window: float = 10.0
-    learning_rate: float = 3e-3
-    schedule: Schedule = "fixed"
+    overlap: float = 0.75
+    huber: float = 0.0
+    averaging: float = 0.99
+    learning_rate: float = 1e-2
+    schedule: Schedule = "cosine"
     weight_decay: float = 1e-4
     clip: float = 1.0
     lambda_data: float = 1.0
@@ -110,6 +118,7 @@ class TrainingSettings:
     sensor_noise: float = 1.0
     fade: float = 0.5
     decline: bool = True
+    shrink: bool = True
     augmentation: Augmentation = field(default_factory=Augmentation)
     seed: int = 0
     device: Device = "auto"
@@ -119,15 +128,19 @@ class TrainingSettings:
             value = getattr(self, name)
             if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
                 raise RequestError(f"training: expected a whole number of at least {least} for {name}, got {value!r}")
-        if self.decline not in (False, True):
-            raise RequestError(f"training: expected decline 0 or 1, got {self.decline!r}")
+        for name in ("decline", "shrink"):
+            if getattr(self, name) not in (False, True):
+                raise RequestError(f"training: expected {name} 0 or 1, got {getattr(self, name)!r}")
         for name in ("window", "learning_rate", "clip"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise RequestError(f"training: expected a positive {name}, got {getattr(self, name)!r}")
         weights = ("weight_decay", "lambda_data", "lambda_phys", "lambda_smooth", "lambda_rollout")
-        for name in (*weights, "sensor_noise", "fade"):
+        for name in (*weights, "sensor_noise", "fade", "huber"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise RequestError(f"training: expected {name} of 0 or more, got {getattr(self, name)!r}")
+        for name in ("overlap", "averaging"):
+            if not 0.0 <= getattr(self, name) < 1.0:
+                raise RequestError(f"training: expected {name} of 0 or more and below 1, got {getattr(self, name)!r}")
         for name, known in (("schedule", ("fixed", "cosine")), ("device", ("auto", "cpu", "cuda"))):
             if getattr(self, name) not in known:
                 raise RequestError(f"training: expected {name} {' or '.join(known)}, got {getattr(self, name)!r}")

@@ -93,11 +93,11 @@ def cut(values: Sequence[Array], rows: int, stride: int) -> Array:
 
 
 def windows_of(
-    data: DataSet, vehicle: Vehicle, *, pure: bool, heading: bool, seconds: float, warm_up: float
+    data: DataSet, vehicle: Vehicle, *, pure: bool, heading: bool, seconds: float, warm_up: float, overlap: float = 0.5
 ) -> Windows:
     """Cut the motions of a data set into windows.
 
-    Windows overlap by a half, or by more where each compared row would else not be in one.
+    Windows overlap by a share, or by more where each compared row would else not be in one.
 
     Parameters
     ----------
@@ -106,6 +106,7 @@ def windows_of(
     heading : whether the network sees it
     seconds : length of a window [s]
     warm_up : at the start of a window, where nothing is compared [s]
+    overlap : share of a window that the next one repeats
 
     Raises
     ------
@@ -146,7 +147,7 @@ def windows_of(
     ]
     states = [np.column_stack([m.heading, m.velocity, *memory_states(vehicle, m)]) for m in motions]
     targets = [target_acceleration(vehicle, motion, data, pure) for motion in motions]
-    stride = max(1, min(rows // 2, kept))
+    stride = max(1, min(round((1.0 - overlap) * rows), kept))
     return Windows(
         inputs=cut(seen, rows, stride),
         target=cut(targets, rows, stride),

@@ -61,7 +61,7 @@ def trained(
     torch.manual_seed(seed)
     network = build(name, scaling_of(HULL, constants, np.array([0.11, 0.07, 0.13])), {"units": 8})
     with torch.no_grad():
-        for parameter in network.parameters():
+        for parameter in filter(torch.is_floating_point, network.parameters()):
             parameter.add_(0.1 * torch.randn(parameter.shape))
     if fade:
         network.fade_beyond(Reach.of(constants.apply(columns)[: len(columns) // 2, :5], fade))

@@ -26,7 +26,7 @@ def faded(name: str, fade: float = 0.5, heading: bool = False) -> Network:
     constants = Standardisation(names, np.zeros(len(names)), np.ones(len(names)))
     network = build(name, scaling_of(HULL, constants, np.ones(3))).double()
     with torch.no_grad():
-        for parameter in network.parameters():
+        for parameter in filter(torch.is_floating_point, network.parameters()):  # trees have whole numbers, too
             parameter.copy_(0.3 * torch.randn(parameter.shape, generator=torch.Generator().manual_seed(1)))
     network.fade_beyond(Reach.of(SEEN.reshape(-1, KNOWN), fade))
     return network.eval()

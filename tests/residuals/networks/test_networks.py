@@ -20,7 +20,7 @@ from undertow.residuals.networks.registry import NETWORKS, build, default_option
 HULL = load_vehicle("otter")
 ROWS = 90
 EVERY_NETWORK = pytest.mark.parametrize("name", NETWORKS)
-WITH_MEMORY = pytest.mark.parametrize("name", [n for n in NETWORKS if n not in ("mlp", "dissipative")])
+WITH_MEMORY = pytest.mark.parametrize("name", [n for n in NETWORKS if n not in ("mlp", "dissipative", "trees")])
 
 
 def scaling(heading: bool = False) -> Scaling:
@@ -34,7 +34,7 @@ def randomised(network: Network, seed: int = 0, spread: float = 0.3) -> Network:
     """The network with random numbers in every weight, the quiet head included."""
     generator = torch.Generator().manual_seed(seed)
     with torch.no_grad():
-        for parameter in network.parameters():
+        for parameter in filter(torch.is_floating_point, network.parameters()):  # trees have whole numbers, too
             parameter.copy_(spread * torch.randn(parameter.shape, generator=generator))
     return network.eval()
 
@@ -254,3 +254,18 @@ def test_its_drive_is_bounded_and_reaches_the_bound():
     with torch.no_grad():
         force = network(seen)[0][:, 0].numpy() @ mass_matrix(HULL)
     assert (np.abs(force) <= 1.000001 * gain * most * np.abs(thrust).sum(axis=1, keepdims=True)).all()
+
+
+@EVERY_NETWORK
+def test_a_share_of_a_correction_is_that_share_of_it(name: str):
+    network, seen = made(name), inputs()
+    with torch.no_grad():
+        whole, _ = network(seen)
+        network.shrink(0.25)
+        share, _ = network(seen)
+        network.shrink(0.0)
+        nothing, _ = network(seen)
+    assert not nothing.any()
+    if name != "dissipative":  # a bound on its drive is no share of it
+        assert share.numpy() == pytest.approx(0.25 * whole.numpy(), rel=1e-9)
+    assert (share.abs().mean() < 0.5 * whole.abs().mean()).item()
