@@ -73,7 +73,7 @@ $(RUNS): pyproject.toml constraints.txt
 $(READY): $(RUNS)
 	@rm -f $@
 	@echo "Adding what the tests need (torch, pyright, a browser's driver ...): some minutes"
-	@$(PIP) -e '.[dev,logs,neural,export,app]'
+	@$(PIP) -e '.[dev,all]'
 	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
 	@touch $@
 
@@ -83,11 +83,8 @@ $(SITE): $(READY)
 	@$(PIP) -e '.[docs]'
 	@touch $@
 
-# What CI needs of both, in one go.
-everything: $(RUNS)
-	@$(PIP) -e '.[dev,logs,neural,export,app,docs]'
-	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
-	@touch $(READY) && touch $(SITE)
+# All of it, for who works on undertow.
+everything: $(READY)
 
 clean:
 	rm -rf .venv build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks .coverage
