@@ -102,7 +102,7 @@ def _below(folder: Path) -> list[str]:
         try:
             logs = find_logs([here])[0]
         except LogError as error:
-            told = told or str(error)
+            told = told or error.typed
             continue
         found += logs
         inner[:] = [name for name in inner if str(Path(here, name)) not in logs] if logs != (here,) else []
@@ -173,7 +173,7 @@ def _of_row(path: Path, number: int, row: Mapping[str, str]) -> list[LogSource]:
     try:
         sources = list(_sources(log))
     except LogError as error:
-        raise LogError(f"{path}, row {number}: {error}") from None
+        raise LogError(f"{path}, row {number}: {error.typed}") from None
     return [
         replace(
             source, boat=given.get("boat", source.boat), begins=begins, vehicle=vehicle, notes=given.get("notes", "")

@@ -237,9 +237,9 @@ def _checkpoint(folder: Path) -> Path:
     from undertow.residuals.training.history import Epoch
 
     weights = {"a": torch.zeros(3), "b": torch.ones(2, 2)}
-    kept, moments = ({name: value.clone() for name, value in weights.items()} for _ in range(2))
+    averaged, kept, moments = ({name: value.clone() for name, value in weights.items()} for _ in range(3))
     state = Checkpoint(
-        weights, kept, kept, {0: moments}, torch.get_rng_state(), [Epoch(1, 1.0, 0.5, 0.0)], 2.0, {"data": "x"}
+        weights, averaged, kept, {0: moments}, torch.get_rng_state(), [Epoch(1, 1.0, 0.5, 0.0)], 2.0, {"data": "x"}
     )
     write_checkpoint(folder, state)
     return folder / "checkpoint.safetensors"
