@@ -1,6 +1,6 @@
 """A fleet as one data set: one worker and two, many short logs, a killed worker, rows that stream, honest intervals.
 
-    python benchmarks/fleet.py [--logs 64] [--minutes 20] [--short 500] [--rows 1000000 10000000] [--worlds 40]
+    python benchmarks/fleet.py [--logs 64] [--minutes 60] [--short 500] [--rows 1000000 10000000] [--worlds 40]
 
 Logs are simulated under field noise first, which no figure counts. Rows are those of one long log at 20 Hz that is
 never whole in memory: pieces of 25 minutes, each with noise of its own; their time is that of the processor, and each
@@ -194,7 +194,7 @@ def main() -> int:
     """Measure, print, and say by the exit code whether the limits hold."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--logs", type=int, default=64)
-    parser.add_argument("--minutes", type=float, default=20.0)
+    parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--short", type=int, default=500)
     parser.add_argument("--rows", type=int, nargs="+", default=[1_000_000, 10_000_000, 100_000_000])
     parser.add_argument("--worlds", type=int, default=40)
