@@ -2,20 +2,19 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import torch
 from envelopes import encloses
+from training_parts import HULL, fresh, parts_of
 
 from undertow.comparison.audit import audit, witness_of
 from undertow.measurements.preparation.dataset import PAPER, DataSet
 from undertow.measurements.preparation.derive import low_pass, smooth
 from undertow.measurements.preparation.split import Split, split
-from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
-from undertow.physics.forces import ForceEquation, modelled_acceleration, relative_velocity
+from undertow.physics.forces import ForceEquation, modelled_acceleration
 from undertow.physics.laws.audit.thrust import driven_power
 from undertow.physics.laws.damping_power import Envelope, damping_power, envelope_of
 from undertow.physics.laws.energy import (
@@ -29,37 +28,23 @@ from undertow.physics.laws.energy import (
     thrust_power,
 )
 from undertow.physics.matrices import coriolis_matrix, mass_matrix
-from undertow.physics.motion import Motion
-from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.coasting import Coasting
-from undertow.residuals.models.model_files import load_network, save_network
-from undertow.residuals.models.network_inputs import input_names
-from undertow.residuals.models.network_model import NetworkModel, scaling_of
+from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.models.neural import CHECKPOINT
 from undertow.residuals.networks.base import Network
-from undertow.residuals.networks.registry import NETWORKS, build
+from undertow.residuals.networks.registry import NETWORKS
 from undertow.residuals.scores import acceleration_score, rollout_scores
 from undertow.residuals.training import preparation
 from undertow.residuals.training.epochs import Trained, train
 from undertow.residuals.training.history import Epoch, best_epochs, stale
-from undertow.residuals.training.holding import share_that_holds
-from undertow.residuals.training.losses import robust
-from undertow.residuals.training.rollouts import Forcing, Shooter
 from undertow.residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from undertow.residuals.training.windows import filter_taps, windows_of
 
-HULL = load_vehicle("blueboat")
 BOX = Envelope((-1.0, -0.6, -1.1), (2.2, 0.6, 1.1))
 QUICK = TrainingSettings(epochs=8, learning_rate=1e-2)
-
-
-def parts_of(effects: dict[str, float], seconds: float = 120.0, noise: str = "field", logs: int = 1) -> Split:
-    worlds = [simulate_world(HULL, effects, duration=seconds, noise=noise, seed=k) for k in range(logs)]
-    raw = tuple(replace(world.motion(0.1), source=f"{k}") for k, world in enumerate(worlds))
-    smoothed = tuple(smooth(motion, 1.2) for motion in raw)
-    return split(DataSet(smoothed, (), PAPER, raw))
 
 
 @pytest.fixture(scope="module")
@@ -70,20 +55,6 @@ def dragged() -> Split:
 
 def weights(found: Trained) -> bytes:
     return b"".join(value.numpy().tobytes() for value in found.model.network.state_dict().values())
-
-
-def fresh(name: str, split_: Split, vehicle: Vehicle = HULL, heading: bool = False, seed: int = 0) -> Network:
-    """A network with random weights everywhere, its head included, in double precision."""
-    windows = windows_of(split_.train, vehicle, pure=False, heading=heading, seconds=10.0, warm_up=2.0)
-    seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
-    scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, heading), seen), np.array([0.1, 0.1, 0.2]))
-    with torch.random.fork_rng():
-        torch.manual_seed(seed)
-        network = build(name, scaling, {"units": 8})
-        with torch.no_grad():
-            for parameter in network.parameters():
-                parameter.copy_(0.3 * torch.randn_like(parameter))
-    return network.double()
 
 
 # The laws
@@ -491,85 +462,6 @@ def test_requests_that_cannot_be_met(dragged: Split) -> None:
             train(dragged, HULL, Choice("mlp"), settings=replace(QUICK, device="cuda"))
 
 
-# Rollouts
-
-LIVELY = HULL.with_values(
-    {"current_north": 0.2, "current_east": -0.1, "wind_force_north": 2.0, "memory_sway": 8.0, "memory_yaw": 2.0}
-).with_values({"memory_time": 1.0, "wind_x": 0.1, "wind_y": 0.2, "wind_n": 0.05, "advance_loss": 2.0, "N_uv": 3.0})
-
-
-def shot(network: Network, motion: Motion, vehicle: Vehicle, rows: int, pure: bool = False) -> torch.Tensor:
-    """Velocities of one rollout over the last rows of the first `rows` of a motion, after 20 measured rows."""
-    data = DataSet((motion,), (), replace(PAPER, cutoff=None))
-    heading = network.width > 5
-    windows = windows_of(data, vehicle, pure=pure, heading=heading, seconds=rows * motion.time_step, warm_up=0.0)
-    cut = [torch.as_tensor(x[:1]) for x in (windows.inputs, windows.states, windows.thrust, windows.load, windows.air)]
-    shooter = Shooter(vehicle, pure=pure, time_step=motion.time_step)
-    return shooter.velocities(network, cut[0], cut[1], Forcing(*cut[2:]), 20)
-
-
-@pytest.mark.parametrize(("name", "pure"), [("mlp", False), ("lstm", False), ("lstm", True), ("tcn", False)])
-def test_the_rollouts_of_training_are_those_of_the_model(name: str, pure: bool) -> None:
-    world = simulate_world(LIVELY, {}, duration=20.0, noise="clean", seed=2, wind=(3.0, -2.0)).motion(0.1)
-    parts = split(DataSet((world,), (), replace(PAPER, cutoff=None)))
-    network = fresh(name, parts, LIVELY, heading=True)
-    rolled = NetworkModel(LIVELY, network, 0.1, pure=pure).rollout(world, np.array([20]), 19).states[0, 1:, 3:]
-    with torch.no_grad():
-        ours = shot(network, world, LIVELY, 40, pure)[0].numpy()
-    np.testing.assert_allclose(ours, rolled, atol=1e-9)
-    assert np.abs(rolled - world.velocity[21:40]).max() > 1e-3
-
-
-def test_gradients_through_a_rollout_are_finite_differences(dragged: Split) -> None:
-    world = simulate_world(LIVELY, {}, duration=20.0, noise="field", seed=2, wind=(3.0, -2.0)).motion(0.1)
-    network = fresh("lstm", dragged, LIVELY)
-    weight = network.head.weight  # type: ignore[union-attr]
-    recurrent = network.body.weight_hh_l0  # type: ignore[union-attr]
-
-    def loss() -> torch.Tensor:
-        return shot(network, world, LIVELY, 32).square().sum()
-
-    loss().backward()
-    for parameter in (weight, recurrent):
-        slope, step = parameter.grad[1, 2].item(), 1e-6  # type: ignore[union-attr, index]
-        ends = []
-        for sign in (1.0, -1.0):
-            with torch.no_grad():
-                parameter[1, 2] += sign * step  # type: ignore[index]
-                ends.append(loss().item())
-                parameter[1, 2] -= sign * step  # type: ignore[index]
-        assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5)
-        assert abs(slope) > 1e-6
-
-
-def test_the_force_equation_takes_tensors_and_arrays_alike() -> None:
-    rng = np.random.default_rng(0)
-    velocity, heading = tuple(rng.normal(size=(3, 7))), rng.normal(size=7)
-    thrust, load, air = rng.normal(size=(2, 7)), rng.random((2, 7)), rng.normal(size=(2, 7))
-    equation = ForceEquation(LIVELY)
-
-    def both(kind: Any) -> np.ndarray:
-        fast, psi = tuple(map(kind, velocity)), kind(heading)
-        relative = relative_velocity(LIVELY, psi, fast)
-        force = equation.force(relative, psi, kind(thrust), kind(load), fast[1:], (kind(air[0]), kind(air[1])))
-        return np.stack([np.asarray(x) for x in (*force, *equation.acceleration(force, relative, fast, psi))])
-
-    np.testing.assert_allclose(both(torch.as_tensor), both(np.asarray), rtol=1e-13)
-
-
-def test_training_through_rollouts_helps_rollouts() -> None:
-    parts = parts_of({"thruster_lag": 0.4})
-    plain = {"schedule": "fixed", "overlap": 0.5, "averaging": 0.0}
-    before = TrainingSettings(epochs=40, batch=4, learning_rate=5e-3, lambda_phys=0.0, **plain)  # type: ignore[arg-type]
-    one, many = (
-        rollout_scores(
-            train(parts, HULL, Choice("mlp", {"units": 32}, pure=True), settings=s).model, parts.test, (2.0,)
-        )
-        for s in (before, replace(before, rollout_rows=10))
-    )
-    assert (many["2"].velocity < 0.95 * one["2"].velocity).all()
-
-
 # Augmentation
 
 
@@ -632,47 +524,3 @@ def test_a_hybrid_fades_beyond_its_training_and_not_on_it(dragged: Split, name: 
     np.testing.assert_array_equal(model.correction(motion), faded)
     assert not train(dragged, HULL, Choice(name), settings=replace(few, fade=0.0)).model.fades
     assert not train(dragged, HULL, Choice(name, pure=True), settings=few).model.fades
-
-
-# What holds
-
-
-def test_trees_learn_what_the_nominal_model_lacks_and_are_plain_arrays(dragged: Split, tmp_path: Path) -> None:
-    found = train(dragged, HULL, Choice("trees", {"units": 30}), settings=TrainingSettings(fade=0.0))
-    before, after = (
-        acceleration_score(model, dragged.test).rmse for model in (VehicleModel(HULL, "nominal"), found.model)
-    )
-    assert (after[:2] < 0.7 * before[:2]).all()
-    assert (len(found.epochs), found.stopped) == (2, "all trees are grown")
-    again = load_network(save_network(found.model, tmp_path / "trees", {}))
-    motion = dragged.test.motions[0]
-    assert np.array_equal(again.correction(motion), found.model.correction(motion))
-    with pytest.raises(RequestError, match="expected at least 2 leaves, got 1"):
-        build("trees", found.model.network.scaling, {"leaves": 1})
-
-
-@pytest.mark.parametrize(("told", "share"), [(0.5, 1.0), (1.0, 1.0), (2.0, 0.5), (4.0, 0.25), (-1.0, 0.0)])
-def test_what_does_not_hold_in_rollouts_is_taken_away(dragged: Split, told: float, share: float) -> None:
-    """A network that says so many times what is missing, of which the rest that is right is known."""
-    lacking = HULL.with_values({"surge_trim": 6.0})
-    motions = tuple(rolled(lacking, motion) for motion in dragged.validation.motions)
-    network = fresh("mlp", dragged).float()
-    with torch.no_grad():
-        for parameter in network.parameters():
-            parameter.zero_()
-        network.head.bias[0] = told * 6.0 / mass_matrix(HULL)[0, 0] / 0.1  # type: ignore[union-attr, index]
-    model = NetworkModel(HULL, network, 0.1)
-    assert share_that_holds(model, replace(dragged.validation, motions=motions)) == share
-    assert share_that_holds(NetworkModel(HULL, network, 0.1, pure=True), dragged.validation) == 1.0
-
-
-def rolled(vehicle: Vehicle, motion: Motion) -> Motion:
-    """The motion that a vehicle would have made under the same commands."""
-    states = VehicleModel(vehicle, "true").rollout(motion, np.array([0]), motion.time.size - 1).states[0]
-    return replace(motion, position=states[:, :2], heading=states[:, 2], velocity=states[:, 3:])
-
-
-def test_rare_jumps_count_by_their_size_where_it_is_asked_for() -> None:
-    error = torch.tensor([0.5, -2.0, 3.0])
-    assert robust(error, 0.0).tolist() == [0.25, 4.0, 9.0]
-    assert robust(error, 2.0).tolist() == [0.25, 4.0, 8.0]
