@@ -24,6 +24,10 @@ def demo(
             resources.as_file(folder / "gazebo_blueboat.csv.gz") as log,
             resources.as_file(folder / "demo.yaml") as car,
         ):
-            check_folder(out, force=force)
-            say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.")
-            tell_discovery(out, partial(read_logs, [log], str(car)), report=True, seed=0, force=force, in_short=True)
+            check, read = partial(_check, out, force), partial(read_logs, [log], str(car))
+            tell_discovery(out, check, read, report=True, seed=0, force=force, told="short")
+
+
+def _check(out: Path, force: bool) -> None:
+    check_folder(out, force=force)
+    say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.")

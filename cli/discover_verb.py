@@ -58,35 +58,38 @@ def discover(
         if vehicle is None:
             vehicle, channels = offered(logs, Reading(frame, channels, namespace), out)
             refit = True
-        check_folder(out, (logs, vehicle, channels), report=not no_report, force=force)
+        check = partial(check_folder, out, (logs, vehicle, channels), report=not no_report, force=force)
         read = partial(read_logs, logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
-        tell_discovery(out, read, report=not no_report, seed=seed, refit=refit, force=force, as_json=as_json)
+        told = "json" if as_json else "whole"
+        tell_discovery(out, check, read, report=not no_report, seed=seed, refit=refit, force=force, told=told)
 
 
 def tell_discovery(
     out: Path,
+    check: Callable[[], None],
     read: Callable[[], "Inputs"],
     *,
     report: bool,
     seed: int,
     refit: bool = False,
     force: bool = False,
-    as_json: bool = False,
-    in_short: bool = False,
+    told: str = "whole",
 ) -> None:
     """Read, search, write the run folder, and tell the story; the time told is that of all four.
 
     Parameters
     ----------
-    in_short : tell what is missing and how the error falls, and leave the rest to the files
+    check : refuses a run folder that cannot be written
+    read : gives what is searched
+    told : whole; short for what is missing and how the error falls, with the rest left to the files; json for machines
     """
     import time
 
     begun = time.perf_counter()
     from ..measurements.statistics.second_processor import beside
-    from ..workflows import inputs as _  # noqa: F401 (what both processes need is loaded once)
 
-    with beside(read) as reading:  # the search is loaded while the logs are read
+    with beside(read) as reading:  # what checks, searches and tells is loaded while the logs are read
+        check()
         from ..discovery.settings import DiscoverySettings
         from ..reports.terminal import failures_screen as screen
         from ..reports.terminal import findings_screen as terminal
@@ -98,14 +101,14 @@ def tell_discovery(
     run = find(inputs, DiscoverySettings(seed=seed, refit=refit), progress=progress)
     write_run(run, out, report=report, force=force, progress=progress)
     findings = run.findings
-    if as_json:
+    if told == "json":
         print_json(findings.to_dict())
         return
     say("")
     warn(findings.warnings)
     for line in terminal.opening_lines(findings, run.comparison):
         show(line)
-    if in_short:
+    if told == "short":
         show(terminal.candidates_table([c for c in findings.candidates if c.verdict == "missing"]))
         show_steps(findings.steps, findings.candidates, run.comparison.best.horizon)
         _tell_files(out, time.perf_counter() - begun, len(findings.steps) > 1, report)
