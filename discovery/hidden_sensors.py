@@ -28,11 +28,10 @@ _USUAL = (1.0, 1.0, 0.2)
 """Errors that are nothing unusual [m, m, rad]: of an antenna on a boat of one or two metres, and 11 degrees."""
 _STEP = 0.1
 """Share of these by which a column is taken: the motion is all but linear in so little."""
-_ASKS, _BETTER = 8.0, 10.0
-"""Log-likelihood that such errors must earn beside the model that was found for a second search to be tried, and that
-the second must be better by, their price paid: right sensors earn less than one."""
-_DOUBTS = 4.0
-"""The same from which an effect that is not asked for beside such errors is no longer certain."""
+_ASKS, _BETTER = 4.0, 10.0
+"""Log-likelihood that such errors must earn beside the model that was found for a second search to be tried, and for an
+effect that is not asked for beside them to be no longer certain; and that the second must be better by, their price
+paid. Right sensors earn less than one, and wrong ones no more than five where a dozen effects stand in for them."""
 _LEAST = (0.05, 0.05, 0.02)
 """Sizes from which an error matters [m, m, rad]."""
 _A_LITTLE = "were the sensors off by a little"
@@ -132,7 +131,7 @@ def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
         return 0.0, {}
     beside = Beside(search, _columns(search, state), state)
     told = f"{_told(beside.errors * _USUAL)}, the log would not ask for it"
-    return beside.earned, dict.fromkeys(beside.unneeded if beside.earned >= _DOUBTS else (), told)
+    return beside.earned, dict.fromkeys(beside.unneeded if beside.earned >= _ASKS else (), told)
 
 
 def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) -> BesideSensors | None:
@@ -142,17 +141,18 @@ def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) ->
     """
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
     basis, best, found, unsure = looked.basis, looked, None, ()
+    worth = np.inf if basis.rolls else looked.state.score - _BETTER
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
-        motions = [errors.corrected(motion) for motion in basis.forces.motions]
-        other = select(choose(motions, basis.nominal, basis.settings), lambda text: None)
+        begun = choose([errors.corrected(motion) for motion in basis.forces.motions], basis.nominal, basis.settings)
+        other = select(begun, lambda text: None)
+        search, state = _on_forces(begun, other)
         paid = looked.search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-        better = best.basis.rolls or other.state.score + paid <= best.state.score - (_BETTER if found is None else 0.0)
-        if other.basis.rolls or not better:
+        if (basis.rolls and other.basis.rolls) or state.score + paid > worth:
             break
-        best, found = other, errors
-        beside = min(_beside(other.search, other.state), _beside(other.search), key=Beside.worth)
-        unsure = sorted(({*other.search.named(other.state.active)} - {*beside.state.active}) | {*beside.unneeded})
+        best, found, worth = other, errors, state.score + paid
+        beside = min(_beside(search, state), _beside(search), key=Beside.worth)
+        unsure = sorted(({*search.named(state.active)} - {*beside.state.active}) | {*beside.unneeded})
         more = beside.errors
         if np.abs(more).max() < _SETTLED[basis.sensed]:
             break
@@ -163,6 +163,13 @@ def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) ->
     notes = (*filter(None, [basis.part]), *best.notes)
     best = replace(best, basis=replace(best.basis, part=basis.part), notes=notes)
     return BesideSensors(best, found, dict.fromkeys(unsure, f"{_A_LITTLE} more, the log would not ask for it"))
+
+
+def _on_forces(basis: Basis, found: Selected) -> tuple[Search, State]:
+    """What a force balance makes of a model, whichever judge found it: scores of two judges do not compare."""
+    if not found.basis.rolls:
+        return found.search, found.state
+    return basis.instant, basis.instant.evaluate(found.state.vehicle, found.state.active)
 
 
 def _beside(search: Search, begin: State | None = None) -> Beside:
