@@ -1,6 +1,7 @@
 """A fleet folder as estimates: what each log, or each day of a boat's logs, says of its hull."""
 
 import os
+from collections import Counter
 from collections.abc import Iterator
 from functools import reduce
 from operator import add
@@ -17,15 +18,13 @@ from .hull_factors import HullFactors
 from .parameter_estimates import estimated
 
 _SCALE = "_scale"
-_DATE = 10
-"""Letters of an ISO date."""
 
 
 def read_fleet(folder: str | os.PathLike[str], *, by: Literal["day", "log"] = "day") -> Fleet:
     """The estimates of a fleet folder that `build_fleet` made.
 
-    Logs are added in the order of the digests of their bytes, so that the numbers do not depend on how the folder came
-    about.
+    Nominal values are those of the vehicle of most logs. Logs are added in the order of the digests of their bytes, so
+    that the numbers do not depend on how the folder came about.
 
     Parameters
     ----------
@@ -45,19 +44,20 @@ def read_fleet(folder: str | os.PathLike[str], *, by: Literal["day", "log"] = "d
         raise RequestError(f"{place}: expected a fleet with logs, got none; give 'undertow fleet' some")
     groups: dict[tuple[str, ...], list[FleetLog]] = {}
     for log in index.logs:
-        own = log.factors if by == "log" else log.time[:_DATE]
+        own = log.factors if by == "log" else log.day
         groups.setdefault((log.boat, own, log.vehicle), []).append(log)
     told: list[tuple[list[FleetLog], HullFactors]] = []
-    nominal: dict[str, float] = {}
+    nominal: dict[str, Counter[float]] = {}
     for logs in groups.values():
         for some, factors in _added(place, logs):
             told.append((some, factors))
             for column, value in zip(factors.parameters, factors.nominal, strict=True):
-                nominal.setdefault(parameter_name(column.name), float(value))
+                nominal.setdefault(parameter_name(column.name), Counter())[float(value)] += len(some)
     parameters = tuple(nominal)
     estimates = [_estimate(logs, factors, parameters) for logs, factors in told]
     ordered = sorted(estimates, key=lambda one: (one.time, one.boat, one.source))
-    return Fleet(parameters, np.array(list(nominal.values())), tuple(ordered))
+    usual = [min(counts, key=lambda value: (-counts[value], value)) for counts in nominal.values()]
+    return Fleet(parameters, np.array(usual), tuple(ordered))
 
 
 def parameter_name(symbol: str) -> str:

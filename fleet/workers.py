@@ -2,7 +2,7 @@
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -94,10 +94,22 @@ def mapped(function: Callable[[T], R], tasks: Sequence[T], engine: Engine) -> It
 
 def _answer(future: "Future[R]") -> R | WorkerLost:
     """What a task came to; a cluster tries a task whose worker dies some times, and then gives it up."""
-    error = future.exception()
-    if error is not None and type(error).__name__ == "KilledWorker":
-        return WorkerLost(str(error))
-    return future.result()
+    try:
+        return future.result()
+    except BrokenExecutor:
+        raise
+    except CancelledError:
+        raise RequestError(
+            "the scheduler went away before the work was done; what was done is kept: start one, and give the same "
+            "call again"
+        ) from None
+    except Exception as error:
+        if type(error).__name__ == "KilledWorker":
+            return WorkerLost(str(error))
+        raise RequestError(
+            f"a worker cannot do its work ({type(error).__name__}: {error}); see that undertow is there, in this "
+            "version, on every machine of the cluster"
+        ) from error
 
 
 @contextmanager
