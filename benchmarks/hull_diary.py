@@ -106,7 +106,7 @@ def wrecked(seed: int, scatter: Scatter) -> list[tuple[str, float, float, float,
             exact = [Ray(Cause.FOULING, what.a_day / what.a_day[0], True, 1.0)]
             dues = []
             for known in (family, exact):
-                raised_by = [day for day, _ in alarms(watched(one, true, known), settings.threshold) if day >= first]
+                raised_by = [day for day in alarms(watched(one, true, known), settings.threshold)[0] if day >= first]
                 dues.append(raised_by[0] if raised_by else when.size - 1)
             due, sharp = dues
         in_time = bool(raised) and (alarm <= due + 1 if what.kind == "fouling" else alarm <= due)

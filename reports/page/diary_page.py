@@ -12,6 +12,7 @@ from ..diary_words import (
     change_sentence,
     differs_sentence,
     first_told,
+    odd_sentence,
     plain,
     unchanged_sentence,
     verdict,
@@ -25,7 +26,8 @@ VERB = "diary"
 BOATS = "All boats over their days"
 STRIP = (
     "A line a boat, a tick for each day with a log. A bar begins with a change, with the days on which it may have "
-    "begun as a thin line; the dot is the day on which the logs told it. Its name and size stand beside it."
+    "begun as a thin line; the dot is the day on which the logs told it. Its name and size stand beside it. A ring is "
+    "a single odd day."
 )
 COURSE = (
     "Dots are days, lines their 95 % intervals with the scatter of days; the grey band holds the boats of this fleet, "
@@ -60,7 +62,7 @@ def glance(diary: DiaryFacts) -> Html:
 
 def _verdicts(diary: DiaryFacts, boats: Sequence[BoatRecord], name: Callable[[BoatRecord], Html]) -> list[Html]:
     """The verdict on the fleet, then what is told of each boat; those that stayed as they were folded."""
-    told = [boat for boat in boats if boat.changes or differs_sentence(boat)]
+    told = [boat for boat in boats if boat.changes or boat.odd_days or differs_sentence(boat)]
     same = [_sentence(boat, name) for boat in boats if boat not in told]
     return [
         element("h1", verdict(diary)),
@@ -86,7 +88,7 @@ def _sentence(boat: BoatRecord, name: Callable[[BoatRecord], Html]) -> Html:
         parts += [" ", element("span", causes_words(change), cls=cls), " ", change_sentence(change)]
     if not boat.changes:
         parts += [" ", unchanged_sentence(boat)]
-    return element("p", *parts, " ", differs_sentence(boat))
+    return element("p", *parts, " ", odd_sentence(boat), " ", differs_sentence(boat))
 
 
 def _anchor(boat: BoatRecord) -> str:

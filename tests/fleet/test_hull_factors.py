@@ -31,6 +31,30 @@ def test_values_come_back_and_intervals_hold_them():
     assert np.all(deviation < 0.1 * np.abs(wanted))
 
 
+def test_intervals_of_six_blocks_hold_the_truth():
+    """Of a minute, in which hardly anything happens but in two of its blocks: what a fit leaves these is little."""
+    rng = np.random.default_rng(6)
+    minute = hull_factors([[motion(60.0)]], HULL)
+    p, size, rows = len(minute.parameters), minute.gram.shape[-1], 30
+    scale = np.array([4.0] * p + [0.0] * (size - p))
+    busy = np.array([0.3, 0.3, 0.3, 1.0, 0.3, 2.0])[:, None, None, None]
+    held = []
+    for _ in range(40):
+        columns = busy * scale * rng.standard_normal((6, 3, rows, size))
+        columns[..., -1] = rng.standard_normal((6, 3, rows))
+        made = replace(
+            minute,
+            gram=np.einsum("barp,barq->bapq", columns, columns),
+            tests=np.full(6, rows),
+            noise=0.0 * minute.noise,
+            nominal=np.full(p, 0.01),
+            settings=dict(minute.settings) | {"stride": minute.settings["half_width"]},
+        )
+        found = estimated(made)
+        held.append(np.abs(found.values - 0.01) < 1.96 * np.sqrt(np.diag(found.covariance)))
+    assert 0.9 < np.mean(held) < 0.985
+
+
 def test_sensor_noise_is_taken_off():
     """Noise on the speeds hides the mass of a boat that hardly accelerates, were it not known how much there is."""
     otter = undertow.load_vehicle("otter")
