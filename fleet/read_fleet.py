@@ -15,7 +15,7 @@ from ..physics.errors import RequestError
 from .fleet_folder import FleetLog, read_hull_factors, read_index, seconds_of
 from .hull_estimates import Fleet, HullEstimate
 from .hull_factors import HullFactors
-from .parameter_estimates import estimated
+from .parameter_estimates import Values, estimated
 
 _SCALE = "_scale"
 
@@ -46,15 +46,18 @@ def read_fleet(folder: str | os.PathLike[str], *, by: Literal["day", "log"] = "d
     for log in index.logs:
         own = log.factors if by == "log" else log.day
         groups.setdefault((log.boat, own, log.vehicle), []).append(log)
-    told: list[tuple[list[FleetLog], HullFactors]] = []
+    told: list[tuple[list[FleetLog], list[str], Values]] = []
     nominal: dict[str, Counter[float]] = {}
     for logs in groups.values():
         for some, factors in _added(place, logs):
-            told.append((some, factors))
-            for column, value in zip(factors.parameters, factors.nominal, strict=True):
-                nominal.setdefault(parameter_name(column.name), Counter())[float(value)] += len(some)
+            names = [parameter_name(column.name) for column in factors.parameters]
+            told.append((some, names, estimated(factors)))  # factors are a hundred times larger, and go
+            for name, value in zip(names, factors.nominal, strict=True):
+                nominal.setdefault(name, Counter())[float(value)] += len(some)
     parameters = tuple(nominal)
-    estimates = [_estimate(logs, factors, parameters) for logs, factors in told]
+    estimates = [
+        _estimate(logs, [parameters.index(n) for n in names], found, len(parameters)) for logs, names, found in told
+    ]
     ordered = sorted(estimates, key=lambda one: (one.time, one.boat, one.source))
     usual = [min(counts, key=lambda value: (-counts[value], value)) for counts in nominal.values()]
     return Fleet(parameters, np.array(usual), tuple(ordered))
@@ -83,10 +86,8 @@ def _added(folder: Path, logs: list[FleetLog]) -> Iterator[tuple[list[FleetLog],
         yield [log for log, _ in pairs], reduce(add, (factors for _, factors in pairs))
 
 
-def _estimate(logs: list[FleetLog], factors: HullFactors, parameters: tuple[str, ...]) -> HullEstimate:
-    found = estimated(factors)
-    place = [parameters.index(parameter_name(column.name)) for column in factors.parameters]
-    values, covariance = np.full(len(parameters), np.nan), np.full((len(parameters),) * 2, np.nan)
+def _estimate(logs: list[FleetLog], place: list[int], found: Values, size: int) -> HullEstimate:
+    values, covariance = np.full(size, np.nan), np.full((size, size), np.nan)
     values[place] = found.values
     covariance[np.ix_(place, place)] = found.covariance
     hours = np.array([log.hours for log in logs])

@@ -108,11 +108,15 @@ def test_what_a_log_does_not_show_is_not_told():
     assert all(np.isnan(told[name]) for name in ("Y_v", "Y_vv", "N_r", "N_rr"))
 
 
-def test_a_boat_at_rest_says_nothing():
+def test_a_boat_at_rest_and_a_log_that_is_too_coarse_say_nothing():
     idle = motion(60.0)
     still = replace(idle, commands=np.zeros_like(idle.commands), run_up=None)
     with pytest.raises(undertow.RequestError, match="expected a boat that is driven"):
         hull_factors([[still]], HULL)
+    rows = ("time", "position", "heading", "velocity", "commands", "minutes")
+    coarse = replace(idle, run_up=None, **{name: getattr(idle, name)[::20] for name in rows})
+    with pytest.raises(undertow.LogError, match="expected motion at 4.5 Hz or more, got 1 Hz"):
+        hull_factors([[coarse]], HULL)
     with pytest.raises(undertow.RequestError, match="force is linear, each once, got lag"):
         hull_factors([[idle]], HULL, ("X_u", "lag"))
 
