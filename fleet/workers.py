@@ -1,5 +1,8 @@
 """The map over logs: processes of this machine, or a cluster that is there, and what is done when one dies."""
 
+import os
+import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
@@ -19,6 +22,8 @@ _AHEAD = 3
 """Tasks that are handed out for each worker: one at work, and enough waiting that it never waits itself."""
 _OF_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables of linear algebra: as many workers as processors leave none for threads of theirs."""
+_LOOK = 1.0
+"""Seconds after which a worker looks again whether its parent is there."""
 _PATIENCE = "10s"
 """Time in which a scheduler must answer."""
 
@@ -123,13 +128,25 @@ def _pool(engine: Engine, tasks: int) -> Iterator[tuple[Executor, int]]:
     from joblib.externals.loky import ProcessPoolExecutor, cpu_count
 
     count = min(engine.workers or cpu_count(), tasks)
-    pool = ProcessPoolExecutor(max_workers=count, env=dict.fromkeys(_OF_THREADS, "1"))
+    threads = dict.fromkeys(_OF_THREADS, "1")
+    pool = ProcessPoolExecutor(max_workers=count, env=threads, initializer=end_with, initargs=(os.getpid(),))
     try:
         yield pool, _AHEAD * count
     except BaseException:
         pool.shutdown(wait=False, kill_workers=True)
         raise
     pool.shutdown(wait=True, kill_workers=True)
+
+
+def end_with(parent: int) -> None:
+    """Let this process end when its parent has: a call that the system kills leaves no workers behind."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_LOOK)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _client(address: str) -> Any:
