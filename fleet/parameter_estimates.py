@@ -132,7 +132,7 @@ class _Normal:
         if blocks == 1:  # one block tells nothing of how blocks differ
             return inverse + inverse @ prior @ inverse
         plain, usual = sandwich(inverse, scores, blocks), np.diag(inverse)
-        leaves = told.sum(axis=0) - np.einsum("bij,jk,bkl->il", told, inverse, told)
+        leaves = told.sum(axis=0) - (told @ inverse @ told).sum(axis=0)
         expected = np.maximum(np.diag(inverse @ leaves @ inverse), usual / blocks**2)
         # How much more or less than the model says rows err, of each parameter and of all.
         each = np.diag(plain) / expected
