@@ -27,6 +27,10 @@ SPARSE = (4, 12)
 candidates out can only lower the sum, and neighbours of so long ago tell the same."""
 
 
+SUDDEN = float(np.log(20.0))
+"""Growth of the logarithm of the detector by which a day raises an alarm alone: what grows for weeks does not."""
+
+
 @dataclass(frozen=True, slots=True)
 class WatchSettings:
     """What the watch may cost.
@@ -88,8 +92,8 @@ def alarms(watch: Watch, threshold: float, back: Back | None = None) -> tuple[li
 
     Parameters
     ----------
-    back : says of the days before an alarm, its day and the day after whether that takes the alarm back: the detector
-        then goes on as if the odd day were not there; default: no alarm is taken back
+    back : says of the days before an alarm that one day raised, its day and the day after whether that takes the alarm
+        back: the detector then goes on as if the odd day were not there; default: no alarm is taken back
     """
     rows, start = list(range(watch.days.size)), 0
     known: list[int] = []
@@ -100,7 +104,8 @@ def alarms(watch: Watch, threshold: float, back: Back | None = None) -> tuple[li
         if not passed.size:
             break
         at = start + int(passed[0])
-        if back is not None and at + 1 < len(rows) and back(rows[start:at], rows[at], rows[at + 1]):
+        sudden = float(sums[passed[0]] - sums[passed[0] - 1]) > SUDDEN
+        if back is not None and sudden and at + 1 < len(rows) and back(rows[start:at], rows[at], rows[at + 1]):
             odd.append(rows.pop(at))
             continue
         known.append(rows[at])

@@ -66,7 +66,9 @@ def test_while_nothing_happens_the_detector_is_the_days_gone_by_in_the_mean():
 def test_what_happened_is_found_and_named(kind: str, size: float):
     boat = days_of(happened(kind, size))
     scatter = SCATTER**2 * np.eye(7)
-    known, _ = alarms(watched(boat, scatter, rays(PARAMETERS)), WatchSettings().threshold)
+    watch = watched(boat, scatter, rays(PARAMETERS))
+    known, odd = alarms(watch, WatchSettings().threshold, taken_back(boat, scatter))
+    assert odd == []
     (found,) = changes(boat, scatter, known, stories(PARAMETERS))
     assert [cause.value for cause in found.causes] == [kind]
     assert found.thrusters == (("thrusters.stbd.scale",) if kind == "propeller damage" else ())
