@@ -19,7 +19,7 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for seed in (1, 2):
         log = folder / "a&b" / f"2026-05-0{seed}.csv"
         log.parent.mkdir(exist_ok=True)
-        done("simulate", "-v", "blueboat", "--duration", "30", "--seed", seed, "--out", log)
+        done("simulate", "-v", "blueboat", "--duration", "30", "--seed", str(seed), "--out", log)
     done("fleet", folder / "a&b", "-v", "blueboat", "--workers", "1", "--out", folder / "harbour")
     return folder / "harbour"
 
