@@ -69,7 +69,7 @@ _PUBLIC = {
     "load_model": "comparison.models_by_name",
     "load_run": "workflows.run_folder.read:read_run",
     "load_vehicle": "physics.vehicle",
-    "merge_fleets": "fleet.build_fleet",
+    "merge_fleets": "fleet.merging",
     "plan": "workflows.plan",
     "prepare": "measurements.preparation.prepare",
     "read_factors": "discovery.factors.factors_file",

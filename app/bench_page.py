@@ -6,8 +6,9 @@ from importlib import resources
 from nicegui import ui
 
 from ..reports.page.style import DARK, LIGHT
-from ..workflows.workbench_facts import Source
+from ..workflows.workbench_facts import HullDiary, Source
 from .session import Session
+from .views.diary_view import diary_view
 from .views.hero import hero
 from .views.log_notes import log_notes
 from .views.missing_cards import MissingCards
@@ -35,7 +36,7 @@ class Page:
     def __init__(self, session: Session, vehicles: Mapping[str, str], first: Source | None, *, paths: bool) -> None:
         self._session, self._vehicles = session, vehicles
         self._kind, self._paths = "", paths
-        self._source: Source | None = None
+        self._source: Source | HullDiary | None = None
         ui.add_css(_css())
         ui.colors(primary="#0072b2")
         self._dark = ui.dark_mode(value=None)
@@ -53,8 +54,11 @@ class Page:
     def _refresh(self) -> None:
         session = self._session
         opened, source = session.shown.opened, session.shown.source
-        kind = "bench" if opened is not None else "opening"
-        self._what.set_text("" if opened is None else session.names.told(f"{opened.log} with {opened.vehicle}"))
+        diary = session.shown.diary
+        kind = "diary" if diary is not None else "bench" if opened is not None else "opening"
+        what = "" if opened is None else session.names.told(f"{opened.log} with {opened.vehicle}")
+        self._what.set_text(what if diary is None else f"the fleet {diary.fleet}")
+        source = diary or source
         if source != self._source:
             self._source = source
             ui.run_javascript("window.scrollTo({top: 0})")
@@ -66,6 +70,8 @@ class Page:
                 if kind == "opening":
                     self._waiting()
                     Opening(session, self._vehicles, paths=self._paths)
+                elif kind == "diary":
+                    self._diary()
                 else:
                     self._bench()
         if kind == "bench":
@@ -95,6 +101,12 @@ class Page:
                 side_by_side(session)
                 Networks(session)
 
+    def _diary(self) -> None:
+        with self._tools:
+            button("Leave", lambda: self._session.shown.turn_to_fleet(None), label="Leave the fleet")
+            button("Open another", self._another, label="Open a log, or another fleet")
+        diary_view(self._session, self._tools)
+
     def _another(self) -> None:
         with ui.dialog() as dialog, ui.element("div").style("max-width: min(96vw, 1000px)"):
             Opening(self._session, self._vehicles, paths=self._paths, leave=dialog.close)
@@ -106,7 +118,12 @@ class Page:
     async def _key(self, event: object) -> None:
         key, modifiers = getattr(event, "key", None), getattr(event, "modifiers", None)
         action = getattr(event, "action", None)
-        if key is None or not getattr(action, "keydown", False) or not getattr(modifiers, "ctrl", False):
+        if (
+            self._kind == "diary"
+            or key is None
+            or not getattr(action, "keydown", False)
+            or not getattr(modifiers, "ctrl", False)
+        ):
             return
         if key == "z":
             await (self._session.redo() if getattr(modifiers, "shift", False) else self._session.undo())

@@ -35,6 +35,7 @@ from ..workflows.workbench_facts import (
     Wire,
 )
 from .file_names import FileNames
+from .fleets import hull_diary
 from .vehicle_numbers import assumed_of, form_of
 
 if TYPE_CHECKING:
@@ -70,6 +71,8 @@ class _Read:
 
 class Desk:
     """Everything that a page may ask of a worker; each method takes and gives what can be sent between processes."""
+
+    diary = staticmethod(hull_diary)
 
     def __init__(self) -> None:
         self._read: _Read | None = None

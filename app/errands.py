@@ -9,7 +9,7 @@ from typing import Any
 
 from ..physics.errors import LogError, RequestError, VehicleError
 from ..physics.stage import Stage
-from ..workflows.workbench_facts import Opened, Source
+from ..workflows.workbench_facts import HullDiary, Opened, Source
 from .audience import Audience
 from .spare import Spare
 from .work import Work
@@ -98,6 +98,10 @@ class Errands:
             ):
                 return await asyncio.wrap_future(waiting)
         return await self.ask(_READING, "open", source, str(folder))
+
+    async def diary(self, fleet: str, folder: Path) -> HullDiary | None:
+        """Read a fleet, and write its hull diary."""
+        return await self.ask("reading the fleet", "diary", fleet, str(folder))
 
     def end(self) -> None:
         """End the worker; what is asked next begins with another."""

@@ -14,6 +14,7 @@ from typing import Any
 from ..physics.errors import RequestError
 from ..workflows.workbench_facts import Source
 from .closed_to_strangers import ClosedToStrangers
+from .fleets import fleet_in
 from .spare import Spare
 
 PORT, _TRIED = 8423, 20
@@ -70,7 +71,7 @@ def serve(
     token = "" if host in HERE else secrets.token_urlsafe(24)
     hosts = _names(host, bound)
     address = f"http://{f'[{host}]' if ':' in host else host}:{bound}/" + (f"?token={token}" if token else "")
-    spare = Spare(first)  # computes while the pages are loaded
+    spare = Spare(None if fleet_in(first) else first)  # computes while the pages are loaded
     told(f"The workbench is at {address} (Ctrl-C ends it)")
     if browser:  # it is answered as soon as there is a page, and its window is there by then
         threading.Thread(target=_open, args=(address,), daemon=True).start()

@@ -13,6 +13,7 @@ from ..workflows.workbench_facts import Source, Trained, Way
 from .audience import Audience
 from .errands import Errands
 from .file_names import FileNames
+from .fleets import fleet_in
 from .same_commands import same_commands
 from .shown import Shown
 from .spare import Spare
@@ -84,13 +85,21 @@ class Session:
     async def open(self, source: Source, opened_one: Callable[[], None] | None = None) -> None:
         """Read a log, show it, and search for what is missing; where it is refused, what was open stays.
 
+        Of the folder of a fleet its hull diary is shown instead.
+
         Parameters
         ----------
         opened_one : called when the log is shown, or was refused, before the search
         """
         async with self._my_turn():
             self.errands.trouble, self.asked = "", source
-            opened = await self.errands.open(source, self.folder)
+            opened = None
+            with self.errands.telling():
+                fleet = fleet_in(source)
+                if not fleet:
+                    opened = await self.errands.open(source, self.folder)
+                elif (diary := await self.errands.diary(fleet, self.folder)) is not None:
+                    self.shown.turn_to_fleet(diary)
             if opened is None:
                 self._refusal = self.errands.trouble
             else:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from ..workflows.workbench_facts import OWN_NUMBERS, Card, Fit, Opened, Searched, Source, Stand
+from ..workflows.workbench_facts import OWN_NUMBERS, Card, Fit, HullDiary, Opened, Searched, Source, Stand
 from .audience import Audience
 from .errands import Errands
 from .undo import History, Step
@@ -30,6 +30,7 @@ class Shown:
         were moved by hand, that with all effects as they are fitted comes before it
     by_hand : what there is to say for terms and effects that were added by name, as they last stood in the model
     selected : stretches of time that are marked in all views [s]
+    diary : of a fleet, which is shown in place of a log; None for the log
     """
 
     def __init__(self, errands: Errands, audience: Audience, folder: Path) -> None:
@@ -41,6 +42,7 @@ class Shown:
         self.stairs: tuple[Fit, ...] = ()
         self.by_hand: dict[str, Card] = {}
         self.selected: tuple[Interval, ...] = ()
+        self.diary: HullDiary | None = None
         self._stale = False
         self._weighed: Stand | None = None
 
@@ -61,6 +63,7 @@ class Shown:
 
     def open(self, source: Source, opened: Opened) -> None:
         """Show a log that was read, and forget all that was found in others."""
+        self.diary = None
         self.searches.clear()
         self._put(History((Step(source),)), opened, opened.nominal, other=True)
 
@@ -98,6 +101,11 @@ class Shown:
     def select(self, intervals: tuple[Interval, ...]) -> None:
         """Mark stretches of time in all views."""
         self.selected = intervals
+        self._audience.tell()
+
+    def turn_to_fleet(self, diary: HullDiary | None) -> None:
+        """Show the diary of a fleet in place of a log; None for the log again."""
+        self.diary = diary
         self._audience.tell()
 
     def drop(self) -> None:

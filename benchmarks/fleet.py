@@ -1,29 +1,35 @@
-"""A fleet as one data set: one worker and two, many short logs, a killed worker, rows that stream, honest intervals.
+"""A fleet as one data set: one worker and two, many short logs, a killed worker, rows that stream, growth, intervals.
 
     python benchmarks/fleet.py [--logs 64] [--minutes 60] [--short 500] [--rows 1000000 10000000] [--worlds 40]
+        [--grown 50 100 200 400] [--boats 5 10 20 40] [--share 1] [--keep FOLDER] [--table docs/performance.md]
 
 Logs are simulated under field noise first, which no figure counts. Rows are those of one long log at 20 Hz that is
 never whole in memory: pieces of 25 minutes, each with noise of its own; their time is that of the processor, and each
-number of rows has a process of its own, whose largest memory is told. `--rows 0`, `--logs 0`, `--short 0` or
-`--worlds 0` leave a part out. The issue asks for `--rows 100000000`, too, which takes four minutes of a processor.
+number of rows has a process of its own, whose largest memory is told. `--share` is that of a data set of the size of
+the public FMU-KF set (see `public_size.py`), which is run whole by default and goes on where it was with `--keep`; what
+a smaller share leaves is computed. 0 in the place of any number leaves that part out, and the table then keeps what it
+had of it.
 """
 
 import argparse
 import gzip
 import json
 import os
+import platform
 import signal
-import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from growth_of_fleets import by_boats, by_logs, in_a_child, largest_memory, of_boats, of_logs
+from marked_section import write_section
 from measured import Figures
+from public_size import of_a_cluster, streamed
 
 import undertow
 from undertow.fleet.build_fleet import FleetBuilt, build_fleet
@@ -39,9 +45,6 @@ HULL = undertow.load_vehicle("blueboat")
 PIECE = 1500.0
 LEVEL = np.array([0.015, 0.015, 0.006])
 """Noise of u, v [m/s] and r [rad/s] in each piece: that of the field."""
-MACHINES, CORES = 100, 8
-FMU_KF_HOURS = 42_667.0
-"""Hours at 1 Hz of the public set that the size is taken from: 154 million rows."""
 
 
 def simulated(folder: Path, count: int, seconds: float) -> Path:
@@ -116,11 +119,6 @@ def with_workers(figures: Figures, count: int, minutes: float) -> None:
         figures.tell("logs that are named for it", len(built.skipped), 1.0, "", least=True)
         same = read_index(place / "one").logs == read_index(place / "two").logs
         figures.tell("others that change", float(not same), 1.0, "")
-        hours = count * minutes / 60.0
-        rate = hours / one
-        figures.tell("hours of log at 20 Hz that a core reads in a second", rate, None, "h")
-        years = FMU_KF_HOURS / (rate * MACHINES * CORES)
-        figures.tell(f"{FMU_KF_HOURS:g} h at 20 Hz on {MACHINES} machines of {CORES} cores, computed", years, None, "s")
 
 
 def many_short(figures: Figures, count: int) -> None:
@@ -136,7 +134,7 @@ def many_short(figures: Figures, count: int) -> None:
         figures.tell("the folder, a log", size / count / 1000.0, None, "kB")
 
 
-def streamed(world: Motion, rows: int) -> Iterator[list[Motion]]:
+def pieces_of(world: Motion, rows: int) -> Iterator[list[Motion]]:
     """Pieces of a log, each driven alike, with noise of its own."""
     step = world.time.size
     for n in range(max(1, round(rows / step))):
@@ -147,23 +145,19 @@ def streamed(world: Motion, rows: int) -> Iterator[list[Motion]]:
 
 def of_rows(rows: int) -> dict[str, float]:
     """Time and memory of one long log, in this process."""
-    import resource
-
     world = World(HULL, "rich", PIECE, 1).run(NOISE["clean"]).motion()
     begun = time.process_time()
-    factors = hull_factors(streamed(world, rows), HULL)
+    factors = hull_factors(pieces_of(world, rows), HULL)
     seconds = time.process_time() - begun
     off = estimated(factors).values / factors.nominal - 1.0
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024.0 if sys.platform != "darwin" else 1024.0**2)
-    return {"seconds": seconds, "memory": memory, "off": float(np.abs(off).max()), "blocks": float(factors.tests.size)}
+    return {"seconds": seconds, "memory": largest_memory(), "off": float(np.abs(off).max())}
 
 
 def long_logs(figures: Figures, sizes: list[int]) -> None:
     """Time and memory as rows become more."""
     found = []
     for rows in sizes:
-        words = [sys.executable, __file__, "--child", "--rows", str(rows)]
-        told = json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout)
+        told = in_a_child(__file__, "--child-rows", str(rows))
         found.append(told["seconds"])
         figures.tell(f"{rows:,} rows streamed", told["seconds"], None, "s")
         figures.tell("largest memory of the process", told["memory"], 1500.0, "MB")
@@ -175,7 +169,7 @@ def long_logs(figures: Figures, sizes: list[int]) -> None:
 
 def coverage(figures: Figures, worlds: int) -> None:
     """How often intervals of 95 % hold the truth, of hulls that differ from the vehicle in every parameter."""
-    for seconds, programme in ((60.0, "rich"), (300.0, "rich"), (300.0, "gentle"), (1200.0, "gentle")):
+    for seconds, programme in ((60.0, "rich"), (60.0, "gentle"), (180.0, "rich"), (300.0, "rich"), (1200.0, "gentle")):
         held = []
         for seed in range(worlds):
             rng = np.random.default_rng([seed, 5])
@@ -187,32 +181,74 @@ def coverage(figures: Figures, worlds: int) -> None:
             off = found.values - np.array([true.value(c.name) for c in factors.parameters])
             held += [abs(o) <= 1.96 * s for o, s in zip(off, np.sqrt(np.diag(found.covariance)), strict=True) if s == s]
         name = f"intervals that hold the truth, {worlds} logs of {seconds / 60:g} minutes, {programme}"
-        figures.tell(name, 100.0 * float(np.mean(held)), None, "%")
+        figures.tell(name, 100.0 * float(np.mean(held)), 92.0, "%", least=True)
+
+
+def grown(figures: Figures, sizes: list[int], boats: list[int]) -> None:
+    """Growth by logs and by boats."""
+    if sizes[0]:
+        with TemporaryDirectory() as folder:
+            by_logs(figures, __file__, {n: simulated(Path(folder, str(n)), n, 60.0) for n in sizes})
+    if boats[0]:
+        by_boats(figures, __file__, boats)
+
+
+def public(figures: Figures, share: float, kept: Path | None) -> None:
+    """A set of public size, and a cluster's part of it."""
+    streamed(figures, share, kept)
+    of_a_cluster(figures)
+
+
+def children(words: list[str]) -> dict[str, float] | None:
+    """What a process of its own is to measure; None for this script's first process."""
+    known = {"--child-rows": lambda n: of_rows(int(n)), "--child-boats": lambda n: of_boats(int(n)),
+             "--child-logs": of_logs}  # fmt: skip
+    return known[words[0]](words[1]) if words and words[0] in known else None
 
 
 def main() -> int:
-    """Measure, print, and say by the exit code whether the limits hold."""
+    """Measure, print, write the table, and say by the exit code whether the limits hold."""
+    if (told := children(sys.argv[1:])) is not None:
+        print(json.dumps(told))
+        return 0
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--logs", type=int, default=64)
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--short", type=int, default=500)
     parser.add_argument("--rows", type=int, nargs="+", default=[1_000_000, 10_000_000, 100_000_000])
     parser.add_argument("--worlds", type=int, default=40)
-    parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--grown", type=int, nargs="+", default=[50, 100, 200, 400])
+    parser.add_argument("--boats", type=int, nargs="+", default=[5, 10, 20, 40])
+    parser.add_argument("--share", type=float, default=1.0)
+    parser.add_argument("--keep", type=Path)
+    parser.add_argument("--table", type=Path)
     chosen = parser.parse_args()
-    if chosen.child:
-        print(json.dumps(of_rows(chosen.rows[0])))
-        return 0
-    figures = Figures()
-    if chosen.worlds:
-        coverage(figures, chosen.worlds)
-    if chosen.rows[0]:
-        long_logs(figures, chosen.rows)
-    if chosen.short:
-        many_short(figures, chosen.short)
-    if chosen.logs:
-        with_workers(figures, chosen.logs, chosen.minutes)
-    return int(figures.broken)
+    parts: dict[str, tuple[bool, Callable[[Figures], None]]] = {
+        "intervals of short logs": (chosen.worlds > 0, lambda f: coverage(f, chosen.worlds)),
+        "rows of one log": (chosen.rows[0] > 0, lambda f: long_logs(f, chosen.rows)),
+        "many short logs": (chosen.short > 0, lambda f: many_short(f, chosen.short)),
+        "growth": (chosen.grown[0] + chosen.boats[0] > 0, lambda f: grown(f, chosen.grown, chosen.boats)),
+        "a data set of public size": (chosen.share > 0.0, lambda f: public(f, chosen.share, chosen.keep)),
+        "workers": (chosen.logs > 0, lambda f: with_workers(f, chosen.logs, chosen.minutes)),
+    }
+    broken = False
+    for name, (wanted, measure) in parts.items():
+        if wanted:
+            figures = Figures()
+            measure(figures)
+            broken |= figures.broken
+            if chosen.table:
+                write_section(chosen.table, f"fleets, {name}", section(name, figures))
+    return int(broken)
+
+
+def section(name: str, figures: Figures) -> str:
+    """A part of docs/performance.md."""
+    where = f"{os.cpu_count()} cores (Python {platform.python_version()}, {platform.system()})"
+    head = (f"## Fleets: {name}", "", f"`python benchmarks/fleet.py`, {where}.", "")
+    return "\n".join(
+        (*head, "| what | figure | asked | |", "| --- | --- | --- | --- |", *map(figures.line, figures.rows))
+    )
 
 
 if __name__ == "__main__":

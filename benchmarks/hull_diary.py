@@ -69,13 +69,18 @@ def pooled(seed: int) -> tuple[int, float, float, float, bool]:
 
 
 def quiet(seed: int) -> tuple[str, int, float, Counter[str]]:
-    """A fleet to which nothing happens: its scatter, false alarms, boat-years, and their names."""
+    """A fleet to which nothing happens: its scatter, false alarms, boat-years, and their names.
+
+    An odd day was an alarm for a day, and counts.
+    """
     kind = list(SCATTERS)[seed % 3]
     fleet, *_ = simulated(BOATS, 365, np.random.default_rng([seed, 2]), scatter=SCATTERS[kind])
     days = boat_days(fleet)
-    found = fleet_changes(days, PARAMETERS, WatchSettings(seed=seed)).by_boat
-    names = Counter(c.value for changes in found.values() for change in changes for c in change.causes)
-    return kind, sum(map(len, found.values())), sum(boat.days[-1] for boat in days) / YEAR, names
+    seen = fleet_changes(days, PARAMETERS, WatchSettings(seed=seed))
+    names = Counter(c.value for changes in seen.by_boat.values() for change in changes for c in change.causes)
+    odd = sum(map(len, seen.odd.values()))
+    names["an odd day"] += odd
+    return kind, odd + sum(map(len, seen.by_boat.values())), sum(boat.days[-1] for boat in days) / YEAR, names
 
 
 def wrecked(seed: int, scatter: Scatter) -> list[tuple[str, float, float, float, bool, bool]]:
@@ -106,7 +111,7 @@ def wrecked(seed: int, scatter: Scatter) -> list[tuple[str, float, float, float,
             exact = [Ray(Cause.FOULING, what.a_day / what.a_day[0], True, 1.0)]
             dues = []
             for known in (family, exact):
-                raised_by = [day for day, _ in alarms(watched(one, true, known), settings.threshold) if day >= first]
+                raised_by = [day for day in alarms(watched(one, true, known), settings.threshold)[0] if day >= first]
                 dues.append(raised_by[0] if raised_by else when.size - 1)
             due, sharp = dues
         in_time = bool(raised) and (alarm <= due + 1 if what.kind == "fouling" else alarm <= due)

@@ -23,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 from compression import DRAWS, against_lapack, against_pysindy
+from marked_section import write_section
 from measured import Figures
 from rollouts import against_others
 
@@ -123,17 +124,15 @@ def networks(figures: Figures, folder: Path) -> None:
 
 
 def page(figures: Figures) -> str:
-    """The text of docs/performance.md."""
+    """The section of docs/performance.md that is written here."""
     return "\n".join(
         (
-            "# How long it takes\n",
             "Written by `python benchmarks/speed.py --table docs/performance.md`; do not edit. Wall time of the "
             "command line, imports included, the better of two runs, and the largest memory that a run held, on "
             f"{os.cpu_count()} cores (Python {platform.python_version()}, {platform.system()}).\n",
             "| what | figure | asked | |",
             "| --- | --- | --- | --- |",
             *map(figures.line, figures.rows),
-            "",
         )
     )
 
@@ -163,7 +162,7 @@ def main() -> int:
     if chosen.rollouts:
         against_others(figures)
     if chosen.table:
-        chosen.table.write_text(page(figures), "utf-8")
+        write_section(chosen.table, "speed", page(figures), "# How long it takes")
     return int(figures.broken)
 
 

@@ -10,7 +10,9 @@ from .options import AsIsOption, FrameOption, MapOption
 
 
 def app(
-    logs: Annotated[list[Path] | None, typer.Argument(metavar="[LOG...]", help="Logs to open at once.")] = None,
+    logs: Annotated[
+        list[Path] | None, typer.Argument(metavar="[LOG...]", help="Logs to open at once, or the folder of a fleet.")
+    ] = None,
     vehicle: Annotated[
         str | None, typer.Option("--vehicle", "-v", help="Vehicle file, or a shipped one; default: made of the log.")
     ] = None,

@@ -43,6 +43,7 @@ def fleet(
     with failing_clearly():
         from ..fleet.build_fleet import build_fleet
         from ..fleet.workers import Engine
+        from ..physics.in_words import listing, number
 
         symbols = [symbol.strip() for text in follow or [] for symbol in text.split(",")]
         built = build_fleet(
@@ -67,8 +68,10 @@ def fleet(
         else:
             index = built.index
             boats = f"{len(index.boats)} boat{'s' * (len(index.boats) != 1)}"
-            say(f"{out}: {len(index.logs)} logs of {boats}, {index.hours:.1f} h under way.")
+            say(f"{out}: {len(index.logs)} logs of {boats}, {number(index.hours)} h under way.")
             say(f"In this call: {built.read} read, {built.kept} there already, {len(built.skipped)} skipped.")
+            if mixed := index.of_several_vehicles:
+                say(f"Logs of {listing(mixed)} were read with vehicles that differ: give all of them again for one.")
         for one in built.skipped:
             complain(f"  skipped {one.log}: {one.problem}")
     if built.skipped:

@@ -17,7 +17,8 @@ def merge(
 ) -> None:
     """Join fleets in one folder; a log that is in several is there once."""
     with failing_clearly():
-        from ..fleet.build_fleet import merge_fleets
+        from ..fleet.merging import merge_fleets
+        from ..physics.in_words import number
 
         merged = merge_fleets(fleets, out, force=force)
-        say(f"{out}: {len(merged.logs)} logs of {len(merged.boats)} boats, {merged.hours:.1f} h under way.")
+        say(f"{out}: {len(merged.logs)} logs of {len(merged.boats)} boats, {number(merged.hours)} h under way.")

@@ -52,6 +52,11 @@ class BoatDays:
         """Times in days since the first, (n,)."""
         return (self.time - self.time[0]) / DAY
 
+    def of(self, rows: Sequence[int]) -> "BoatDays":
+        """The same of some days."""
+        some = (column[rows] for column in (self.time, self.hours, self.values, self.covariance, self.known))
+        return BoatDays(self.boat, *some)
+
 
 def part_of(parameter: str) -> Part:
     """What a parameter describes, by its name.

@@ -7,30 +7,29 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..measurements.log_options import AS_GUESSED, Reading
-from ..physics.errors import RequestError, expect
+from ..physics.errors import RequestError, VehicleError, expect
 from ..physics.folders import held
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.pace import Pace
 from ..reports.terminal.progress import SHOWN, showing
-from ..workflows.run_folder.targets import check_target_folder
 from .fleet_folder import (
     FACTORS,
     FleetIndex,
     FleetLog,
     SkippedLog,
+    check_fleet_target,
     clear_factors,
-    factors_path,
+    fleet_there,
+    has_factors,
     index_of,
     iso,
     keep_factors,
-    own_fleet,
     read_hull_factors,
-    read_index,
     write_index,
 )
 from .hull_factors import HullFactors
-from .log_sources import INDEX, LogSource, find_sources
+from .log_sources import LogSource, find_sources
 from .one_log import LogAnswer, LogTask, factors_of, key_of
 from .workers import Engine, WorkerLost, mapped
 
@@ -97,18 +96,22 @@ def build_fleet(
     expect("build_fleet: reading", reading, Reading, "undertow.Reading(frame=...) says how")
     sources = find_sources(given)
     vehicles: dict[str, Vehicle] = {"": vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)}
-    for name in {source.vehicle for source in sources} - {""}:
-        vehicles[name] = load_vehicle(name)
+    for source in sources:
+        if source.vehicle not in vehicles:
+            try:
+                vehicles[source.vehicle] = load_vehicle(source.vehicle)
+            except VehicleError as error:
+                raise VehicleError(f"{source.place}, by the manifest: {error.typed}") from None
     for one in vehicles.values():
         for symbol in follow:
             one.parameter(symbol)
     folder = Path(out)
-    check_target_folder("--out", folder, {INDEX, FACTORS}, own_fleet, [s.place for s in sources], force=force)
+    check_fleet_target(folder, [s.place for s in sources], force=force)
     (folder / FACTORS).mkdir(parents=True, exist_ok=True)
     with held(folder, "writes"):
-        earlier = read_index(folder) if own_fleet(folder) else FleetIndex()
+        earlier = fleet_there(folder)
         write_index(folder, earlier)  # so that an interrupted call leaves a fleet, which another goes on with
-        at = str(folder.resolve() / FACTORS)
+        at = str(folder.resolve())
         tasks = [LogTask(s.place, vehicles[s.vehicle], tuple(follow), reading, at) for s in sources]
         built = _built(folder, earlier, sources, tasks, engine or Engine(), progress)
         write_index(folder, built.index)
@@ -138,30 +141,36 @@ def _built(
             found[source.place] = log.but(boat=source.boat, notes=source.notes)
         else:
             left.append(number)
-    read = 0
+    before = {path.stem for path in (folder / FACTORS).glob("*.npz")}
+    made: set[str] = set()
     pace = Pace(progress, "logs")
     for done, (at, answer) in enumerate(mapped(factors_of, [tasks[n] for n in left], engine), start=1):
         source, task = sources[left[at]], tasks[left[at]]
         told = answer if isinstance(answer, LogAnswer) else LogAnswer(problem=_lost(answer))
         if told.content is not None:
             keep_factors(folder, told.key, told.content)
-            read += 1
+            made.add(told.key)
         log = _log_of(folder, source, task, told)
         if isinstance(log, SkippedLog):
             skipped.append(log)
         else:
             found[source.place] = log
         pace.told(done, len(left))
+    now = {source.place for source in sources}
+    others = [log for log in earlier.logs if log.log not in now]
+    digests = {log.sha256 for log in found.values()}
+    # Of the same bytes, a log of earlier calls has moved where it is there no more; else it is the one that counts.
+    still = [log for log in others if log.sha256 in digests and os.path.exists(log.log)]
     once: dict[str, FleetLog] = {}
-    for _, log in sorted(found.items()):
-        first = once.setdefault(log.factors, log)
+    for log in sorted([*found.values(), *still], key=lambda log: log.log):
+        first = once.setdefault(log.sha256, log)
         if first is not log:
             skipped.append(SkippedLog(log=log.log, boat=log.boat, problem=f"it has the same bytes as {first.log}"))
-    now = {source.place for source in sources}
-    others = [log for log in earlier.logs if log.log not in now and log.factors not in once]
     waiting = [log for log in earlier.skipped if log.log not in now]
-    index = index_of([*once.values(), *others], [*skipped, *waiting])
-    return FleetBuilt(index, read, len(found) - read, tuple(sorted(skipped, key=lambda one: one.log)))
+    index = index_of([*once.values(), *(log for log in others if log.sha256 not in digests)], [*skipped, *waiting])
+    given = [log.factors for log in once.values() if log.log in now]
+    read = sum(key in made or key not in before for key in given)  # of equal bytes one is read, or both at a time
+    return FleetBuilt(index, read, len(given) - read, tuple(sorted(skipped, key=lambda one: one.log)))
 
 
 def _lost(answer: WorkerLost | LogAnswer) -> str:
@@ -171,7 +180,7 @@ def _lost(answer: WorkerLost | LogAnswer) -> str:
 def _unchanged(folder: Path, log: FleetLog, source: LogSource, task: LogTask) -> bool:
     """Whether a log is as it was, as far as size, time and what is asked tell, and its factors are there."""
     same = source.version == log.version != "" and _begins(source) == log.begins
-    return same and key_of(log.sha256, task) == log.factors and factors_path(folder, log.factors).is_file()
+    return same and key_of(log.sha256, task) == log.factors and has_factors(folder, log.factors)
 
 
 def _log_of(folder: Path, source: LogSource, task: LogTask, answer: LogAnswer) -> FleetLog | SkippedLog:
@@ -221,40 +230,3 @@ def middle(source: LogSource, factors: HullFactors) -> float:
 
 def _begins(source: LogSource) -> str:
     return "" if source.begins is None else iso(source.begins)
-
-
-def merge_fleets(fleets: Sequence[PathLike], out: PathLike, *, force: bool = False) -> FleetIndex:
-    """Join fleet folders in a new one; a log that is in several is there once.
-
-    Raises
-    ------
-    RequestError
-        when one is no fleet, a log has another boat or day in each, or the folder cannot be written.
-    """
-    if len(fleets) < 2:
-        raise RequestError(f"merge: expected two fleets or more, got {len(fleets)}")
-    folder = Path(out)
-    folders = [Path(fleet) for fleet in fleets]
-    indices = [read_index(one) for one in folders]
-    check_target_folder("--out", folder, {INDEX, FACTORS}, own_fleet, folders, force=force)
-    logs: dict[str, FleetLog] = {}
-    for index in indices:
-        for log in index.logs:
-            known = logs.setdefault(log.factors, log)
-            if (known.boat, known.time) != (log.boat, log.time):
-                raise RequestError(
-                    f"merge: expected one boat and day of {log.log}, got {known.boat} {known.time} and {log.boat} "
-                    f"{log.time}; say which with a manifest, and make one of the fleets again"
-                )
-    skipped = {(s.log, s.problem): s for index in indices for s in index.skipped}
-    (folder / FACTORS).mkdir(parents=True, exist_ok=True)
-    with held(folder, "writes"):
-        for one, index in zip(folders, indices, strict=True):
-            for log in index.logs:
-                if not factors_path(folder, log.factors).is_file():
-                    read_hull_factors(one, log.factors)  # which refuses what is broken
-                    keep_factors(folder, log.factors, factors_path(one, log.factors).read_bytes())
-        merged = index_of(logs.values(), skipped.values())
-        write_index(folder, merged)
-        clear_factors(folder, merged)
-    return merged

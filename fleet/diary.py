@@ -18,6 +18,7 @@ from ..reports.diary_facts import (
     DiaryRow,
     FleetParameter,
     Moved,
+    OddDayRecord,
     Visible,
 )
 from .boat_days import BoatDays, Part, boat_days, part_of, scales
@@ -26,6 +27,7 @@ from .fleet_changes import FleetChanges, fleet_changes
 from .hull_changes import WatchSettings, watched
 from .hull_estimates import Fleet
 from .names_of_changes import HullChange
+from .odd_days import OddDay
 from .pooling import Pooled, levels, odd, pool
 
 DEVIATIONS = 1.96
@@ -57,7 +59,7 @@ def diary_of(fleet: Fleet, name: str = "fleet", settings: WatchSettings | None =
         raise RequestError("diary: expected logs that say something of a hull, got none; look at the fleet's own list")
     scale = scales(fleet)
     seen = fleet_changes(boats, fleet.parameters, settings)
-    recent = [_since(boat, seen.by_boat[boat.boat]) for boat in boats]
+    recent = [_since(boat, seen.by_boat[boat.boat], [odd.row for odd in seen.odd[boat.boat]]) for boat in boats]
     level, covariance = levels(recent, seen.scatter)
     said = np.array([boat.known.any(axis=0) for boat in recent])
     noise = np.where(said, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)), np.inf)
@@ -88,6 +90,7 @@ def diary_of(fleet: Fleet, name: str = "fleet", settings: WatchSettings | None =
                 first=_date(boat.time[0]),
                 last=_date(boat.time[-1]),
                 changes=tuple(_change(boat, change, fleet.parameters) for change in seen.by_boat[boat.boat]),
+                odd_days=tuple(_odd_day(boat, odd, fleet.parameters) for odd in seen.odd[boat.boat]),
                 visible=_visible(boat, seen, fleet.parameters, settings),
                 parameters=_parameters(boat, index, fleet.parameters, scale, pooled, differs, seen),
             )
@@ -96,15 +99,20 @@ def diary_of(fleet: Fleet, name: str = "fleet", settings: WatchSettings | None =
     )
 
 
-def _since(boat: BoatDays, changes: Sequence[HullChange]) -> BoatDays:
-    """The days since the last change began; where a hull still changes, those of the last week."""
-    if not changes:
-        return boat
-    row = max(changes[-1].first, boat.time.size - WEEK) if changes[-1].slope else changes[-1].first
-    kept = slice(min(row, boat.time.size - 1), None)
-    return BoatDays(
-        boat.boat, boat.time[kept], boat.hours[kept], boat.values[kept], boat.covariance[kept], boat.known[kept]
-    )
+def _since(boat: BoatDays, changes: Sequence[HullChange], odd: Sequence[int]) -> BoatDays:
+    """The days since the last change began, but for odd ones; where a hull still changes, those of the last week."""
+    row = 0
+    if changes:
+        row = max(changes[-1].first, boat.time.size - WEEK) if changes[-1].slope else changes[-1].first
+    return boat.of([k for k in range(min(row, boat.time.size - 1), boat.time.size) if k not in odd] or [-1])
+
+
+def _odd_day(boat: BoatDays, odd: OddDay, parameters: Sequence[str]) -> OddDayRecord:
+    """An odd day, by the parameter that tells it best."""
+    k = int(np.argmax(np.where(boat.known[odd.row], np.abs(odd.change) / odd.deviation, 0.0)))
+    share = _about(float(odd.change[k]), DEVIATIONS * float(odd.deviation[k]))
+    moved = Moved(parameter=parameters[k], part=part_of(parameters[k]).value, share=share)
+    return OddDayRecord(day=_date(boat.time[odd.row]), moved=moved)
 
 
 def _change(boat: BoatDays, change: HullChange, parameters: Sequence[str]) -> ChangeRecord:

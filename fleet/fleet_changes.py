@@ -8,6 +8,7 @@ from .causes import rays, stories
 from .day_scatter import DayScatter, day_scatter
 from .hull_changes import WatchSettings, alarms, watched
 from .names_of_changes import HullChange, changes
+from .odd_days import OddDay, odd_day, taken_back
 from .rehearsed_widening import rehearsed_widening
 
 
@@ -20,12 +21,14 @@ class FleetChanges:
     scatter : of the days
     taken : the same as the watch takes it, widened by `widening`
     by_boat : changes of each boat, in order of time
+    odd : days of each boat that were odd for once
     """
 
     scatter: DayScatter
     taken: DayScatter
     widening: float
     by_boat: Mapping[str, tuple[HullChange, ...]]
+    odd: Mapping[str, tuple[OddDay, ...]]
 
 
 def fleet_changes(boats: Sequence[BoatDays], parameters: Sequence[str], settings: WatchSettings) -> FleetChanges:
@@ -34,9 +37,10 @@ def fleet_changes(boats: Sequence[BoatDays], parameters: Sequence[str], settings
     directions, laws = rays(parameters), stories(parameters)
     widening = rehearsed_widening(boats, scatter, directions, settings)
     taken = replace(scatter, covariance=widening * scatter.covariance)
-    found = {}
+    found, strange = {}, {}
     for boat in boats:
         own = taken.of(boat.boat)
-        known = [day for day, _ in alarms(watched(boat, own, directions), settings.threshold)]
-        found[boat.boat] = changes(boat, own, known, laws)
-    return FleetChanges(scatter, taken, widening, found)
+        known, odd = alarms(watched(boat, own, directions), settings.threshold, taken_back(boat, own))
+        found[boat.boat] = changes(boat, own, known, laws, odd)
+        strange[boat.boat] = tuple(odd_day(boat, own, row, odd) for row in odd)
+    return FleetChanges(scatter, taken, widening, found, strange)

@@ -9,6 +9,7 @@ from ..physics.errors import RequestError
 from ..physics.file_records import Number, Record
 from ..physics.files import write_bytes, write_json
 from ..physics.reading import read_bytes, read_json, reason
+from ..workflows.run_folder.targets import check_target_folder
 from .hull_factors import HullFactors
 from .hull_factors_file import from_bytes
 from .log_sources import INDEX
@@ -48,6 +49,11 @@ class FleetLog(Record):
     notes: str = ""
     version: str = ""
 
+    @property
+    def day(self) -> str:
+        """The date (UTC), as ISO 8601 has it."""
+        return self.time[: len("2026-05-03")]
+
 
 class SkippedLog(Record):
     """A log that is not in the data set, and why."""
@@ -68,6 +74,12 @@ class FleetIndex(Record):
     def boats(self) -> tuple[str, ...]:
         """Their names."""
         return tuple(sorted({log.boat for log in self.logs}))
+
+    @property
+    def of_several_vehicles(self) -> tuple[str, ...]:
+        """Boats whose logs were read with vehicles that differ."""
+        pairs = {(log.boat, log.vehicle) for log in self.logs}
+        return tuple(boat for boat in self.boats if sum(boat == one for one, _ in pairs) > 1)
 
     @property
     def hours(self) -> float:
@@ -116,6 +128,27 @@ def own_fleet(folder: Path) -> Collection[str]:
     return (INDEX, FACTORS)
 
 
+def fleet_there(folder: Path) -> FleetIndex:
+    """The index of a folder, an empty one where it is no fleet yet."""
+    return read_index(folder) if own_fleet(folder) else FleetIndex()
+
+
+def check_fleet_target(folder: Path, reads: Iterable[str | Path], *, force: bool) -> None:
+    """Check that a fleet can be written; what only looks like one is not made over, nor taken for anything else.
+
+    Raises
+    ------
+    RequestError
+        when its index cannot be read, or what `check_target_folder` says.
+    """
+    try:
+        if (folder / INDEX).is_file():
+            read_index(folder)
+    except RequestError as error:
+        raise RequestError(f"{error.typed}; to write here, take it away first") from None
+    check_target_folder("--out", folder, {INDEX, FACTORS}, own_fleet, list(reads), force=force)
+
+
 def factors_path(folder: Path, key: str) -> Path:
     """Where the factors of a key are."""
     return folder / FACTORS / f"{key}.npz"
@@ -136,6 +169,15 @@ def read_hull_factors(folder: Path, key: str) -> HullFactors:
         raise RequestError(
             f"{path}: {error.strerror or error}; run 'undertow fleet' with the same logs again, which makes it"
         ) from None
+
+
+def has_factors(folder: Path, key: str) -> bool:
+    """Whether the factors of a key are there, and whole."""
+    try:
+        read_hull_factors(folder, key)
+    except RequestError:
+        return False
+    return True
 
 
 def keep_factors(folder: Path, key: str, content: bytes) -> None:

@@ -8,7 +8,7 @@ Rinaldo 2024, definition 2.5): while nothing happens its mean is at most the day
 worth of days at most once a year.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,11 +19,16 @@ from ..physics.frames import Array
 from .boat_days import BoatDays
 from .causes import SLOPE, STEP, Ray
 
+Back = Callable[[Sequence[int], int, int], bool]
 YEAR = 365.25  # [days]
 RECENT, MIDDLE, OLDEST = 6, 24, 120
 SPARSE = (4, 12)
 """Logged days back of which each may be the first of a change; of older ones every fourth, then every twelfth: to leave
 candidates out can only lower the sum, and neighbours of so long ago tell the same."""
+
+
+SUDDEN = float(np.log(20.0))
+"""Growth of the logarithm of the detector by which a day raises an alarm alone: what grows for weeks does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +71,10 @@ class Watch:
     precision: Array
     rays: tuple[Ray, ...]
 
+    def of(self, rows: Sequence[int]) -> "Watch":
+        """The same of some days."""
+        return Watch(self.days[rows], self.series[rows], self.precision[rows], self.rays)
+
 
 def watched(boat: BoatDays, scatter: Array, rays: Sequence[Ray]) -> Watch:
     """The sums of parameters that show each ray best, by the scatter of days and the usual noise of the logs."""
@@ -78,17 +87,30 @@ def watched(boat: BoatDays, scatter: Array, rays: Sequence[Ray]) -> Watch:
     return Watch(boat.days, boat.values @ sums.T, 1.0 / variance, tuple(rays))
 
 
-def alarms(watch: Watch, threshold: float) -> list[tuple[int, float]]:
-    """Days after whose logs the detector passes its threshold, and its logarithm then; it begins anew after each."""
-    found, start = [], 0
-    while start < watch.days.size - 1:
-        sums = detector(watch, start)
+def alarms(watch: Watch, threshold: float, back: Back | None = None) -> tuple[list[int], list[int]]:
+    """Days after whose logs the detector passes its threshold, and odd days among them; it begins anew after each.
+
+    Parameters
+    ----------
+    back : says of the days before an alarm that one day raised, its day and the day after whether that takes the alarm
+        back: the detector then goes on as if the odd day were not there; default: no alarm is taken back
+    """
+    rows, start = list(range(watch.days.size)), 0
+    known: list[int] = []
+    odd: list[int] = []
+    while start < len(rows) - 1:
+        sums = detector(watch.of(rows), start)
         passed = np.flatnonzero(sums >= np.log(threshold))
         if not passed.size:
             break
-        start += int(passed[0])
-        found.append((start, float(sums[passed[0]])))
-    return found
+        at = start + int(passed[0])
+        sudden = float(sums[passed[0]] - sums[passed[0] - 1]) > SUDDEN
+        if back is not None and sudden and at + 1 < len(rows) and back(rows[start:at], rows[at], rows[at + 1]):
+            odd.append(rows.pop(at))
+            continue
+        known.append(rows[at])
+        start = at
+    return known, odd
 
 
 def detector(watch: Watch, start: int = 0) -> Array:

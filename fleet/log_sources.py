@@ -20,6 +20,8 @@ COLUMNS = ("log", "boat", "day", "vehicle", "notes")
 INDEX = "fleet.json"
 """File that makes a folder a fleet; no log is looked for in one."""
 _MANIFESTS = {".csv", ".yaml", ".yml"}
+_SURE = (*(suffix for suffix in SUFFIXES if suffix not in (".log", ".gz")), ".csv.gz")
+"""Endings that hardly anything but a log has: one of these that no reader knows is named, and not passed over."""
 _DATE = re.compile(r"(?<!\d)(20\d\d)-?([01]\d)-?([0-3]\d)(?!\d)(?:[T_ -]+([0-2]\d)[-:]?([0-5]\d)(?:[-:]?([0-5]\d))?)?")
 """A date in a name, perhaps with the time of day: 2026-05-03, 20260503_101500."""
 
@@ -30,7 +32,7 @@ class LogSource:
 
     Attributes
     ----------
-    place : path or address
+    place : path, from the root on, for a fleet is added to from several folders; or address
     boat : name of the boat
     begins : when it begins [s since 1970], or when its day does, where somebody says so; None where nobody does
     named : the same, as the name of the file has it
@@ -91,21 +93,35 @@ def _sources(name: str) -> Iterable[LogSource]:
 
 
 def _below(folder: Path) -> list[str]:
-    """Logs in a folder and in those below it, but for hidden ones and fleets."""
+    """Logs in a folder and in those below it, but for hidden ones and fleets, with what has a log's ending and is none.
+
+    Links to folders are followed, each folder once; one that cannot be opened stands among the logs, to be named.
+    """
     found: list[str] = []
     told = ""
-    for here, inner, files in os.walk(folder):
+    seen: set[str] = set()
+
+    def shut(error: OSError) -> None:
+        found.append(error.filename)
+
+    for here, inner, files in os.walk(folder, followlinks=True, onerror=shut):
         inner[:] = sorted(name for name in inner if not name.startswith(".") and not (Path(here, name, INDEX)).exists())
-        if INDEX in files:
+        if INDEX in files or os.path.realpath(here) in seen:
             inner[:] = []
             continue
+        seen.add(os.path.realpath(here))
         try:
             logs = find_logs([here])[0]
         except LogError as error:
             told = told or error.typed
-            continue
+            logs = ()
         found += logs
-        inner[:] = [name for name in inner if str(Path(here, name)) not in logs] if logs != (here,) else []
+        if logs == (here,):
+            inner[:] = []
+            continue
+        inner[:] = [name for name in inner if str(Path(here, name)) not in logs]
+        others = [str(Path(here, name)) for name in files if name.lower().endswith(_SURE) and not name.startswith(".")]
+        found += sorted(set(others) - set(logs))
     if not found:
         raise LogError(told or f"{folder}: expected a folder of logs, got a fleet; give the folder of its logs")
     return found
@@ -116,8 +132,8 @@ def _of(place: str, boat: str) -> LogSource:
 
 
 def _local(place: str) -> LogSource:
-    path = Path(place)
-    return replace(_of(place, path.resolve().parent.name), version=_version(path))
+    path = Path(os.path.abspath(place))
+    return replace(_of(str(path), path.resolve().parent.name), version=_version(path))
 
 
 def _version(path: Path) -> str:
@@ -133,17 +149,23 @@ def _manifest(path: Path) -> Sequence[tuple[int, Mapping[str, str]]] | None:
     """Rows of a manifest, each with its number; None for a table that is none, such as a log."""
     if path.suffix.lower() == ".csv":
         with path.open("rb") as stream:
-            if b"log" not in [word.strip(b'" \xef\xbb\xbf\r\n').lower() for word in stream.readline().split(b",")]:
-                return None
+            head = stream.readline()
+        mark = max(b",", b";", b"\t", key=head.count)  # spreadsheets of half of Europe write semicolons
+        if b"log" not in [word.strip(b'" \xef\xbb\xbf\r\n').lower() for word in head.split(mark)]:
+            return None
         try:
-            reader = csv.DictReader(io.StringIO(read_text(path)), skipinitialspace=True)
-            rows = [
-                {(key or "").strip().lower(): value or "" for key, value in row.items() if isinstance(value, str)}
-                for row in reader
-            ]
+            lines = csv.reader(io.StringIO(read_text(path)), delimiter=mark.decode(), skipinitialspace=True)
+            keys = [key.strip().lower() for key in next(lines)]
+            rows = [(lines.line_num, cells) for cells in lines if any(map(str.strip, cells))]
         except (ValueError, csv.Error) as error:
             raise RequestError(f"{path}: not readable as a manifest: {error}") from None
-        numbered = list(enumerate(rows, start=2))
+        for number, cells in rows:
+            if len(cells) > len(keys) or len(set(keys)) < len(keys):
+                raise RequestError(
+                    f"{path}, row {number}: expected a cell for each of the columns {', '.join(keys)}, each once; got "
+                    f"{len(cells)} cells; put quotes about a cell with a {mark.decode()!r} in it"
+                )
+        numbered = [(number, dict(zip(keys, cells, strict=False))) for number, cells in rows]
     else:
         try:
             content = read_yaml(path)

@@ -64,7 +64,9 @@ class _Told:
         return float(logsumexp(self.evidence))
 
 
-def changes(boat: BoatDays, scatter: Array, known: Sequence[int], stories: Sequence[Story]) -> tuple[HullChange, ...]:
+def changes(
+    boat: BoatDays, scatter: Array, known: Sequence[int], stories: Sequence[Story], odd: Sequence[int] = ()
+) -> tuple[HullChange, ...]:
     """The changes behind the alarms of a boat, in order of time.
 
     Alarms that follow each other because one slope goes on are one change.
@@ -73,8 +75,10 @@ def changes(boat: BoatDays, scatter: Array, known: Sequence[int], stories: Seque
     ----------
     scatter : (p, p) of its days
     known : index of the day of each alarm
+    odd : days that say nothing
     """
     inverse = np.linalg.inv(boat.covariance + scatter).astype(float)
+    inverse[list(odd)] = 0.0
     found: list[HullChange] = []
     begun: list[int] = []
     for start, alarm, end in zip([0, *known], known, [*known[1:], boat.time.size], strict=False):

@@ -13,6 +13,7 @@ from ..physics.errors import LogError
 from ..physics.vehicle import Vehicle
 from ..workflows.compress import in_pieces
 from ..workflows.inputs import read_motions
+from .fleet_folder import has_factors
 from .hull_factors import hull_factors, settings_of
 from .hull_factors_file import HullFactorsAbout, to_bytes
 from .object_store import fetched, is_url
@@ -29,7 +30,7 @@ class LogTask:
     ----------
     place : path or address of the log
     vehicle, follow, reading : what is followed, and how the log is read
-    kept : folder of factors that are there already; what is in it is not made again
+    kept : folder of the fleet; factors that are in it already are not made again
     """
 
     place: str
@@ -88,7 +89,7 @@ def _factors_of(task: LogTask, path: Path) -> LogAnswer:
     if sha256 is None:
         raise LogError(f"{path}: no such log, or it cannot be opened")
     key = key_of(sha256, task)
-    if Path(task.kept, f"{key}.npz").is_file():
+    if has_factors(Path(task.kept), key):
         return LogAnswer(sha256, key)
     log, motions = read_motions(path, task.vehicle, task.reading)
     start = log.start_ns / 1e9 if log.start_ns else float("nan")

@@ -2,13 +2,17 @@
 
 Axes are weighted by what the rows leave unexplained (feasible generalised least squares). What sensor noise adds to
 the products is taken off. Water that moves is fitted in each log, under a prior. The covariance is the sandwich of
-blocks of time (Liang and Zeger 1986, eq. 8), drawn towards the model's own as far as blocks are few, for a minute has
-six of them.
+blocks of time (Liang and Zeger 1986, eq. 8), each variance over what it would be in the mean were the model right, for
+a fit leaves few blocks less than they had (Bell and McCaffrey 2002); variances are drawn towards what all parameters
+have in common, and correlations towards the model's own, as far as blocks are few: a minute has six of them. It is so
+wide that 1.96 deviations are what Student's t would have.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from ..measurements.statistics.blocks import sandwich
 from ..measurements.statistics.single_threaded import single_threaded
@@ -28,8 +32,11 @@ _LEVEL = 0.25
 _NOTHING = 10.0
 """Standard error, as multiples of what the vehicle has, beyond which a log says nothing of a parameter."""
 _FEW = 5.0
-"""Blocks for each parameter at which sandwich and model have equal weight: a round number, whose intervals
-`benchmarks/fleet.py --worlds N` counts."""
+"""Blocks at which a parameter's own variance and that of all of them have equal weight, and blocks for each parameter
+at which correlations of the sandwich and of the model have: a round number, whose intervals `benchmarks/fleet.py
+--worlds N` counts."""
+_TAIL = 0.025
+"""Chance beyond either end of an interval of 95 %."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,26 +112,41 @@ class _Normal:
         inverse, self.lost = _inverse(shared[:, :m])
         self.change = inverse @ shared[:, -1]
         scores, self.left, doubt = np.zeros((f.tests.size, m)), np.zeros(3), np.zeros(m)
+        told = np.zeros((f.tests.size, m, m))
         for own, inner, added in zip(self._own, solved, noise, strict=True):
             full = np.concatenate([self.change, inner[:, -1] - inner[:, :m] @ self.change])
             error = products[own][:, :-1, -1] - products[own][:, :-1, :-1] @ full
             scores[own] = error[:, :m] - error[:, m:] @ inner[:, :m]
+            alone = np.concatenate([np.eye(m), -inner[:, :m]])
+            told[own] = alone.T @ products[own][:, :-1, :-1] @ alone
             ends = np.append(-full, 1.0)
             spurious = added[:-1] @ ends
             doubt += _LEVEL * (spurious[:m] - spurious[m:] @ inner[:, :m])
             self.left += np.einsum("i,baij,j->a", ends, raw[own], ends)
         moved = inverse @ doubt
-        self.covariance = self._errors(inverse, scores, meat) + np.outer(moved, moved)
+        self.covariance = self._errors(inverse, scores, told, meat) + np.outer(moved, moved)
 
-    def _errors(self, inverse: Array, scores: Array, prior: Array) -> Array:
+    def _errors(self, inverse: Array, scores: Array, told: Array, prior: Array) -> Array:
+        """The covariance by scores (blocks, m) and information (blocks, m, m) of the blocks, and by the prior."""
         blocks, size = scores.shape[0], max(self.kept.size, 1)
         if blocks == 1:  # one block tells nothing of how blocks differ
             return inverse + inverse @ prior @ inverse
-        plain = sandwich(inverse, scores)
-        # How much more or less than the model says rows err on the whole, which few blocks tell better than each.
-        times = float(np.mean(np.diag(plain) / np.diag(inverse)))
-        trust = blocks / (blocks + _FEW * size)
-        return trust * plain + (1.0 - trust) * times * inverse + inverse @ prior @ inverse
+        plain, usual = sandwich(inverse, scores, blocks), np.diag(inverse)
+        leaves = told.sum(axis=0) - (told @ inverse @ told).sum(axis=0)
+        expected = np.maximum(np.diag(inverse @ leaves @ inverse), usual / blocks**2)
+        # How much more or less than the model says rows err, of each parameter and of all.
+        each = np.diag(plain) / expected
+        times = (blocks * each + _FEW * each.mean()) / (blocks + _FEW)
+        freedom = (blocks - 1) * (1.0 + _FEW / blocks)
+        deviation = np.sqrt(times * usual) * float(student.isf(_TAIL, freedom) / norm.isf(_TAIL))
+        alike = blocks / (blocks + _FEW * size) * _correlation(plain)
+        alike += (1.0 - blocks / (blocks + _FEW * size)) * _correlation(inverse)
+        return alike * deviation[:, None] * deviation + inverse @ prior @ inverse
+
+
+def _correlation(covariance: Array) -> Array:
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return covariance * scale[:, None] * scale
 
 
 def _inverse(normal: Array) -> tuple[Array, np.ndarray]:

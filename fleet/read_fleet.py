@@ -1,6 +1,7 @@
 """A fleet folder as estimates: what each log, or each day of a boat's logs, says of its hull."""
 
 import os
+from collections import Counter
 from collections.abc import Iterator
 from functools import reduce
 from operator import add
@@ -14,18 +15,16 @@ from ..physics.errors import RequestError
 from .fleet_folder import FleetLog, read_hull_factors, read_index, seconds_of
 from .hull_estimates import Fleet, HullEstimate
 from .hull_factors import HullFactors
-from .parameter_estimates import estimated
+from .parameter_estimates import Values, estimated
 
 _SCALE = "_scale"
-_DATE = 10
-"""Letters of an ISO date."""
 
 
 def read_fleet(folder: str | os.PathLike[str], *, by: Literal["day", "log"] = "day") -> Fleet:
     """The estimates of a fleet folder that `build_fleet` made.
 
-    Logs are added in the order of the digests of their bytes, so that the numbers do not depend on how the folder came
-    about.
+    Nominal values are those of the vehicle of most logs. Logs are added in the order of the digests of their bytes, so
+    that the numbers do not depend on how the folder came about.
 
     Parameters
     ----------
@@ -45,19 +44,23 @@ def read_fleet(folder: str | os.PathLike[str], *, by: Literal["day", "log"] = "d
         raise RequestError(f"{place}: expected a fleet with logs, got none; give 'undertow fleet' some")
     groups: dict[tuple[str, ...], list[FleetLog]] = {}
     for log in index.logs:
-        own = log.factors if by == "log" else log.time[:_DATE]
+        own = log.factors if by == "log" else log.day
         groups.setdefault((log.boat, own, log.vehicle), []).append(log)
-    told: list[tuple[list[FleetLog], HullFactors]] = []
-    nominal: dict[str, float] = {}
+    told: list[tuple[list[FleetLog], list[str], Values]] = []
+    nominal: dict[str, Counter[float]] = {}
     for logs in groups.values():
         for some, factors in _added(place, logs):
-            told.append((some, factors))
-            for column, value in zip(factors.parameters, factors.nominal, strict=True):
-                nominal.setdefault(parameter_name(column.name), float(value))
+            names = [parameter_name(column.name) for column in factors.parameters]
+            told.append((some, names, estimated(factors)))  # factors are a hundred times larger, and go
+            for name, value in zip(names, factors.nominal, strict=True):
+                nominal.setdefault(name, Counter())[float(value)] += len(some)
     parameters = tuple(nominal)
-    estimates = [_estimate(logs, factors, parameters) for logs, factors in told]
+    estimates = [
+        _estimate(logs, [parameters.index(n) for n in names], found, len(parameters)) for logs, names, found in told
+    ]
     ordered = sorted(estimates, key=lambda one: (one.time, one.boat, one.source))
-    return Fleet(parameters, np.array(list(nominal.values())), tuple(ordered))
+    usual = [min(counts, key=lambda value: (-counts[value], value)) for counts in nominal.values()]
+    return Fleet(parameters, np.array(usual), tuple(ordered))
 
 
 def parameter_name(symbol: str) -> str:
@@ -83,10 +86,8 @@ def _added(folder: Path, logs: list[FleetLog]) -> Iterator[tuple[list[FleetLog],
         yield [log for log, _ in pairs], reduce(add, (factors for _, factors in pairs))
 
 
-def _estimate(logs: list[FleetLog], factors: HullFactors, parameters: tuple[str, ...]) -> HullEstimate:
-    found = estimated(factors)
-    place = [parameters.index(parameter_name(column.name)) for column in factors.parameters]
-    values, covariance = np.full(len(parameters), np.nan), np.full((len(parameters),) * 2, np.nan)
+def _estimate(logs: list[FleetLog], place: list[int], found: Values, size: int) -> HullEstimate:
+    values, covariance = np.full(size, np.nan), np.full((size, size), np.nan)
     values[place] = found.values
     covariance[np.ix_(place, place)] = found.covariance
     hours = np.array([log.hours for log in logs])

@@ -10,12 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import median_filter
+from scipy.stats import f as f_law
 
 from ..physics.frames import Array
 from .boat_days import BoatDays
 from .causes import Ray
 from .day_scatter import DayScatter, day_scatter
 from .hull_changes import YEAR, WatchSettings, alarms, watched
+from .odd_days import taken_back
 
 BOAT_YEARS = 30.0
 """Rehearsed at least: with a budget of one alarm in two years, their number is then known to a quarter."""
@@ -25,6 +27,9 @@ BLOCK = 7
 """Logged days that are drawn together, so that scatter which lasts from day to day does so in the rehearsal."""
 NEAR = 15
 """Logged days whose median is the level about a day: it follows a hull that changes, and leaves a single day alone."""
+TAILS = 6.0
+"""Degrees of freedom of the widest scatter that is rehearsed: a day that is beyond what such scatter does once in a
+year has had a cause, is told as an odd one, and would hide what lasts were it drawn again and again."""
 WIDENINGS = tuple(float(1.25**k) for k in range(13))
 """Of the covariance, up to fifteen times; a step costs an eighth of the evidence at most."""
 
@@ -47,7 +52,9 @@ def rehearsed_widening(
         count = 0
         for fleet, own in zip(fleets, found, strict=True):
             for boat in fleet:
-                count += len(alarms(watched(boat, widening * own.of(boat.boat), rays), settings.threshold))
+                wide = widening * own.of(boat.boat)
+                known, odd = alarms(watched(boat, wide, rays), settings.threshold, taken_back(boat, wide))
+                count += len(known) + len(odd)  # an alarm that is taken back a day later was one
             if count > most:
                 return False
         return True
@@ -64,10 +71,13 @@ def rehearsed_widening(
 
 
 def _residuals(boat: BoatDays, scatter: DayScatter) -> Array:
-    """Days less the level about them, in units of their scatter (n, p)."""
+    """Days less the level about them, in units of their scatter (n, p), but for those that no scatter explains."""
     level = median_filter(boat.values, size=(NEAR, 1), mode="nearest")
     root = np.linalg.cholesky(boat.covariance + scatter.of(boat.boat))
-    return np.linalg.solve(root, (boat.values - level)[..., None])[..., 0]
+    found = np.linalg.solve(root, (boat.values - level)[..., None])[..., 0]
+    size = found.shape[1]
+    limit = size * (TAILS - 2.0) / TAILS * float(f_law.isf(1.0 / YEAR, size, TAILS))
+    return found[(found**2).sum(axis=1) < limit]
 
 
 def _redrawn(boat: BoatDays, scatter: DayScatter, pool: Sequence[Array], rng: np.random.Generator) -> BoatDays:

@@ -1,8 +1,11 @@
 """The map over logs: processes of this machine, or a cluster that is there, and what is done when one dies."""
 
+import os
+import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -19,6 +22,8 @@ _AHEAD = 3
 """Tasks that are handed out for each worker: one at work, and enough waiting that it never waits itself."""
 _OF_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables of linear algebra: as many workers as processors leave none for threads of theirs."""
+_LOOK = 1.0
+"""Seconds after which a worker looks again whether its parent is there."""
 _PATIENCE = "10s"
 """Time in which a scheduler must answer."""
 
@@ -94,10 +99,22 @@ def mapped(function: Callable[[T], R], tasks: Sequence[T], engine: Engine) -> It
 
 def _answer(future: "Future[R]") -> R | WorkerLost:
     """What a task came to; a cluster tries a task whose worker dies some times, and then gives it up."""
-    error = future.exception()
-    if error is not None and type(error).__name__ == "KilledWorker":
-        return WorkerLost(str(error))
-    return future.result()
+    try:
+        return future.result()
+    except BrokenExecutor:
+        raise
+    except CancelledError:
+        raise RequestError(
+            "the scheduler went away before the work was done; what was done is kept: start one, and give the same "
+            "call again"
+        ) from None
+    except Exception as error:
+        if type(error).__name__ == "KilledWorker":
+            return WorkerLost(str(error))
+        raise RequestError(
+            f"a worker cannot do its work ({type(error).__name__}: {error}); see that undertow is there, in this "
+            "version, on every machine of the cluster"
+        ) from error
 
 
 @contextmanager
@@ -111,13 +128,25 @@ def _pool(engine: Engine, tasks: int) -> Iterator[tuple[Executor, int]]:
     from joblib.externals.loky import ProcessPoolExecutor, cpu_count
 
     count = min(engine.workers or cpu_count(), tasks)
-    pool = ProcessPoolExecutor(max_workers=count, env=dict.fromkeys(_OF_THREADS, "1"))
+    threads = dict.fromkeys(_OF_THREADS, "1")
+    pool = ProcessPoolExecutor(max_workers=count, env=threads, initializer=end_with, initargs=(os.getpid(),))
     try:
         yield pool, _AHEAD * count
     except BaseException:
         pool.shutdown(wait=False, kill_workers=True)
         raise
     pool.shutdown(wait=True, kill_workers=True)
+
+
+def end_with(parent: int) -> None:
+    """Let this process end when its parent has: a call that the system kills leaves no workers behind."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_LOOK)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _client(address: str) -> Any:

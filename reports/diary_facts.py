@@ -67,6 +67,13 @@ class ChangeRecord(Record):
     moved: tuple[Moved, ...] = ()
 
 
+class OddDayRecord(Record):
+    """A day on which a boat was another for once, as the day after shows, and the parameter that tells it best."""
+
+    day: str
+    moved: Moved
+
+
 class DiaryRow(Record):
     """A day of logs: what they say of one parameter, with the scatter of days in the interval, in its unit."""
 
@@ -103,6 +110,7 @@ class BoatRecord(Record):
     first: str
     last: str
     changes: tuple[ChangeRecord, ...] = ()
+    odd_days: tuple[OddDayRecord, ...] = ()
     visible: tuple[Visible, ...] = ()
     parameters: tuple[BoatParameter, ...] = ()
 

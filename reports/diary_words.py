@@ -47,11 +47,7 @@ def telling(change: ChangeRecord) -> Moved:
 
 def change_sentence(change: ChangeRecord) -> str:
     """What changed, by how much, when, and how sure that is."""
-    most = telling(change)
-    least, largest = sorted((abs(most.share.low), abs(most.share.high)))
-    more = "more" if most.share.value > 0.0 else "less"
-    what, size = plain(most.parameter), percent(abs(most.share.value))
-    span = f"{number(100.0 * least, 2)} to {number(100.0 * largest, 2)}{NARROW}%"
+    what, size, more, span = _sized(telling(change))
     first = change.first if change.earliest == change.latest else (
         f"{change.first} ({change.earliest} to {change.latest})"
     )  # fmt: skip
@@ -63,6 +59,23 @@ def change_sentence(change: ChangeRecord) -> str:
         told = f"{what} {size} {more} ({span}) from {first} on; {known}"
     both = " The logs do not tell these apart." if len(change.causes) > 1 else ""
     return f"{told[0].upper()}{told[1:]}.{both}"
+
+
+def _sized(moved: Moved) -> tuple[str, str, str, str]:
+    """A parameter, how far it moved, whether that is more or less, and from where to where it may be."""
+    least, largest = sorted((abs(moved.share.low), abs(moved.share.high)))
+    span = f"{number(100.0 * least, 2)} to {number(100.0 * largest, 2)}{NARROW}%"
+    more = "more" if moved.share.value > 0.0 else "less"
+    return plain(moved.parameter), percent(abs(moved.share.value)), more, span
+
+
+def odd_sentence(boat: BoatRecord) -> str:
+    """The days on which a boat was another for once; empty where there are none."""
+    told = []
+    for odd in boat.odd_days:
+        what, size, more, _ = _sized(odd.moved)
+        told.append(f"On {odd.day} alone, {what} was {size} {more}.")
+    return " ".join(told)
 
 
 def unchanged_sentence(boat: BoatRecord) -> str:
@@ -83,7 +96,7 @@ def differs_sentence(boat: BoatRecord) -> str:
 def boat_sentences(boat: BoatRecord) -> str:
     """All that the diary says of a boat, in a line."""
     told = [f"{causes_words(c).capitalize()}. {change_sentence(c)}" for c in boat.changes] or [unchanged_sentence(boat)]
-    return " ".join([*told, differs_sentence(boat)]).strip()
+    return " ".join(filter(None, [*told, odd_sentence(boat), differs_sentence(boat)]))
 
 
 def verdict(diary: DiaryFacts) -> str:

@@ -218,6 +218,15 @@ class Wire:
 
 
 @dataclass(frozen=True, slots=True)
+class HullDiary:
+    """The hull diary of a fleet: its name, the top of its page as HTML, and the file of the page."""
+
+    fleet: str
+    glance: str
+    page: str
+
+
+@dataclass(frozen=True, slots=True)
 class Source:
     """What is to be opened.
 

@@ -88,7 +88,7 @@ class Opening:
                     )
                     self._upload.props('flat aria-label="Upload logs" no-thumbnails')
                 self._dropped = ui.element("div").classes("stack")
-                self._path = ui.input(label="or the path of a log, a folder or a pattern") if paths else None
+                self._path = ui.input(label="or the path of a log, a folder, a pattern or a fleet") if paths else None
                 if self._path is not None:
                     self._path.props("outlined dense")
                 self._frame = ui.select({"": "axes as the log says", "enu": "ENU / FLU", "ned": "NED / FRD"}, value="")

@@ -1,5 +1,6 @@
 """The page of a hull diary: a sentence a boat, all boats over their days, then each boat by parameter."""
 
+from collections.abc import Callable, Sequence
 from urllib.parse import quote
 
 from ...physics.in_words import number, unit_text
@@ -11,19 +12,22 @@ from ..diary_words import (
     change_sentence,
     differs_sentence,
     first_told,
+    odd_sentence,
     plain,
     unchanged_sentence,
     verdict,
 )
 from ..wording import interval, typeset, within
 from .figures.diary_figures import course, strip
-from .markup import Html, element, figure, folded, table
+from .markup import Html, element, figure, folded, render, table
 from .page import document
 
 VERB = "diary"
+BOATS = "All boats over their days"
 STRIP = (
     "A line a boat, a tick for each day with a log. A bar begins with a change, with the days on which it may have "
-    "begun as a thin line; the dot is the day on which the logs told it. Its name and size stand beside it."
+    "begun as a thin line; the dot is the day on which the logs told it. Its name and size stand beside it. A ring is "
+    "a single odd day."
 )
 COURSE = (
     "Dots are days, lines their 95 % intervals with the scatter of days; the grey band holds the boats of this fleet, "
@@ -35,14 +39,9 @@ COURSE = (
 def diary_page(diary: DiaryFacts) -> str:
     """The HTML text of the page."""
     boats = first_told(diary.boats)
-    told = [boat for boat in boats if boat.changes or differs_sentence(boat)]
-    same = [boat for boat in boats if boat not in told]
     sections = [
-        element("h1", verdict(diary)),
-        element("p", caution(diary), cls="lead"),
-        *[element("div", *map(_sentence, told), cls="card")] * bool(told),
-        *[folded(f"{len(same)} without a change", *map(_sentence, same))] * bool(same),
-        element("h2", "All boats over their days"),
+        *_verdicts(diary, boats, _linked),
+        element("h2", BOATS),
         figure([strip(diary, boats)], STRIP, cls="wide"),
         element("h2", "What the boats share"),
         element("div", _shared(diary), cls="card"),
@@ -53,15 +52,43 @@ def diary_page(diary: DiaryFacts) -> str:
     return document(diary.fleet, "how the hulls of a fleet change", sections, verb=VERB)
 
 
-def _sentence(boat: BoatRecord) -> Html:
-    """What is told of a boat, a line a change, with a link to its drawings."""
-    parts: list[str] = [element("a", element("b", boat.boat), attributes={"href": f"#{_anchor(boat)}"})]
+def glance(diary: DiaryFacts) -> Html:
+    """What stands on top of the page, for another page that does not go on with every boat."""
+    boats = first_told(diary.boats)
+    drawing = element("div", strip(diary, boats), cls="scroll")
+    days = element("section", element("h2", BOATS), drawing, element("p", STRIP, cls="muted"), cls="card")
+    return render(*_verdicts(diary, boats, _named), days)
+
+
+def _verdicts(diary: DiaryFacts, boats: Sequence[BoatRecord], name: Callable[[BoatRecord], Html]) -> list[Html]:
+    """The verdict on the fleet, then what is told of each boat; those that stayed as they were folded."""
+    told = [boat for boat in boats if boat.changes or boat.odd_days or differs_sentence(boat)]
+    same = [_sentence(boat, name) for boat in boats if boat not in told]
+    return [
+        element("h1", verdict(diary)),
+        element("p", caution(diary), cls="lead"),
+        *[element("div", *(_sentence(boat, name) for boat in told), cls="card")] * bool(told),
+        *[folded(f"{len(same)} without a change", *same)] * bool(same),
+    ]
+
+
+def _named(boat: BoatRecord) -> Html:
+    return element("b", boat.boat)
+
+
+def _linked(boat: BoatRecord) -> Html:
+    return element("a", _named(boat), attributes={"href": f"#{_anchor(boat)}"})
+
+
+def _sentence(boat: BoatRecord, name: Callable[[BoatRecord], Html]) -> Html:
+    """What is told of a boat, a line a change, after its name."""
+    parts: list[str] = [name(boat)]
     for change in boat.changes:
         cls = "tag missing" if len(change.causes) == 1 else "tag possible"
         parts += [" ", element("span", causes_words(change), cls=cls), " ", change_sentence(change)]
     if not boat.changes:
         parts += [" ", unchanged_sentence(boat)]
-    return element("p", *parts, " ", differs_sentence(boat))
+    return element("p", *parts, " ", odd_sentence(boat), " ", differs_sentence(boat))
 
 
 def _anchor(boat: BoatRecord) -> str:

@@ -301,7 +301,7 @@ from nicegui import core
 from undertow.app.server import _application
 assert core.sio.eio.cors_allowed_origins == "*" or isinstance(core.sio.eio.cors_allowed_origins, list)
 _application(None, None, ["127.0.0.1:8423"], paths=True)
-heavy = {"pandas", "scipy", "undertow.discovery"} & set(sys.modules)
+heavy = {"pandas", "scipy", "undertow.discovery", "undertow.fleet"} & set(sys.modules)
 print(json.dumps([core.sio.eio.cors_allowed_origins, sorted(heavy)]))
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

@@ -32,6 +32,7 @@ def made() -> Fleet:
         for day in range(40):
             shares = 1.0 + 0.02 * rng.standard_normal(5)
             shares[3] -= 0.3 * (boat == "bo & co" and day >= 29)
+            shares[4] += 0.4 * (boat == "cy" and day == 20)
             values = NOMINAL * shares
             covariance = np.diag((0.005 * NOMINAL) ** 2)
             estimates.append(HullEstimate(boat, START + 86400.0 * day, 0.25, values, covariance, f"{boat}/{day}.csv"))
@@ -65,6 +66,7 @@ def test_the_sentences_say_it(diary: DiaryFacts):
     assert re.match(
         r"Propeller damage \(stbd\)\. Thrust of stbd (29|30|31) % less \(\d\d to \d\d %\) from 2026-05-30", told
     )
+    assert "On 2026-05-21 alone, mass was 4" in boat_sentences(diary.boats[2])
     same = boat_sentences(diary.boats[0])
     assert same.startswith(
         "Nothing changed on the 40 days that it logged; a week would have shown a change of drag ahead"

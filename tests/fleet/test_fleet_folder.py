@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import undertow
-from undertow.fleet.build_fleet import build_fleet, merge_fleets
+from undertow.fleet.build_fleet import build_fleet
 from undertow.fleet.fleet_folder import read_index
+from undertow.fleet.merging import merge_fleets
 from undertow.fleet.read_fleet import read_fleet
 from undertow.fleet.workers import Engine
 from undertow.physics.worlds.world import simulate_world
@@ -90,7 +91,19 @@ def test_what_is_there_is_not_read_again(fleet: Path, logs: Path, tmp_path: Path
     assert (done.read, done.kept) == (2, 1)
     build_fleet(logs / "ada", HULL, tmp_path / "grown", engine=ALONE, progress=None)
     assert len(read_index(tmp_path / "grown").logs) == 4
+    (broken,) = (tmp_path / "grown" / "factors" / f"{key.factors}.npz" for key in read_index(fleet).logs[:1])
+    broken.write_bytes(broken.read_bytes()[:5000])
+    assert built(logs, tmp_path / "grown").read == 1
     assert {n for n in content(tmp_path / "grown") if "factors" in n} == {n for n in before if "factors" in n}
+
+
+def test_names_are_those_of_no_working_folder(logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    for boat in ("ada", "bo"):
+        monkeypatch.chdir(logs / boat)
+        done = built(Path("2026-05-03.csv"), tmp_path / "fleet")
+    assert [(log.boat, log.log) for log in sorted(done.index.logs, key=lambda log: log.boat)] == [
+        (boat, str(logs / boat / "2026-05-03.csv")) for boat in ("ada", "bo")
+    ]
 
 
 def test_an_interrupted_call_goes_on(logs: Path, fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -117,11 +130,36 @@ def test_the_same_bytes_count_once_and_a_log_without_a_day_is_named(logs: Path, 
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(log + b"\n" * ("undated" in name))
     done = built(tmp_path / "one", tmp_path / "fleet")
+    assert (done.read, done.kept) == (1, 0)
     assert [one.problem[:38] for one in done.skipped] == [
         "it has the same bytes as " + str(tmp_path)[:13],
         "neither the log, nor its name, nor a m",
     ]
     assert json.loads((tmp_path / "fleet" / "fleet.json").read_text())["schema"] == "undertow.fleet/1"
+    (tmp_path / "another").mkdir()
+    copy = tmp_path / "another" / "2026-05-03.csv"
+    copy.write_bytes(log)
+    (twice,) = built(copy, tmp_path / "fleet").skipped  # whichever call it came with
+    assert twice.log == str(tmp_path / "one" / "2026-05-03.csv")
+    copy.rename(tmp_path / "another" / "2026-05-04.csv")
+    (tmp_path / "one" / "2026-05-03.csv").unlink()
+    done = built(tmp_path / "another", tmp_path / "fleet")
+    assert ([one.boat for one in done.index.logs], done.skipped) == (["another"], ())
+
+
+def test_a_vehicle_that_changed_is_told(logs: Path, tmp_path: Path):
+    heavier = HULL.with_values({"mass": 35.0})
+    first, second = logs / "ada" / "2026-05-03.csv", logs / "ada" / "2026-05-04.csv"
+    built(first, tmp_path / "fleet")
+    done = build_fleet(second, heavier, tmp_path / "fleet", engine=ALONE, progress=None)
+    assert done.index.of_several_vehicles == ("ada",)
+    built(logs / "bo", tmp_path / "fleet")
+    assert read_fleet(tmp_path / "fleet").nominal[-1] == HULL.mass  # three logs against one, in whatever order
+    done = build_fleet(logs / "ada", heavier, tmp_path / "fleet", engine=ALONE, progress=None)
+    assert (done.read, done.index.of_several_vehicles) == (1, ())
+    (tmp_path / "m.csv").write_text(f"log,vehicle\n{first},none.yaml\n")
+    with pytest.raises(undertow.VehicleError, match="2026-05-03.csv, by the manifest: .*none.yaml"):
+        built(tmp_path / "m.csv", tmp_path / "fleet")
 
 
 def test_fleets_are_merged(fleet: Path, logs: Path, tmp_path: Path):
@@ -129,6 +167,16 @@ def test_fleets_are_merged(fleet: Path, logs: Path, tmp_path: Path):
         built(logs / boat, tmp_path / boat)
     merge_fleets([tmp_path / "bo", tmp_path / "ada"], tmp_path / "both")
     assert content(tmp_path / "both") == content(fleet)
+    with pytest.raises(undertow.RequestError, match="with 2 logs that are in none of the others"):
+        merge_fleets([tmp_path / "bo", tmp_path / "bo"], tmp_path / "both")
+    build_fleet(logs / "ada", HULL, tmp_path / "other", follow=["X_u"], engine=ALONE, progress=None)
+    with pytest.raises(undertow.RequestError, match="got two ways of reading it"):
+        merge_fleets([fleet, tmp_path / "other"], tmp_path / "none")
+    index = json.loads((tmp_path / "ada" / "fleet.json").read_text())
+    index["logs"][0] |= {"sha256": 64 * "0", "factors": 64 * "0"}
+    (tmp_path / "other" / "fleet.json").write_text(json.dumps(index))
+    with pytest.raises(undertow.RequestError, match="got two with other bytes; where it grew"):
+        merge_fleets([fleet, tmp_path / "other"], tmp_path / "none")
     with pytest.raises(undertow.RequestError, match="expected two fleets or more, got 1"):
         merge_fleets([fleet], tmp_path / "none")
     with pytest.raises(undertow.RequestError, match="expected the folder of a fleet"):
@@ -138,7 +186,7 @@ def test_fleets_are_merged(fleet: Path, logs: Path, tmp_path: Path):
 def test_nothing_of_the_users_is_lost(fleet: Path, logs: Path, tmp_path: Path):
     (tmp_path / "letters").mkdir()
     (tmp_path / "letters" / "fleet.json").write_text("{}")
-    with pytest.raises(undertow.RequestError, match="other files"):
+    with pytest.raises(undertow.RequestError, match="expected schema .* take it away first"):
         built(logs, tmp_path / "letters")
     with pytest.raises(undertow.RequestError, match="holds .* which is read"):
         built(logs, logs)

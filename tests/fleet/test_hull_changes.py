@@ -10,6 +10,7 @@ from undertow.fleet.day_scatter import day_scatter
 from undertow.fleet.hull_changes import WatchSettings, alarms, detector, watched
 from undertow.fleet.hull_estimates import Fleet, HullEstimate
 from undertow.fleet.names_of_changes import changes
+from undertow.fleet.odd_days import odd_day, taken_back
 from undertow.fleet.rehearsed_widening import rehearsed_widening
 from undertow.physics.errors import RequestError
 from undertow.reports.diary_facts import Cause
@@ -65,7 +66,9 @@ def test_while_nothing_happens_the_detector_is_the_days_gone_by_in_the_mean():
 def test_what_happened_is_found_and_named(kind: str, size: float):
     boat = days_of(happened(kind, size))
     scatter = SCATTER**2 * np.eye(7)
-    known = [day for day, _ in alarms(watched(boat, scatter, rays(PARAMETERS)), WatchSettings().threshold)]
+    watch = watched(boat, scatter, rays(PARAMETERS))
+    known, odd = alarms(watch, WatchSettings().threshold, taken_back(boat, scatter))
+    assert odd == []
     (found,) = changes(boat, scatter, known, stories(PARAMETERS))
     assert [cause.value for cause in found.causes] == [kind]
     assert found.thrusters == (("thrusters.stbd.scale",) if kind == "propeller damage" else ())
@@ -82,7 +85,7 @@ def test_a_log_that_cannot_tell_two_causes_apart_is_given_both():
     covariance = np.tile((0.1 * SCATTER) ** 2 * np.eye(7) + 25.0 * np.outer(ratio, ratio), (DAYS, 1, 1))
     one = BoatDays(boat.boat, boat.time, boat.hours, boat.values, covariance, boat.known)
     scatter = SCATTER**2 * np.eye(7)
-    known = [day for day, _ in alarms(watched(one, scatter, rays(PARAMETERS)), WatchSettings().threshold)]
+    known, _ = alarms(watched(one, scatter, rays(PARAMETERS)), WatchSettings().threshold)
     (found,) = changes(one, scatter, known[:1], stories(PARAMETERS))
     assert Cause.BATTERY in found.causes
     assert len(found.causes) > 1
@@ -94,6 +97,23 @@ def test_the_scatter_of_days_is_found_beside_a_boat_that_changes():
     assert np.sqrt(np.diag(found.covariance)) == pytest.approx(np.full(7, SCATTER), rel=0.15)
     noisy = day_scatter([*boats[1:], days_of(np.zeros((DAYS, 7)), 9, "noisy", 2.0 * SCATTER)])
     assert noisy.factor["noisy"] > 2.5 * noisy.factor["b1"]
+
+
+def test_a_single_odd_day_is_no_change_and_hides_none(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(rehearsed, "MOST_REPEATS", 2)
+    scatter, ways = SCATTER**2 * np.eye(7), rays(PARAMETERS)
+    once = happened("payload", 0.4) - happened("payload", 0.4, first=41)
+    boat = days_of(once + happened("propeller damage", 0.25, first=60))
+    watch = watched(boat, scatter, ways)
+    assert alarms(watch, WatchSettings().threshold)[0][:2] == [40, 41]  # there and back, were it not known
+    known, odd = alarms(watch, WatchSettings().threshold, taken_back(boat, scatter))
+    assert (known, odd) == ([60], [40])
+    told = odd_day(boat, scatter, 40, odd)
+    assert told.change[-1] == pytest.approx(0.4, abs=4.0 * told.deviation[-1])
+    (found,) = changes(boat, scatter, known, stories(PARAMETERS), odd)
+    assert (found.causes, found.first) == ((Cause.PROPELLER,), 60)
+    fleet = [days_of(20.0 * once), *(days_of(0.0 * once, seed, f"b{seed}") for seed in (1, 2))]
+    assert rehearsed_widening(fleet, day_scatter(fleet), ways, WatchSettings()) < 2.0
 
 
 def test_scatter_that_lasts_is_taken_wider(monkeypatch: pytest.MonkeyPatch):

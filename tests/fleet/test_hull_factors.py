@@ -31,6 +31,30 @@ def test_values_come_back_and_intervals_hold_them():
     assert np.all(deviation < 0.1 * np.abs(wanted))
 
 
+def test_intervals_of_six_blocks_hold_the_truth():
+    """Of a minute, in which hardly anything happens but in two of its blocks: what a fit leaves these is little."""
+    rng = np.random.default_rng(6)
+    minute = hull_factors([[motion(60.0)]], HULL)
+    p, size, rows = len(minute.parameters), minute.gram.shape[-1], 30
+    scale = np.array([4.0] * p + [0.0] * (size - p))
+    busy = np.array([0.3, 0.3, 0.3, 1.0, 0.3, 2.0])[:, None, None, None]
+    held = []
+    for _ in range(40):
+        columns = busy * scale * rng.standard_normal((6, 3, rows, size))
+        columns[..., -1] = rng.standard_normal((6, 3, rows))
+        made = replace(
+            minute,
+            gram=np.einsum("barp,barq->bapq", columns, columns),
+            tests=np.full(6, rows),
+            noise=0.0 * minute.noise,
+            nominal=np.full(p, 0.01),
+            settings=dict(minute.settings) | {"stride": minute.settings["half_width"]},
+        )
+        found = estimated(made)
+        held.append(np.abs(found.values - 0.01) < 1.96 * np.sqrt(np.diag(found.covariance)))
+    assert 0.9 < np.mean(held) < 0.985
+
+
 def test_sensor_noise_is_taken_off():
     """Noise on the speeds hides the mass of a boat that hardly accelerates, were it not known how much there is."""
     otter = undertow.load_vehicle("otter")
@@ -84,11 +108,15 @@ def test_what_a_log_does_not_show_is_not_told():
     assert all(np.isnan(told[name]) for name in ("Y_v", "Y_vv", "N_r", "N_rr"))
 
 
-def test_a_boat_at_rest_says_nothing():
+def test_a_boat_at_rest_and_a_log_that_is_too_coarse_say_nothing():
     idle = motion(60.0)
     still = replace(idle, commands=np.zeros_like(idle.commands), run_up=None)
     with pytest.raises(undertow.RequestError, match="expected a boat that is driven"):
         hull_factors([[still]], HULL)
+    rows = ("time", "position", "heading", "velocity", "commands", "minutes")
+    coarse = replace(idle, run_up=None, **{name: getattr(idle, name)[::20] for name in rows})
+    with pytest.raises(undertow.LogError, match="expected motion at 4.5 Hz or more, got 1 Hz"):
+        hull_factors([[coarse]], HULL)
     with pytest.raises(undertow.RequestError, match="force is linear, each once, got lag"):
         hull_factors([[idle]], HULL, ("X_u", "lag"))
 

@@ -24,11 +24,18 @@ def test_a_folder_stands_for_all_below_it_but_fleets(place: Path):
     (place / "logs" / "fleet" / "fleet.json").write_text("{}")
     (place / "logs" / "fleet" / "old.csv").write_text(LOG)
     (place / "logs" / "bo" / "notes.txt").write_text("nothing")
+    (place / "logs" / "bo" / "died.bin").touch()  # as a logger leaves it that had no power: to be named
+    (place / "elsewhere").mkdir()
+    (place / "elsewhere" / "cy.csv").write_text(LOG)
+    (place / "logs" / "cy").symlink_to(place / "elsewhere")
+    (place / "elsewhere" / "back").symlink_to(place / "logs")
     found = find_sources([place / "logs"])
     assert [(s.boat, Path(s.place).name, s.named) for s in found] == [
         ("ada", "2026-05-03.csv", 1777766400.0),
         ("ada", "2026-05-04.csv", 1777852800.0),
+        ("bo", "died.bin", None),
         ("bo", "x.csv", None),
+        ("elsewhere", "cy.csv", None),
     ]
     assert find_sources([str(place / "logs" / "ad*" / "*.csv"), place / "logs"]) == found
     with pytest.raises(LogError, match="got a fleet; give the folder of its logs"):
@@ -39,6 +46,10 @@ def test_a_folder_stands_for_all_below_it_but_fleets(place: Path):
     ("name", "text"),
     [
         ("m.csv", "log, boat, day, notes\nlogs/bo, Bo II, 2026-06-01T10:00, after the dock\nlogs/ada/2026-05-03.csv\n"),
+        (
+            "m.csv",
+            "\ufefflog;boat;day;notes\nlogs/bo;Bo II;2026-06-01T10:00;after the dock\n\nlogs/ada/2026-05-03.csv\n",
+        ),
         (
             "m.yaml",
             "logs:\n- {log: logs/bo, boat: Bo II, day: '2026-06-01T10:00', notes: after the dock}\n"
@@ -58,6 +69,7 @@ def test_a_manifest_says_boat_day_and_notes(place: Path, name: str, text: str):
     [
         ("log,boot\nlogs/bo,Bo\n", "row 2: expected log, boat, day, vehicle, notes, got 'boot'"),
         ("log,day\nlogs/bo,yesterday\n", "row 2: expected a day such as 2026-05-03 .*got 'yesterday'"),
+        ("log,day\nlogs/bo,3, May 2026\n", "row 2: expected a cell for each of the columns log, day, .*got 3 cells"),
         ("log\nlogs/none*.csv\n", "row 2: .*no file or bag meets this pattern"),
         ("log\n", "expected a manifest with logs, got none"),
         ("log,boat\nlogs/bo,Bo\nlogs/bo/x.csv,Ada\n", "given twice, as Bo and as Ada"),

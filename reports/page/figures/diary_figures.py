@@ -35,6 +35,8 @@ def strip(diary: DiaryFacts, boats: Sequence[BoatRecord]) -> Html:
         for row, boat in enumerate(boats):
             days = sorted({_at(one.day) for parameter in boat.parameters for one in parameter.rows})
             axes.plot(days, np.full(len(days), row), "|", color=ROLES["measured"], ms=9, mew=1.1)
+            odd = [_at(one.day) for one in boat.odd_days]
+            axes.plot(odd, np.full(len(odd), row), "o", color=ROLES["before"], ms=8, mfc="none", mew=1.6)
             for k, change in enumerate(boat.changes):
                 end = _at(boat.changes[k + 1].first) if k + 1 < len(boat.changes) else _at(boat.last)
                 _bar(axes, row, change, end)
