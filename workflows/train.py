@@ -11,6 +11,7 @@ import numpy as np
 
 from ..comparison.audit import Audit, audit_along
 from ..comparison.comparison import Judged, judge, row
+from ..comparison.coverage import coverage
 from ..comparison.facts import ComparedModel
 from ..measurements.log_digests import log_digests
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
@@ -90,7 +91,7 @@ class TrainRun:
             told.append("No epoch was better than the vehicle alone, so the network is as it began.")
         elif found.share < 1.0:
             told.append(_in_words(found.share))
-        told += self._beyond()
+        told += [*self._beyond(), *_what_it_holds(self.models[-1])]
         if found.lawful:
             told.append("It keeps every law that 'undertow check' asks over these logs.")
             told += _price_of_the_law(found)
@@ -145,6 +146,18 @@ def _broken_laws(model: ComparedModel) -> list[str]:
     if not broken:
         return []
     return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]
+
+
+def _what_it_holds(model: ComparedModel) -> list[str]:
+    """What its interval holds of the judged rows that are like those of training; nothing where none is."""
+    found = model.interval
+    if found is None or found.inside.share is None:
+        return []
+    shares = listing([f"{percent(found.inside.share.of(axis))} in {axis}" for axis in AXES])
+    return [
+        f"Of the judged rows within what it has seen, its {percent(found.level)} interval of the acceleration holds "
+        f"{shares}."
+    ]
 
 
 def _in_words(share: float) -> str:
@@ -268,7 +281,8 @@ def train(
         save_network(found.model, target, training, force=force)
     nominal = judge(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts)
     kept = audits[-1 if found.lawful else 0]  # where none passed, the best epoch is kept, which was asked first
-    network = Judged(found.model, evaluate(found.model, inputs.parts.judged), kept)
+    errors = evaluate(found.model, inputs.parts.judged)
+    network = Judged(found.model, errors, kept, coverage(found.model, errors, inputs.parts.judged))
     return TrainRun(inputs, found, left, (row(nominal), row(network)))
 
 

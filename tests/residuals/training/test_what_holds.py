@@ -8,8 +8,10 @@ import pytest
 import torch
 from training_parts import HULL, fresh, parts_of
 
+from undertow.comparison.coverage import coverage
 from undertow.measurements.preparation.split import Split
 from undertow.physics.errors import RequestError
+from undertow.physics.frames import AXES
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle
@@ -17,7 +19,7 @@ from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.model_files import load_network, save_network
 from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.networks.registry import build
-from undertow.residuals.scores import acceleration_score
+from undertow.residuals.scores import acceleration_score, evaluate
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.holding import share_that_holds
 from undertow.residuals.training.losses import robust
@@ -40,6 +42,13 @@ def test_trees_learn_what_the_nominal_model_lacks_and_are_plain_arrays(dragged: 
     again = load_network(save_network(found.model, tmp_path / "trees", {}))
     motion = dragged.test.motions[0]
     assert np.array_equal(again.correction(motion), found.model.correction(motion))
+    told = coverage(again, evaluate(again, dragged.test, ()), dragged.test)
+    assert told is not None
+    assert told.inside.share is not None
+    assert min(told.inside.share.of(axis) for axis in AXES) >= 0.85
+    assert told.inside.rows + told.outside.rows == dragged.test.rows
+    alone = VehicleModel(HULL, "alone")
+    assert coverage(alone, evaluate(alone, dragged.test, ()), dragged.test) is None
     with pytest.raises(RequestError, match="expected at least 2 leaves, got 1"):
         build("trees", found.model.network.scaling, {"leaves": 1})
 
