@@ -182,12 +182,17 @@ def _price_of_the_law(found: "Trained") -> list[str]:
 
 
 def left_in_words(left: Left) -> str:
-    """What a vehicle leaves to learn on each axis, and how much of that is noise."""
+    """What a vehicle leaves to learn on each axis and in rollouts, and how much of that no model explains."""
     told = []
-    for axis, error, noise, learnable in zip(AXES, left.error, left.noise, left.learnable, strict=True):
+    for axis, error, floor, learnable in zip(AXES, left.error, left.floor, left.learnable, strict=True):
         unit = unit_text(ACCELERATION_UNITS[axis])
         what = "more than" if learnable else "no more than"
-        told.append(f"in {axis} the vehicle errs by {error:.2g} {unit}, {what} the {noise:.2g} of the sensors' noise")
+        told.append(f"in {axis} the vehicle errs by {error:.2g} {unit}, {what} noise and preparation ({floor:.2g})")
+    if left.horizon:
+        told.append(
+            f"over {left.horizon:g} s it is off by {left.position:.2g} m, where noise and preparation alone make "
+            f"{left.position_floor:.2g} m"
+        )
     return "; ".join(told)
 
 
@@ -201,10 +206,10 @@ def _left(inputs: Inputs, settings: TrainingSettings) -> Left:
     """
     split = inputs.parts.split
     left = left_to_learn(at_beginning(inputs.vehicle), (split.train, split.validation))
-    if settings.decline and not left.learnable.any():
+    if settings.decline and not left.worth_it:
         raise RequestError(
-            f"train: expected a vehicle that leaves something to learn, got none: {left_in_words(left)}. A network "
-            "would learn the noise; use the vehicle as it is, or train all the same with --set decline=0"
+            f"train: expected a vehicle that leaves something to learn, got little or none: {left_in_words(left)}. A "
+            "network would add its own error; use the vehicle as it is, or train all the same with --set decline=0"
         )
     return left
 
