@@ -27,7 +27,7 @@ from undertow.measurements.preparation.dataset import DataSet
 from undertow.measurements.preparation.split import Split
 from undertow.physics.files import write_json
 from undertow.physics.vehicle import Vehicle
-from undertow.residuals.left_to_learn import left_to_learn
+from undertow.residuals.left_to_learn import Left, left_to_learn
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.scores import rollout_scores
 from undertow.residuals.training.epochs import train
@@ -61,10 +61,11 @@ def bases(folder: Path, run: str) -> dict[str, Vehicle]:
     return {"calibrated": fit(inputs, progress=None).vehicle, "corrected": corrected}
 
 
-def errors_of(split: Split, base: Vehicle, network: str, seed: int, data: Data) -> dict[str, Any]:
+def errors_of(split: Split, base: Vehicle, choice: Choice, seed: int, data: Data, left: Left) -> dict[str, Any]:
     """Errors of a hybrid on each data set with the fade and without, how much is kept, and where nothing is left."""
     settings = TrainingSettings(seed=seed)
-    found = train(split, base, Choice(network), settings=settings)
+    learnable = left.learnable if left.worth_it else None
+    found = train(split, base, choice, settings=settings, learnable=learnable)
     model = found.model
     fading = {name: position(model, part) for name, part in data.items()}
     far = {
@@ -99,7 +100,7 @@ def judged(
         }
     for key, (base, network, seed) in missing.items():
         if always or left[base].worth_it:
-            found = errors_of(split, vehicles[base], network, seed, data)
+            found = errors_of(split, vehicles[base], Choice(network), seed, data, left[base])
         else:
             found = {"fading": alone[base], "whole": alone[base], "far": dict.fromkeys(data, 0.0), "share": 0.0}
         times = left[base].position / left[base].position_preparation

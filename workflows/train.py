@@ -273,6 +273,7 @@ def train(
             at_beginning(inputs.vehicle),  # a network knows no time
             chosen,
             settings=settings,
+            learnable=left.learnable if left is not None and left.worth_it else None,
             folder=target,
             resume=resume,
             progress=each,

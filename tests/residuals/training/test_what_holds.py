@@ -33,7 +33,8 @@ def dragged() -> Split:
 
 
 def test_trees_learn_what_the_nominal_model_lacks_and_are_plain_arrays(dragged: Split, tmp_path: Path) -> None:
-    found = train(dragged, HULL, Choice("trees", {"units": 30}), settings=TrainingSettings(fade=0.0))
+    choice, learnable = Choice("trees", {"units": 30}), np.array([True, True, False])
+    found = train(dragged, HULL, choice, settings=TrainingSettings(fade=0.0), learnable=learnable)
     before, after = (
         acceleration_score(model, dragged.test).rmse for model in (VehicleModel(HULL, "nominal"), found.model)
     )
@@ -41,6 +42,7 @@ def test_trees_learn_what_the_nominal_model_lacks_and_are_plain_arrays(dragged: 
     assert (len(found.epochs), found.stopped) == (2, "all trees are grown")
     again = load_network(save_network(found.model, tmp_path / "trees", {}))
     motion = dragged.test.motions[0]
+    assert (found.model.correction(motion)[:, 2] == 0.0).all(), "where nothing is to be learnt, nothing is said"
     assert np.array_equal(again.correction(motion), found.model.correction(motion))
     told = coverage(again, evaluate(again, dragged.test, ()), dragged.test)
     assert told is not None
