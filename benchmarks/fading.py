@@ -23,13 +23,15 @@ from typing import Any
 import numpy as np
 from study.fingerprint import fingerprint
 
+from undertow.comparison.coverage import coverage
 from undertow.measurements.preparation.dataset import DataSet
 from undertow.measurements.preparation.split import Split
 from undertow.physics.files import write_json
+from undertow.physics.frames import AXES
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.left_to_learn import Left, left_to_learn
 from undertow.residuals.models.base import Model, VehicleModel
-from undertow.residuals.scores import rollout_scores
+from undertow.residuals.scores import evaluate, rollout_scores
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
@@ -61,6 +63,13 @@ def bases(folder: Path, run: str) -> dict[str, Vehicle]:
     return {"calibrated": fit(inputs, progress=None).vehicle, "corrected": corrected}
 
 
+def held(model: Model, data: DataSet) -> list[float]:
+    """Shares of the rows within what a model has seen that its interval holds, by axis; empty without any."""
+    told = coverage(model, evaluate(model, data, ()), data)
+    shares = None if told is None else told.inside.share
+    return [] if shares is None else [shares.of(axis) for axis in AXES]
+
+
 def errors_of(split: Split, base: Vehicle, choice: Choice, seed: int, data: Data, left: Left) -> dict[str, Any]:
     """Errors of a hybrid on each data set with the fade and without, how much is kept, and where nothing is left."""
     settings = TrainingSettings(seed=seed)
@@ -72,9 +81,10 @@ def errors_of(split: Split, base: Vehicle, choice: Choice, seed: int, data: Data
         name: float((np.concatenate([model.beyond(m) for m in part.motions]) > settings.fade).mean())
         for name, part in data.items()
     }
+    holds = {name: held(model, part) for name, part in data.items()}
     model.network.fade_beyond(None)
     whole = {name: position(model, part) for name, part in data.items()}
-    return {"fading": fading, "whole": whole, "far": far, "share": found.share}
+    return {"fading": fading, "whole": whole, "far": far, "share": found.share, "holds": holds}
 
 
 def judged(
@@ -102,7 +112,8 @@ def judged(
         if always or left[base].worth_it:
             found = errors_of(split, vehicles[base], Choice(network), seed, data, left[base])
         else:
-            found = {"fading": alone[base], "whole": alone[base], "far": dict.fromkeys(data, 0.0), "share": 0.0}
+            found = {"fading": alone[base], "whole": alone[base], "far": dict.fromkeys(data, 0.0)}
+            found |= {"share": 0.0, "holds": {name: [] for name in data}}
         times = left[base].position / left[base].position_preparation
         words = {"run": run, "base": base, "network": network, "seed": seed, "alone": alone[base], "times": times}
         records[key] = words | found
@@ -116,9 +127,9 @@ def table(records: Sequence[dict[str, Any]]) -> tuple[list[str], float]:
     """A line for each base, network and run, and by how much the worst beside a corrected model is worse."""
     head = (
         "| base | times what preparing leaves | network | trained on | judged on | base [m] | never fades | fades |"
-        " nothing left | share kept |"
+        " nothing left | share kept | interval holds |"
     )
-    lines, worst = [head, "| --- | ---: | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |"], -np.inf
+    lines, worst = [head, "| --- | ---: | --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |"], -np.inf
     groups = list(dict.fromkeys((r["base"], r["network"], r["run"]) for r in records))
     for base, network, run in groups:
         mine = [r for r in records if (r["base"], r["network"], r["run"]) == (base, network, run)]
@@ -127,6 +138,8 @@ def table(records: Sequence[dict[str, Any]]) -> tuple[list[str], float]:
             cells = [f"{100 * v.mean():+.1f} % ({100 * v.min():+.0f} to {100 * v.max():+.0f})" for v in change.values()]
             far = np.mean([r["far"][name] for r in mine])
             cells += [f"{far:.0%}", f"{np.mean([r['share'] for r in mine]):.2f}"]
+            shares = [r["holds"][name] for r in mine if r["holds"][name]]
+            cells.append(", ".join(f"{100 * x:.0f}" for x in np.mean(shares, axis=0)) + " %" if shares else "")
             first = [base, f"{mine[0]['times']:.1f}", network, run, name, f"{alone:.4f}"]
             lines.append(f"| {' | '.join([*first, *cells])} |")
             if base == "corrected" and "(end)" not in name:
