@@ -29,7 +29,7 @@ from undertow.measurements.preparation.split import Split
 from undertow.physics.files import write_json
 from undertow.physics.frames import AXES
 from undertow.physics.vehicle import Vehicle
-from undertow.residuals.left_to_learn import Left, left_to_learn
+from undertow.residuals.left_to_learn import left_to_learn
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.scores import evaluate, rollout_scores
 from undertow.residuals.training.epochs import train
@@ -70,11 +70,10 @@ def held(model: Model, data: DataSet) -> list[float]:
     return [] if shares is None else [shares.of(axis) for axis in AXES]
 
 
-def errors_of(split: Split, base: Vehicle, choice: Choice, seed: int, data: Data, left: Left) -> dict[str, Any]:
+def errors_of(split: Split, base: Vehicle, choice: Choice, seed: int, data: Data) -> dict[str, Any]:
     """Errors of a hybrid on each data set with the fade and without, how much is kept, and where nothing is left."""
     settings = TrainingSettings(seed=seed)
-    learnable = left.learnable if left.worth_it else None
-    found = train(split, base, choice, settings=settings, learnable=learnable)
+    found = train(split, base, choice, settings=settings)
     model = found.model
     fading = {name: position(model, part) for name, part in data.items()}
     far = {
@@ -110,7 +109,7 @@ def judged(
         }
     for key, (base, network, seed) in missing.items():
         if always or left[base].worth_it:
-            found = errors_of(split, vehicles[base], Choice(network), seed, data, left[base])
+            found = errors_of(split, vehicles[base], Choice(network, axes=left[base].axes), seed, data)
         else:
             found = {"fading": alone[base], "whole": alone[base], "far": dict.fromkeys(data, 0.0)}
             found |= {"share": 0.0, "holds": {name: [] for name in data}}

@@ -79,7 +79,7 @@ def study(cause: str, seed: int, networks: Sequence[str]) -> list[dict[str, Any]
     for name in networks:
         record: dict[str, Any] = {"cause": cause, "network": name, "seed": seed, "declined": not left.worth_it}
         if left.worth_it:
-            done = train(split, hull, Choice(name), settings=TrainingSettings(seed=seed), learnable=left.learnable)
+            done = train(split, hull, Choice(name, axes=left.axes), settings=TrainingSettings(seed=seed))
             told = coverage(done.model, evaluate(done.model, noisy.parts.judged, ()), noisy.parts.judged)
             sides = {} if told is None else {"inside": told.inside, "outside": told.outside}
             record |= {"change": position(done.model, clean) / alone - 1.0, "share": done.share}

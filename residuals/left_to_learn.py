@@ -81,6 +81,12 @@ class Left:
         rolls = self.horizon == 0.0 or gain > (_WORTH**2 - 1.0) * self.position_preparation**2
         return bool(rolls and self.learnable.any())
 
+    @property
+    def axes(self) -> tuple[bool, bool, bool]:
+        """The learnable axes; all of them where it is not worth it, for whoever trains all the same."""
+        surge, sway, yaw = self.learnable.tolist() if self.worth_it else (True, True, True)
+        return surge, sway, yaw
+
     def to_dict(self) -> dict[str, dict[str, float | bool]]:
         """By axis, and of rollouts."""
         rollout = {

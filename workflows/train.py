@@ -271,9 +271,8 @@ def train(
         found = train_network(
             inputs.parts.split,
             at_beginning(inputs.vehicle),  # a network knows no time
-            chosen,
+            chosen if left is None else replace(chosen, axes=left.axes),
             settings=settings,
-            learnable=left.learnable if left is not None and left.worth_it else None,
             folder=target,
             resume=resume,
             progress=each,

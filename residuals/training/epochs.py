@@ -8,7 +8,6 @@ from math import cos, isfinite, pi
 from pathlib import Path
 from time import perf_counter
 
-import numpy as np
 import torch
 
 from ...measurements.preparation.dataset import DataSet
@@ -79,7 +78,6 @@ def train(
     choice: Choice,
     *,
     settings: TrainingSettings | None = None,
-    learnable: np.ndarray | None = None,
     folder: Path | None = None,
     resume: bool = False,
     progress: Callable[[Epoch], None] | None = None,
@@ -94,8 +92,6 @@ def train(
     ----------
     vehicle : the nominal model that is corrected, or whose thrust curves a pure network sees
     choice : the network
-    learnable : (3,) the axes on which a hybrid has something to learn, see `left_to_learn`; on the others its target is
-        nothing, so that it does not learn their noise. None for all of them
     folder : where a checkpoint is written after each epoch; the caller removes it when the model is
         saved. None writes nothing
     resume : go on from the checkpoint in `folder`, where there is one
@@ -112,7 +108,7 @@ def train(
     chosen = settings or TrainingSettings()
     begun = perf_counter()
     with _reproducible(chosen.seed):
-        prepared = prepare_training(split, vehicle, choice, chosen, learnable)
+        prepared = prepare_training(split, vehicle, choice, chosen)
         run = _Run(prepared, chosen, None if folder is None else Path(folder), begun)
         run.start(resume)
         while not (why := run.finished()):

@@ -67,13 +67,8 @@ def prepare_training(
     vehicle: Vehicle,
     choice: Choice,
     settings: TrainingSettings,
-    learnable: np.ndarray | None = None,
 ) -> Prepared:
     """Cut windows, scale, build the network, and work out all that does not depend on its weights.
-
-    Parameters
-    ----------
-    learnable : see `epochs.train`
 
     Raises
     ------
@@ -87,7 +82,7 @@ def prepare_training(
     windows = windows_of(
         split.train, vehicle, **chosen, seconds=settings.window, warm_up=warm_up, overlap=settings.overlap
     )
-    kept = np.ones(3) if learnable is None or choice.pure else np.asarray(learnable, dtype=float)
+    kept = np.ones(3) if choice.pure else np.array(choice.axes, dtype=float)
     sisters = sister_targets(split.train, vehicle, settings, windows.target, **chosen, warm_up=warm_up)
     _check_rollouts(settings, windows)
     motions = split.train.motions

@@ -33,8 +33,8 @@ def dragged() -> Split:
 
 
 def test_trees_learn_what_the_nominal_model_lacks_and_are_plain_arrays(dragged: Split, tmp_path: Path) -> None:
-    choice, learnable = Choice("trees", {"units": 30}), np.array([True, True, False])
-    found = train(dragged, HULL, choice, settings=TrainingSettings(fade=0.0), learnable=learnable)
+    choice = Choice("trees", {"units": 30}, axes=(True, True, False))
+    found = train(dragged, HULL, choice, settings=TrainingSettings(fade=0.0))
     before, after = (
         acceleration_score(model, dragged.test).rmse for model in (VehicleModel(HULL, "nominal"), found.model)
     )
