@@ -6,7 +6,7 @@ not. Beyond what training has seen the vehicle's own margin takes its place, as 
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 from scipy.optimize import nnls
 
 from ...physics.errors import RequestError
@@ -85,8 +85,18 @@ def sizes(vehicle: Vehicle, motion: Motion, said: Array) -> Array:
     seen = network_inputs(vehicle, motion, heading=False)
     change = np.diff(seen[:, 3:], axis=0, prepend=seen[:1, 3:])
     columns = np.column_stack([np.ones(len(seen)), seen, change, said])
-    rows = 2 * round(0.5 * _AROUND / motion.time_step) + 1
-    return np.sqrt(np.maximum(uniform_filter1d(columns**2, rows, axis=0, mode="nearest"), 0.0))
+    averaged = uniform_filter1d(columns**2, _rows(motion), axis=0, mode="nearest")
+    return np.sqrt(np.maximum(averaged, 0.0))
+
+
+def least_known(motion: Motion, weight: Array, beyond: Array) -> tuple[Array, Array]:
+    """The least weight (n,) and the largest distance beyond (n,) about each row: the filter carries errors inwards."""
+    rows = _rows(motion)
+    return minimum_filter1d(weight, rows, mode="nearest"), maximum_filter1d(beyond, rows, mode="nearest")
+
+
+def _rows(motion: Motion) -> int:
+    return 2 * round(0.5 * _AROUND / motion.time_step) + 1
 
 
 def calibrated(found: Array, error: Array, asked: Array, held: Array) -> Sizes:

@@ -19,7 +19,7 @@ from ..networks.base import Memory, Network, Scaling, through
 from ..networks.dissipative import Dissipative
 from .base import Kind, Model
 from .coasting import SETTLE
-from .interval import Interval, sizes
+from .interval import Interval, least_known, sizes
 from .network_inputs import network_inputs, stacked_inputs
 from .threads import one_thread
 
@@ -125,7 +125,7 @@ class NetworkModel(Model):
         if self.interval is None:
             return None
         found = sizes(self.vehicle, motion, self.acceleration(motion))
-        return self.interval.margin(found, self.weight(motion), self.beyond(motion))
+        return self.interval.margin(found, *least_known(motion, self.weight(motion), self.beyond(motion)))
 
     def acceleration(self, motion: Motion) -> Array:
         """See `Model.acceleration`; raises as `correction` does."""

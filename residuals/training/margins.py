@@ -8,7 +8,7 @@ from ...measurements.preparation.dataset import DataSet
 from ...measurements.preparation.split import Split
 from ...physics.frames import Array
 from ..models.base import VehicleModel
-from ..models.interval import LEVEL, Interval, calibrated, sizes, widening
+from ..models.interval import LEVEL, Interval, calibrated, least_known, sizes, widening
 from ..models.network_model import NetworkModel
 from ..scores import acceleration_errors
 
@@ -17,7 +17,7 @@ _FEW = 20
 
 
 class _Rows(NamedTuple):
-    """Rows of a part: sizes, errors of the model and of its vehicle alone (n, 3), weight and distance beyond (n,)."""
+    """Rows of a part: sizes, errors of a model and its vehicle alone (n, 3), `least_known` weight and distance (n,)."""
 
     found: Array
     error: Array
@@ -62,8 +62,7 @@ def _rows(model: NetworkModel, data: DataSet) -> _Rows:
             sizes(model.vehicle, motion, model.acceleration(motion)),
             error,
             alone,
-            model.weight(motion),
-            model.beyond(motion),
+            *least_known(motion, model.weight(motion), model.beyond(motion)),
         )
         for motion, error, alone in zip(data.motions, own, base, strict=True)
     ]

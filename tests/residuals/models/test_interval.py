@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from undertow.residuals.models.interval import Interval, calibrated, widening
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.interval import Interval, calibrated, least_known, widening
 
 
 def errors(rows: int, seed: int, times: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -28,6 +30,16 @@ def test_few_rows_that_disagree_make_margins_wider() -> None:
     calm = np.array(calibrated(found, error, found, error))
     patchy = error * np.repeat([0.2, 1.8], 200)[:, None]
     assert (np.array(calibrated(found, error, found, patchy)) > 1.6 * calm)[:, 0].all()
+
+
+def test_rows_beside_others_beyond_the_training_are_as_little_known() -> None:
+    motion = simulate_world(load_vehicle("blueboat"), {}, duration=10.0, seed=1).motion(0.1)
+    beyond = np.zeros(motion.time.size)
+    beyond[50] = 2.0
+    weight, distance = least_known(motion, 1.0 - 0.5 * beyond, beyond)
+    assert np.flatnonzero(distance).tolist() == list(range(45, 56)), "half a second to either side"
+    assert set(distance) == {0.0, 2.0}
+    assert (weight == 1.0 - 0.5 * distance).all()
 
 
 def test_beyond_the_training_the_vehicles_margin_takes_over_and_widens() -> None:
