@@ -47,6 +47,8 @@ the simulator's hydrodynamics: what is learnt of one need not hold for the other
 BASES = ("calibrated", "corrected")
 """What networks are put beside: the vehicle calibrated on the run, and that with the effects that were found on it."""
 Data = Mapping[str, DataSet]
+FEW = 100
+"""Rows that tell too little of an interval."""
 MOST, HORIZON = 0.03, 10.0
 """By how much a hybrid may be worse than its base, and the length of the rollouts [s]."""
 
@@ -64,9 +66,9 @@ def bases(folder: Path, run: str) -> dict[str, Vehicle]:
 
 
 def held(model: Model, data: DataSet) -> list[float]:
-    """Shares of the rows within what a model has seen that its interval holds, by axis; empty without any."""
+    """Shares of the rows within what a model has seen that its interval holds, by axis; empty where these are few."""
     told = coverage(model, evaluate(model, data, ()), data)
-    shares = None if told is None else told.inside.share
+    shares = None if told is None or told.inside.rows < FEW else told.inside.share
     return [] if shares is None else [shares.of(axis) for axis in AXES]
 
 

@@ -20,7 +20,7 @@ LEVEL = 0.95
 """Share of the rows that a margin is to hold."""
 _AROUND = 1.0
 """Time over which sizes are averaged [s]: a jump of a force reaches about so far through the filter."""
-_LEAST = 0.03
+_LEAST = 0.1
 """Least constant part of a margin, in the mean error: no motion is predicted without error."""
 _BLOCKS = 8
 """Stretches of the unseen rows whose scatter widens a margin by a standard error: half a minute tells only so much."""

@@ -12,6 +12,8 @@ from ..scores import rollout_errors
 
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shares that are tried: a quarter more or less changes the error of a rollout by less than its own chance."""
+_NOTHING = 1e-6
+"""Least square of a rollout's error, in the mean square of the vehicle alone: no network is asked for less."""
 _HORIZONS = (10.0, 2.0)
 """Of the rollouts, the longest that fits into the motions [s]."""
 
@@ -20,17 +22,19 @@ def share_that_holds(model: NetworkModel, data: DataSet) -> float:
     """The least share of a correction, from 0 to 1, by which rollouts of held-out motions err no more than by the best.
 
     No more is less than one standard error of the difference more (the rule of Breiman et al. 1984): half a minute
-    tells little, and what it does not tell is not claimed. 1 of a pure network, and where no rollout fits.
+    tells little, and what it does not tell is not claimed. Rollouts count by the logarithm of their error: of squares
+    the one that errs most would decide, by how much is gained and by how sure that is. 1 of a pure network, and where
+    no rollout fits.
     """
     alone = None if model.pure else _squares(VehicleModel(model.vehicle, "alone"), data)
     if alone is None:
         return 1.0
     squares, horizon = alone
     unit = np.maximum(squares.mean(axis=0), 1e-300)
-    errors = {0.0: (squares / unit).mean(axis=1)}
+    errors = {0.0: _logarithm(squares / unit)}
     for share in _SHARES[1:]:
         found = _squares(_with(model, share), data)
-        errors[share] = np.full(len(squares), np.inf) if found is None else (found[0] / unit).mean(axis=1)
+        errors[share] = np.full(len(squares), np.inf) if found is None else _logarithm(found[0] / unit)
     best = errors[min(errors, key=lambda share: errors[share].mean())]
     independent = max(1.0, data.seconds / horizon)
     for share in _SHARES:
@@ -38,6 +42,11 @@ def share_that_holds(model: NetworkModel, data: DataSet) -> float:
         if np.isfinite(worse).all() and worse.mean() <= worse.std() / np.sqrt(independent):
             return share
     return 0.0
+
+
+def _logarithm(squares: Array) -> Array:
+    """Of the mean squares of rollouts (starts, 4), over their columns."""
+    return np.log(np.maximum(squares.mean(axis=1), _NOTHING))
 
 
 def rollout_ratio(model: NetworkModel, data: DataSet) -> float:
