@@ -1,5 +1,6 @@
 """How much of what a hybrid has learnt holds: the share of its correction whose rollouts of held-out rows err least."""
 
+from collections.abc import Mapping
 from copy import deepcopy
 
 import numpy as np
@@ -31,22 +32,28 @@ def share_that_holds(model: NetworkModel, data: DataSet) -> float:
         return 1.0
     squares, horizon = alone
     unit = np.maximum(squares.mean(axis=0), 1e-300)
-    errors = {0.0: _logarithm(squares / unit)}
+    errors = {0.0: (squares / unit).mean(axis=1)}
     for share in _SHARES[1:]:
         found = _squares(_with(model, share), data)
-        errors[share] = np.full(len(squares), np.inf) if found is None else _logarithm(found[0] / unit)
-    best = errors[min(errors, key=lambda share: errors[share].mean())]
-    independent = max(1.0, data.seconds / horizon)
-    for share in _SHARES:
-        worse = errors[share] - best
+        errors[share] = np.full(len(squares), np.inf) if found is None else (found[0] / unit).mean(axis=1)
+    return least_share(errors, max(1.0, data.seconds / horizon))
+
+
+def least_share(errors: Mapping[float, Array], independent: float) -> float:
+    """The least share whose rollouts err no more than those of the best, by the logarithms of their errors.
+
+    Parameters
+    ----------
+    errors : mean square of each rollout (starts,), in that of the vehicle alone, by share
+    independent : how many of the rollouts tell of themselves
+    """
+    told = {share: np.log(np.maximum(squares, _NOTHING)) for share, squares in errors.items()}
+    best = told[min(told, key=lambda share: told[share].mean())]
+    for share in sorted(told):
+        worse = told[share] - best
         if np.isfinite(worse).all() and worse.mean() <= worse.std() / np.sqrt(independent):
             return share
     return 0.0
-
-
-def _logarithm(squares: Array) -> Array:
-    """Of the mean squares of rollouts (starts, 4), over their columns."""
-    return np.log(np.maximum(squares.mean(axis=1), _NOTHING))
 
 
 def rollout_ratio(model: NetworkModel, data: DataSet) -> float:

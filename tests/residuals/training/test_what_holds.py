@@ -21,7 +21,7 @@ from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.networks.registry import build
 from undertow.residuals.scores import acceleration_score, evaluate
 from undertow.residuals.training.epochs import train
-from undertow.residuals.training.holding import share_that_holds
+from undertow.residuals.training.holding import least_share, share_that_holds
 from undertow.residuals.training.losses import robust
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
@@ -68,6 +68,14 @@ def test_what_does_not_hold_in_rollouts_is_taken_away(dragged: Split, told: floa
     model = NetworkModel(HULL, network, 0.1)
     assert share_that_holds(model, replace(dragged.validation, motions=motions)) == share
     assert share_that_holds(NetworkModel(HULL, network, 0.1, pure=True), dragged.validation) == 1.0
+
+
+def test_one_rollout_that_errs_most_does_not_decide_how_much_holds() -> None:
+    alone = np.where(np.arange(50) == 7, 1000.0, 1.0)
+    assert least_share({0.0: alone, 0.5: 0.5 * alone, 1.0: 0.25 * alone}, 3.0) == 1.0
+    spared = np.where(np.arange(50) == 7, 10.0, 1.3)
+    assert least_share({0.0: alone, 1.0: spared}, 3.0) == 0.0, "all others err more"
+    assert least_share({0.0: alone, 1.0: np.full(50, np.inf)}, 3.0) == 0.0
 
 
 def rolled(vehicle: Vehicle, motion: Motion) -> Motion:
