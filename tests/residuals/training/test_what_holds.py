@@ -76,6 +76,8 @@ def test_one_rollout_that_errs_most_does_not_decide_how_much_holds() -> None:
     spared = np.where(np.arange(50) == 7, 10.0, 1.3)
     assert least_share({0.0: alone, 1.0: spared}, 3.0) == 0.0, "all others err more"
     assert least_share({0.0: alone, 1.0: np.full(50, np.inf)}, 3.0) == 0.0
+    hardly = np.where(np.arange(50) == 7, 990.0, 0.1)
+    assert least_share({0.0: alone, 1.0: hardly}, 3.0) == 0.0, "the one that matters is no better"
 
 
 def rolled(vehicle: Vehicle, motion: Motion) -> Motion:
