@@ -221,5 +221,6 @@ def csv_files(results: Results) -> dict[str, str]:
 def _csv(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerows([head, *rows])
+    writer.writerow(head)
+    writer.writerows(["" if cell != cell else cell for cell in row] for row in rows)
     return stream.getvalue()
