@@ -3,7 +3,7 @@
 Each world is a random hull with a force that no effect of the catalogue describes, with a wake that remembers, or with
 nothing more. A network is trained beside the hull on a log of 240 s with field noise, and judged on another log of the
 same boat: its position over 10 s without noise, and what its interval holds with noise. Where `train` declines, it says
-so. The networks fade and shrink as they do for a user. Ten minutes for three seeds; seeds from 100 are for tuning.
+so. The networks fade and shrink as they do for a user. Five minutes a seed; seeds from 100 are for tuning.
 
     python benchmarks/unnamed.py [--seeds 3] [--first 0] [--network lstm]... [--cause NAME]...
 
