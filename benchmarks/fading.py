@@ -2,6 +2,7 @@
 
 Networks are trained on one Gazebo run beside two bases, the vehicle calibrated on that run and the corrected one, and
 judged on other runs of a hull of the same kind: error of position in 10 s rollouts, against that of the base alone.
+Where `train` would decline the vehicle is left alone; `--always` trains all the same.
 Results are kept one by one in a folder, so that a study that was stopped goes on; they count only for the source that
 made them. Seeds from 100 are for tuning, seeds from 0 for reporting.
 
@@ -15,18 +16,22 @@ seeds.
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from study.fingerprint import fingerprint
 
+from undertow.comparison.coverage import coverage
 from undertow.measurements.preparation.dataset import DataSet
+from undertow.measurements.preparation.split import Split
 from undertow.physics.files import write_json
+from undertow.physics.frames import AXES
 from undertow.physics.vehicle import Vehicle
+from undertow.residuals.left_to_learn import left_to_learn
 from undertow.residuals.models.base import Model, VehicleModel
-from undertow.residuals.scores import rollout_scores
+from undertow.residuals.scores import evaluate, rollout_scores
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
@@ -41,6 +46,9 @@ RUNS = {"A_1": ("A_2",), "B_2": ("B_4", "G_2"), "C_1": ("C_2",), "D_1": ("D_2", 
 the simulator's hydrodynamics: what is learnt of one need not hold for the other."""
 BASES = ("calibrated", "corrected")
 """What networks are put beside: the vehicle calibrated on the run, and that with the effects that were found on it."""
+Data = Mapping[str, DataSet]
+FEW = 100
+"""Rows that tell too little of an interval."""
 MOST, HORIZON = 0.03, 10.0
 """By how much a hybrid may be worse than its base, and the length of the rollouts [s]."""
 
@@ -57,40 +65,59 @@ def bases(folder: Path, run: str) -> dict[str, Vehicle]:
     return {"calibrated": fit(inputs, progress=None).vehicle, "corrected": corrected}
 
 
+def held(model: Model, data: DataSet) -> list[float]:
+    """Shares of the rows within what a model has seen that its interval holds, by axis; empty where these are few."""
+    told = coverage(model, evaluate(model, data, ()), data)
+    shares = None if told is None or told.inside.rows < FEW else told.inside.share
+    return [] if shares is None else [shares.of(axis) for axis in AXES]
+
+
+def errors_of(split: Split, base: Vehicle, choice: Choice, seed: int, data: Data) -> dict[str, Any]:
+    """Errors of a hybrid on each data set with the fade and without, how much is kept, and where nothing is left."""
+    settings = TrainingSettings(seed=seed)
+    found = train(split, base, choice, settings=settings)
+    model = found.model
+    fading = {name: position(model, part) for name, part in data.items()}
+    far = {
+        name: float((np.concatenate([model.beyond(m) for m in part.motions]) > settings.fade).mean())
+        for name, part in data.items()
+    }
+    holds = {name: held(model, part) for name, part in data.items()}
+    model.network.fade_beyond(None)
+    whole = {name: position(model, part) for name, part in data.items()}
+    return {"fading": fading, "whole": whole, "far": far, "share": found.share, "holds": holds}
+
+
 def judged(
-    folder: Path, run: str, networks: Sequence[str], seeds: range, kept: Path, beside: Sequence[str] = BASES
+    folder: Path, run: str, networks: Sequence[str], seeds: range, kept: Path, beside: Sequence[str], always: bool
 ) -> list[dict[str, Any]]:
-    """Errors beside both bases on the held-out end of a run and on the runs that judge it."""
+    """Errors beside the bases on the held-out end of a run and on the runs that judge it."""
     made_by = fingerprint(PACKAGES)
     told = json.loads(kept.read_text("utf-8")) if kept.is_file() else {}
     records: dict[str, dict[str, Any]] = told.get("records", {}) if told.get("source") == made_by else {}
-    wanted = {f"{b} {n} {s}": (b, n, s) for b in beside for n in networks for s in seeds}
+    wanted = {f"{b} {n} {s}{' always' * always}": (b, n, s) for b in beside for n in networks for s in seeds}
     missing = {key: words for key, words in wanted.items() if key not in records}
     if missing:
-        inputs = read_inputs(folder / f"{run}.csv.gz", folder / "vehicle_linear.yaml", progress=None)
-        data = {f"{run} (end)": inputs.parts.split.test} | {
-            name: read_inputs(
-                folder / f"{name}.csv.gz", folder / "vehicle_linear.yaml", judge="all", progress=None
-            ).parts.judged
+        nominal = folder / "vehicle_linear.yaml"
+        split = read_inputs(folder / f"{run}.csv.gz", nominal, progress=None).parts.split
+        data = {f"{run} (end)": split.test} | {
+            name: read_inputs(folder / f"{name}.csv.gz", nominal, judge="all", progress=None).parts.judged
             for name in RUNS[run]
         }
         vehicles = bases(folder, run)
+        left = {b: left_to_learn(v, (split.train, split.validation)) for b, v in vehicles.items()}
         alone = {
             b: {name: position(VehicleModel(v, b), part) for name, part in data.items()} for b, v in vehicles.items()
         }
     for key, (base, network, seed) in missing.items():
-        settings = TrainingSettings(seed=seed)
-        found = train(inputs.parts.split, vehicles[base], Choice(network), settings=settings)
-        model = found.model
-        errors: dict[str, Any] = {"fading": {name: position(model, part) for name, part in data.items()}}
-        far = {
-            name: float((np.concatenate([model.beyond(m) for m in part.motions]) > settings.fade).mean())
-            for name, part in data.items()
-        }
-        model.network.fade_beyond(None)
-        errors["whole"] = {name: position(model, part) for name, part in data.items()}
-        records[key] = {"run": run, "base": base, "network": network, "seed": seed, "far": far} | errors
-        records[key] |= {"alone": alone[base], "share": found.share}
+        if always or left[base].worth_it:
+            found = errors_of(split, vehicles[base], Choice(network, axes=left[base].axes), seed, data)
+        else:
+            found = {"fading": alone[base], "whole": alone[base], "far": dict.fromkeys(data, 0.0)}
+            found |= {"share": 0.0, "holds": {name: [] for name in data}}
+        times = left[base].position / left[base].position_preparation
+        words = {"run": run, "base": base, "network": network, "seed": seed, "alone": alone[base], "times": times}
+        records[key] = words | found
         kept.parent.mkdir(parents=True, exist_ok=True)
         write_json(kept, {"source": made_by, "records": records})
         print(f"{run}: {key}: done", file=sys.stderr, flush=True)
@@ -100,9 +127,10 @@ def judged(
 def table(records: Sequence[dict[str, Any]]) -> tuple[list[str], float]:
     """A line for each base, network and run, and by how much the worst beside a corrected model is worse."""
     head = (
-        "| base | network | trained on | judged on | base alone [m] | never fades | fades | nothing left | share kept |"
+        "| base | times what preparing leaves | network | trained on | judged on | base [m] | never fades | fades |"
+        " nothing left | share kept | interval holds |"
     )
-    lines, worst = [head, "| --- | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |"], -np.inf
+    lines, worst = [head, "| --- | ---: | --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |"], -np.inf
     groups = list(dict.fromkeys((r["base"], r["network"], r["run"]) for r in records))
     for base, network, run in groups:
         mine = [r for r in records if (r["base"], r["network"], r["run"]) == (base, network, run)]
@@ -111,7 +139,10 @@ def table(records: Sequence[dict[str, Any]]) -> tuple[list[str], float]:
             cells = [f"{100 * v.mean():+.1f} % ({100 * v.min():+.0f} to {100 * v.max():+.0f})" for v in change.values()]
             far = np.mean([r["far"][name] for r in mine])
             cells += [f"{far:.0%}", f"{np.mean([r['share'] for r in mine]):.2f}"]
-            lines.append(f"| {base} | {network} | {run} | {name} | {alone:.4f} | {' | '.join(cells)} |")
+            shares = [r["holds"][name] for r in mine if r["holds"][name]]
+            cells.append(", ".join(f"{100 * x:.0f}" for x in np.mean(shares, axis=0)) + " %" if shares else "")
+            first = [base, f"{mine[0]['times']:.1f}", network, run, name, f"{alone:.4f}"]
+            lines.append(f"| {' | '.join([*first, *cells])} |")
             if base == "corrected" and "(end)" not in name:
                 worst = max(worst, float(change["fading"].mean()))
     return lines, worst
@@ -126,6 +157,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--base", action="append", choices=BASES, help="may be repeated; default: both")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--first", type=int, default=0, help="first seed; from 100 on for tuning")
+    parser.add_argument("--always", action="store_true", help="also where train declines: too little is left")
     parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "fading", help="where results are kept")
     given = parser.parse_args(arguments)
     seeds = range(given.first, given.first + given.seeds)
@@ -139,6 +171,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             seeds,
             given.folder / f"{run}.json",
             given.base or BASES,
+            given.always,
         )
     ]
     lines, worst = table(records)

@@ -9,22 +9,20 @@ made them. The full study takes an hour and writes its tables to `docs/neural_ta
 """
 
 import argparse
-import json
 import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import torch
 from joblib import Parallel, delayed
 from study.fingerprint import fingerprint
-from zoo.cases import Setting, cases
-from zoo.contenders import CONTENDERS, made, vehicles
+from zoo.cases import cases
+from zoo.contenders import CONTENDERS
+from zoo.scored import Study, judge
 from zoo.tables import page
 
-from undertow.physics.files import write_json, write_text
-from undertow.residuals.scores import acceleration_score, rollout_scores
+from undertow.physics.files import write_text
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLES = ROOT / "docs" / "neural_tables.md"
@@ -32,41 +30,7 @@ PACKAGES = ("physics", "measurements", "residuals", "discovery", "reports", "ben
 """Packages whose source decides the results."""
 
 OPTIONS = ("hybrid LSTM that sees no noise", "hybrid LSTM through rollouts", "hybrid LSTM, varied")
-FEW = 2
 """Options of the recipe are shown on the first seeds only, so that the study takes an hour and not two."""
-
-
-def judge(label: str, setting: Setting, seed: int, target: Path, made_by: str) -> list[dict[str, Any]]:
-    """Fit and score every contender of one case and one seed; each result is kept as soon as it is there."""
-    torch.set_num_threads(1)
-    stored = json.loads(target.read_text("utf-8")) if target.is_file() else {}
-    records: dict[str, Any] = stored.get("records", {}) if stored.get("source") == made_by else {}
-    wanted = {name: who for name, who in CONTENDERS.items() if who.case in ("", label)}
-    wanted = {name: who for name, who in wanted.items() if seed < FEW or name not in OPTIONS}
-    if {name for name, who in wanted.items() if who.base != "true"} <= set(records):
-        return list(records.values())
-    case = setting.make(seed)
-    bases, built = vehicles(case), {}
-    wanted = {name: who for name, who in wanted.items() if who.base in bases}
-    for name, who in wanted.items():
-        if name in records:
-            continue
-        if who.base not in built:
-            built[who.base] = bases[who.base]()
-        model, told = made(who, built[who.base], case.train, seed)
-        record: dict[str, Any] = {"name": name, "seed": seed, "parameters": model.parameters, **told}
-        for part, inputs in (("own", case.train), ("held", case.held)):
-            data = inputs.parts.judged
-            record[part] = {
-                "acceleration": acceleration_score(model, data).record.to_dict(),
-                "rollout": {h: s.record.to_dict() for h, s in rollout_scores(model, data).items()},
-            }
-        records[name] = record
-        target.parent.mkdir(parents=True, exist_ok=True)
-        write_json(target, {"source": made_by, "records": records})
-        held = record["held"]["acceleration"]["rmse"]
-        print(f"{target.stem}: {name}: " + ", ".join(f"{axis} {x:.4f}" for axis, x in held.items()), flush=True)
-    return list(records.values())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -89,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for name in chosen
     ]
     results = Parallel(n_jobs=given.jobs)(
-        delayed(judge)(n, chosen[n], seed, target, made_by) for n, seed, target in todo
+        delayed(judge)(n, chosen[n], seed, target, made_by, Study(CONTENDERS, OPTIONS)) for n, seed, target in todo
     )
     by_case: dict[str, list[dict[str, Any]]] = {name: [] for name in chosen}
     for (name, _, _), records in zip(todo, results, strict=True):

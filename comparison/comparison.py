@@ -21,8 +21,19 @@ from ..residuals.models.domain import spanned
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
 from ..residuals.series import series
 from .audit import Audit, audit_along
+from .coverage import coverage
 from .differences import differences, rises
-from .facts import CALIBRATED, CORRECTED, NOMINAL, ComparedModel, Comparison, Domain, RulingRecord, Side
+from .facts import (
+    CALIBRATED,
+    CORRECTED,
+    NOMINAL,
+    ComparedModel,
+    Comparison,
+    Domain,
+    IntervalRecord,
+    RulingRecord,
+    Side,
+)
 from .failing.failures import Fails, where_they_fail
 from .recommendation import best
 
@@ -33,11 +44,15 @@ _FAR_OUT = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """A model, its errors on the judged rows, and what the laws say of it; baselines are not asked."""
+    """A model, its errors on the judged rows, what the laws say of it, and what its interval holds.
+
+    Baselines are asked for no laws, and vehicles tell no interval.
+    """
 
     model: Model
     errors: Errors
     audit: Audit | None
+    interval: IntervalRecord | None = None
 
     @property
     def name(self) -> str:
@@ -52,7 +67,7 @@ class Judged:
     def called(self, model: Model) -> "Judged":
         """The same of a model that differs by its name and kind alone."""
         audit = None if self.audit is None else replace(self.audit, model=model.name, kind=model.kind)
-        return Judged(model, self.errors, audit)
+        return Judged(model, self.errors, audit, self.interval)
 
 
 def judge_all(models: Sequence[Model], parts: Parts) -> list[Judged]:
@@ -66,7 +81,8 @@ def judge(model: Model, parts: Parts, errors: Errors | None = None) -> Judged:
     found = evaluate(model, parts.judged) if errors is None else errors
     if isinstance(model, VehicleModel):  # the laws are asked of the vehicle that is written
         return Judged(model, found, audit_along(VehicleModel(model.vehicle, model.name, model.kind), parts))
-    return Judged(model, found, None if model.kind == BASELINE else audit_along(model, parts))
+    audit = None if model.kind == BASELINE else audit_along(model, parts)
+    return Judged(model, found, audit, coverage(model, found, parts.judged))
 
 
 def calibrated_model(
@@ -184,6 +200,7 @@ def row(found: Judged, inside: np.ndarray | None = None, *, timed: bool = False)
         rollout={name: score.record for name, score in errors.rollout_scores.items()},
         units={"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
         domain=None if inside is None else _by_domain(np.concatenate(errors.acceleration), inside),
+        interval=found.interval,
         audit=found.verdict,
         laws=tuple(RulingRecord.model_validate(law) for law in laws),
         parameters=model.parameters,

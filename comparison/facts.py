@@ -115,6 +115,25 @@ class Domain(Record):
     outside: Side = Side()
 
 
+class Held(Record):
+    """On some of the judged rows, the share that an interval holds on each axis, and half its mean width."""
+
+    rows: Whole = 0
+    share: ByAxis | None = None
+    margin: ByAxis | None = None
+
+
+class IntervalRecord(Record):
+    """What of the judged rows the interval of a model's acceleration holds, within and beyond what it has seen.
+
+    `level` is the share that it is to hold.
+    """
+
+    level: Number
+    inside: Held = Held()
+    outside: Held = Held()
+
+
 class ComparedModel(Record):
     """A model on the judged rows.
 
@@ -124,6 +143,7 @@ class ComparedModel(Record):
     acceleration : one-step errors
     rollout : errors of open-loop predictions, by horizon [s]
     domain : the error by what the training part spans; None where that was not asked
+    interval : what its interval of the acceleration holds; None of a model that tells none
     audit, laws : what the laws say, in a word and one by one; none for a baseline
     parameters : how many numbers were fitted
     seconds_to_fit, seconds_to_evaluate : wall times [s]; None where nobody took them
@@ -135,6 +155,7 @@ class ComparedModel(Record):
     rollout: Rollouts = Field(default_factory=dict)
     units: Mapping[str, Mapping[str, str]] = {}
     domain: Domain | None = None
+    interval: IntervalRecord | None = None
     audit: str = "not run"
     laws: tuple[RulingRecord, ...] = ()
     parameters: Whole | None = None

@@ -4,13 +4,14 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from ..comparison.facts import ComparedModel
+from ..comparison.facts import ComparedModel, Held
 from ..comparison.failing.failures import Structure
 from ..discovery.findings import Step
 from ..discovery.found_effects import FoundEffect
 from ..discovery.lawful.price_of_law import Passivity
 from ..measurements.prepared_logs import FOLDS
 from ..physics.effects import BY_NAME
+from ..physics.frames import AXES
 from ..physics.in_words import MINUS, NARROW, finite, listing, number, words
 
 
@@ -24,6 +25,26 @@ def judged_rows(split: str) -> str:
     """The rows that judge, in words."""
     whole = {"all": "all rows", FOLDS: "all rows, each by models that never saw it"}
     return whole.get(split, f"the {split} part")
+
+
+INTERVAL_HOLDS = (
+    "interval holds: share of the rows at which the measured acceleration lies in the model's own 95 % interval "
+    "(surge, sway, yaw), within what it was trained on and beyond"
+)
+
+
+def held_shares(found: Held | None) -> str:
+    """Shares that an interval holds on the axes; empty where no row asks for it.
+
+    Examples
+    --------
+    >>> from undertow.residuals.scores import ByAxis
+    >>> held_shares(Held(rows=200, share=ByAxis(surge=0.955, sway=0.94, yaw=1.0)))
+    '96, 94, 100 %'
+    """
+    if found is None or found.share is None:
+        return ""
+    return f"{', '.join(f'{100.0 * found.share.of(axis):.0f}' for axis in AXES)} %"
 
 
 def added_to(candidate: FoundEffect) -> str:

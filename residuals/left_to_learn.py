@@ -1,4 +1,4 @@
-"""How much of what a vehicle does not explain is more than the noise of the sensors: what there is to learn."""
+"""How much of what a vehicle does not explain is more than noise of the sensors and what preparing a log leaves."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,14 +7,24 @@ import numpy as np
 
 from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.derive import smooth
-from ..measurements.statistics.white_noise import drawn_noise, sensor_noise
+from ..measurements.statistics.white_noise import drawn_noise, noise_level, sensor_noise
 from ..physics.frames import AXES, Array
 from ..physics.motion import Motion
+from ..physics.simulation import rollout
 from ..physics.vehicle import Vehicle
+from .models.base import VehicleModel
 from .residual import residual
+from .scores import rollout_scores
 
 _DRAWS = 5
 """Times that noise is drawn anew: its own scatter then adds a tenth to that of the error."""
+_WORTH = 2.0
+"""Times what preparation leaves in rollouts that an error must be, noise apart, to be worth a network: at 2 a perfect
+one would halve it."""
+_HORIZONS = (10.0, 2.0)
+"""Of the rollouts, the longest that fits into the motions [s]."""
+_SPACING = 2.0
+"""Between the starts of rollouts [s]."""
 _SURE = 3.0
 """Standard deviations of its scatter by which a squared error must exceed the noise: by chance one axis in 700 does."""
 
@@ -23,11 +33,18 @@ _SURE = 3.0
 class Left:
     """What a vehicle leaves unexplained on some motions, root mean squares (3,) [m/s^2, m/s^2, rad/s^2].
 
+    Noise of the sensors and preparation are what no model explains: differences, the filter, the instants of commands.
+
     Attributes
     ----------
     measured : the acceleration
     error : of the vehicle's
     noise : of that error, by the sensors alone
+    preparation : of that error, by the preparation alone
+    position : error of position in rollouts [m]
+    position_floor, position_preparation : the same along twins that the vehicle itself has made, with the noise of the
+        sensors and without [m]
+    horizon : of the rollouts [s]; 0 where none fits
     scatter : relative deviation of a mean square over these motions: their rows are filtered, and tell less than as
         many of their own
     """
@@ -35,25 +52,55 @@ class Left:
     measured: Array
     error: Array
     noise: Array
+    preparation: Array
+    position: float
+    position_floor: float
+    position_preparation: float
+    horizon: float
     scatter: float
 
     @property
+    def floor(self) -> Array:
+        """Noise and preparation together."""
+        return np.hypot(self.noise, self.preparation)
+
+    @property
     def beyond(self) -> Array:
-        """Root mean square of the error beyond the noise."""
-        return np.sqrt(np.maximum(self.error**2 - self.noise**2, 0.0))
+        """Root mean square of the error beyond the floor."""
+        return np.sqrt(np.maximum(self.error**2 - self.floor**2, 0.0))
 
     @property
     def learnable(self) -> np.ndarray:
-        """Whether the error is more than noise on each axis, by more than chance."""
-        return self.error**2 > self.noise**2 * (1.0 + _SURE * self.scatter)
+        """Whether the error is more than the floor on each axis, by more than chance."""
+        return self.error**2 > self.floor**2 * (1.0 + _SURE * self.scatter)
+
+    @property
+    def worth_it(self) -> bool:
+        """Whether a network has something to learn on any axis, and much to gain in rollouts."""
+        gain = self.position**2 - self.position_floor**2
+        rolls = self.horizon == 0.0 or gain > (_WORTH**2 - 1.0) * self.position_preparation**2
+        return bool(rolls and self.learnable.any())
+
+    @property
+    def axes(self) -> tuple[bool, bool, bool]:
+        """The learnable axes; all of them where it is not worth it, for whoever trains all the same."""
+        surge, sway, yaw = self.learnable.tolist() if self.worth_it else (True, True, True)
+        return surge, sway, yaw
 
     def to_dict(self) -> dict[str, dict[str, float | bool]]:
-        """By axis."""
-        return {
+        """By axis, and of rollouts."""
+        rollout = {
+            "error": self.position,
+            "floor": self.position_floor,
+            "preparation": self.position_preparation,
+            "horizon": self.horizon,
+        }
+        return {"position": rollout} | {
             axis: {
                 "measured": float(self.measured[k]),
                 "error": float(self.error[k]),
                 "noise": float(self.noise[k]),
+                "preparation": float(self.preparation[k]),
                 "learnable": bool(self.learnable[k]),
             }
             for k, axis in enumerate(AXES)
@@ -64,7 +111,8 @@ def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> 
     """What a vehicle leaves unexplained of the motions of parts that were prepared alike.
 
     The noise of the error is how much it changes when as much noise as the sensors have is drawn anew onto the
-    unfiltered motions: that goes through the filter, the differences and the vehicle as the sensors' own did.
+    unfiltered motions: that goes through the filter, the differences and the vehicle as the sensors' own did. What
+    preparation leaves is the vehicle's error on a twin of each motion that the vehicle itself has made, see `twin`.
     """
     data = parts[0]
     motions, raw = ([m for part in parts for m in getattr(part, kind)] for kind in ("motions", "raw"))
@@ -75,6 +123,10 @@ def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> 
         for _ in range(_DRAWS)
         for motion, was in zip(raw, own, strict=True)
     ]
+    twins = [twin(vehicle, motion) for motion in raw]
+    heard = [_heard(each, level, motion, rng) for each, motion in zip(twins, raw, strict=True)]
+    prepared = [tuple(_filtered(each, data) for each in made) for made in (heard, twins)]
+    horizon, (position, floor, preparation) = _rolled(vehicle, [replace(data, motions=m) for m in (motions, *prepared)])
     rate = 1.0 / motions[0].time_step
     seconds = sum(motion.duration for motion in motions)
     independent = seconds * min(rate, 2.0 * (data.recipe.cutoff or rate))
@@ -82,14 +134,55 @@ def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> 
         measured=_root([each.measured for each in own]),
         error=_root([each.measured - each.modelled for each in own]),
         noise=_root(changes),
+        preparation=_root([_error(vehicle, each, data) for each in prepared[1]]),
+        position=position,
+        position_floor=floor,
+        position_preparation=preparation,
+        horizon=horizon,
         scatter=float(np.sqrt(2.0 / max(independent, 1.0))),
     )
 
 
+def twin(vehicle: Vehicle, motion: Motion) -> Motion:
+    """What a vehicle itself would have made of a motion, had each command come half a step of its record earlier.
+
+    A record tells no better when a command came; one that is held where it changed between two records, or the other
+    way round, is wrong by as much.
+    """
+    early = motion.time + 0.5 * (motion.command_step or motion.time_step)
+    commands = np.column_stack([np.interp(early, motion.time, column) for column in motion.commands.T])
+    driven = replace(motion, commands=commands)
+    states = rollout(vehicle, driven, np.array([0]), motion.time.size - 1).states[0]
+    return replace(motion, position=states[:, :2], heading=states[:, 2], velocity=states[:, 3:])
+
+
+def _heard(made: Motion, level: Array, motion: Motion, rng: np.random.Generator) -> Motion:
+    """A twin as the sensors of a motion would have recorded it."""
+    place = np.column_stack([motion.position, motion.heading])
+    drawn = rng.standard_normal(place.shape) * [noise_level(column) or 0.0 for column in place.T]
+    return replace(
+        made,
+        position=made.position + drawn[:, :2],
+        heading=made.heading + drawn[:, 2],
+        velocity=made.velocity + drawn_noise(motion, level, rng),
+    )
+
+
+def _rolled(vehicle: Vehicle, each: Sequence[DataSet]) -> tuple[float, list[float]]:
+    """The longest horizon [s] of rollouts that fits, and their error of position on each data set [m]; else zeros."""
+    model = VehicleModel(vehicle, "alone")
+    found = [rollout_scores(model, data, _HORIZONS, _SPACING) for data in each]
+    horizon = next((h for h in _HORIZONS if f"{h:g}" in found[0]), 0.0)
+    return horizon, [scores[f"{horizon:g}"].position if horizon else 0.0 for scores in found]
+
+
 def _noisy(motion: Motion, level: Array, data: DataSet, rng: np.random.Generator) -> Motion:
     """A motion with noise on its velocities, filtered as the data are."""
-    noisy = replace(motion, velocity=motion.velocity + drawn_noise(motion, level, rng))
-    return noisy if data.recipe.cutoff is None else smooth(noisy, data.recipe.cutoff, data.recipe.order)
+    return _filtered(replace(motion, velocity=motion.velocity + drawn_noise(motion, level, rng)), data)
+
+
+def _filtered(motion: Motion, data: DataSet) -> Motion:
+    return motion if data.recipe.cutoff is None else smooth(motion, data.recipe.cutoff, data.recipe.order)
 
 
 def _error(vehicle: Vehicle, motion: Motion, data: DataSet) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..comparison.audit import Audit, audit_along
 from ..comparison.comparison import Judged, judge, row
+from ..comparison.coverage import coverage
 from ..comparison.facts import ComparedModel
 from ..measurements.log_digests import log_digests
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
@@ -90,7 +91,7 @@ class TrainRun:
             told.append("No epoch was better than the vehicle alone, so the network is as it began.")
         elif found.share < 1.0:
             told.append(_in_words(found.share))
-        told += self._beyond()
+        told += [*self._beyond(), *_what_it_holds(self.models[-1])]
         if found.lawful:
             told.append("It keeps every law that 'undertow check' asks over these logs.")
             told += _price_of_the_law(found)
@@ -147,6 +148,18 @@ def _broken_laws(model: ComparedModel) -> list[str]:
     return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]
 
 
+def _what_it_holds(model: ComparedModel) -> list[str]:
+    """What its interval holds of the judged rows that are like those of training; nothing where none is."""
+    found = model.interval
+    if found is None or found.inside.share is None:
+        return []
+    shares = listing([f"{percent(found.inside.share.of(axis))} in {axis}" for axis in AXES])
+    return [
+        f"Of the judged rows within what it has seen, its {percent(found.level)} interval of the acceleration holds "
+        f"{shares}."
+    ]
+
+
 def _in_words(share: float) -> str:
     """How much of a correction holds where it was not trained."""
     if share == 0.0:
@@ -169,12 +182,17 @@ def _price_of_the_law(found: "Trained") -> list[str]:
 
 
 def left_in_words(left: Left) -> str:
-    """What a vehicle leaves to learn on each axis, and how much of that is noise."""
+    """What a vehicle leaves to learn on each axis and in rollouts, and how much of that no model explains."""
     told = []
-    for axis, error, noise, learnable in zip(AXES, left.error, left.noise, left.learnable, strict=True):
+    for axis, error, floor, learnable in zip(AXES, left.error, left.floor, left.learnable, strict=True):
         unit = unit_text(ACCELERATION_UNITS[axis])
         what = "more than" if learnable else "no more than"
-        told.append(f"in {axis} the vehicle errs by {error:.2g} {unit}, {what} the {noise:.2g} of the sensors' noise")
+        told.append(f"in {axis} the vehicle errs by {error:.2g} {unit}, {what} noise and preparation ({floor:.2g})")
+    if left.horizon:
+        told.append(
+            f"over {left.horizon:g} s it is off by {left.position:.2g} m, where noise and preparation alone make "
+            f"{left.position_floor:.2g} m"
+        )
     return "; ".join(told)
 
 
@@ -188,10 +206,10 @@ def _left(inputs: Inputs, settings: TrainingSettings) -> Left:
     """
     split = inputs.parts.split
     left = left_to_learn(at_beginning(inputs.vehicle), (split.train, split.validation))
-    if settings.decline and not left.learnable.any():
+    if settings.decline and not left.worth_it:
         raise RequestError(
-            f"train: expected a vehicle that leaves something to learn, got none: {left_in_words(left)}. A network "
-            "would learn the noise; use the vehicle as it is, or train all the same with --set decline=0"
+            f"train: expected a vehicle that leaves something to learn, got little or none: {left_in_words(left)}. A "
+            "network would add its own error; use the vehicle as it is, or train all the same with --set decline=0"
         )
     return left
 
@@ -253,7 +271,7 @@ def train(
         found = train_network(
             inputs.parts.split,
             at_beginning(inputs.vehicle),  # a network knows no time
-            chosen,
+            chosen if left is None else replace(chosen, axes=left.axes),
             settings=settings,
             folder=target,
             resume=resume,
@@ -268,7 +286,8 @@ def train(
         save_network(found.model, target, training, force=force)
     nominal = judge(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts)
     kept = audits[-1 if found.lawful else 0]  # where none passed, the best epoch is kept, which was asked first
-    network = Judged(found.model, evaluate(found.model, inputs.parts.judged), kept)
+    errors = evaluate(found.model, inputs.parts.judged)
+    network = Judged(found.model, errors, kept, coverage(found.model, errors, inputs.parts.judged))
     return TrainRun(inputs, found, left, (row(nominal), row(network)))
 
 

@@ -26,6 +26,7 @@ class Contender:
     network : which, or None for a vehicle
     case : the only case that it takes part in; empty for all
     base : the vehicle under it: true, nominal, calibrated or symbolic
+    audited : the best epochs are put before the laws, the first that keeps them is kept
     """
 
     base: str
@@ -34,6 +35,7 @@ class Contender:
     heading: bool = False
     settings: tuple[tuple[str, Any], ...] = ()
     case: str = ""
+    audited: bool = True
 
 
 FREE = (("lambda_phys", 0.0),)
@@ -85,7 +87,7 @@ def made(who: Contender, base: Vehicle, inputs: Inputs, seed: int) -> tuple[Mode
         base,
         Choice(who.network, pure=who.pure, heading=who.heading),
         settings=settings,
-        auditor=passed,
+        auditor=passed if who.audited else None,
     )
     told = {"lawful": done.lawful, "best": done.best_epoch, "epochs": len(done.epochs)}
     return done.model, {**told, "seconds": done.model.seconds_to_fit}

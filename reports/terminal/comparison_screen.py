@@ -8,11 +8,11 @@ from rich.table import Table
 from rich.text import Text
 
 from ...comparison.differences import PairedRecord
-from ...comparison.facts import ComparedModel, Comparison, Domain
+from ...comparison.facts import ComparedModel, Comparison, Domain, Held
 from ...physics.frames import AXES
 from ...physics.in_words import number, percent, unit_text
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, RolloutRecord
-from ..wording import judged_rows
+from ..wording import INTERVAL_HOLDS, held_shares, judged_rows
 from .layout import BAD, GOOD, Fitting, Prose, bullets, plain_table, section, stacked
 
 MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell": "?"}
@@ -122,10 +122,15 @@ def _beside(models: Sequence[ComparedModel]) -> Table:
         f"outside: acceleration error at the {outside} of {within + outside} rows with a speed or thrust beyond the "
         "training part's, over that at the others"
     )
-    table = plain_table("Laws, size and range", caption * beyond)
+    told = any(model.interval for model in models)
+    captions = [caption] * beyond + [INTERVAL_HOLDS] * told
+    table = plain_table("Laws, size and range", "; ".join(captions))
     _model_column(table)
     table.add_column("laws of\na hull", no_wrap=True)
     table.add_column("numbers\nfitted", justify="right", no_wrap=True)
+    if told:
+        for where in ("interval\nholds", "interval holds\nbeyond"):
+            table.add_column(where, justify="right", no_wrap=True)
     if timed:
         table.add_column("to fit\ns", justify="right", no_wrap=True)
         table.add_column("to evaluate\ns", justify="right", no_wrap=True)
@@ -135,12 +140,19 @@ def _beside(models: Sequence[ComparedModel]) -> Table:
     for model, domain in zip(models, domains, strict=True):
         cells = [Text(model.audit, style=_STYLES["worse"] if model.audit == "fail" else "")]
         cells += [Text(number(model.parameters))]
+        if told:
+            cells += [Text(held_shares(side)) for side in _sides(model)]
         if timed:
             cells += [Text(number(s, 2, blank="")) for s in (model.seconds_to_fit, model.seconds_to_evaluate)]
         if beyond:
             cells += [Text(_ratio(domain, axis)) for axis in AXES]
         table.add_row(Text(model.name), *cells)
     return table
+
+
+def _sides(model: ComparedModel) -> tuple[Held | None, Held | None]:
+    found = model.interval
+    return (None, None) if found is None else (found.inside, found.outside)
 
 
 def _model_column(table: Table) -> None:

@@ -71,6 +71,11 @@ class Model(ABC):
             return np.zeros(motion.time.size)
         return excess(network_inputs(self.vehicle, motion, heading=False), *self.seen)
 
+    def margin(self, motion: Motion) -> Array | None:
+        """By how much its acceleration may differ from the measured one, (n, 3); None where it does not tell."""
+        del motion
+        return None
+
     @abstractmethod
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
         """Acceleration over ground in states that have lasted, (n, 3) [m/s^2, m/s^2, rad/s^2], in still air.

@@ -26,6 +26,7 @@ from ...physics.quantities import Number, Positive, complaint, complaints, locat
 from ...physics.reading import Plain, parse_json, parse_yaml, read_bytes, read_yaml, reason
 from ...physics.vehicle import Vehicle, vehicle_from_dict
 from .fade_record import FadeRecord
+from .interval import Interval
 from .network_inputs import input_names
 from .neural import CHECKPOINT, SCHEMA, SETTINGS, WEIGHTS, require_torch
 
@@ -72,6 +73,7 @@ class _Settings(BaseModel):
     inputs: tuple[_Input, ...]
     output_scale: tuple[Positive, Positive, Positive]
     fade: FadeRecord | None = None
+    interval: Interval | None = None
     vehicle: dict[str, object]
     weights_sha256: str = Field(pattern="^[0-9a-f]{64}$")
     training: dict[str, object]
@@ -138,6 +140,8 @@ def save_network(
     }
     if model.network.fade is not None:
         settings["fade"] = FadeRecord.of(model.network.fade.reach).model_dump(mode="json")
+    if model.interval is not None:
+        settings["interval"] = model.interval.model_dump(mode="json")
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.network.state_dict().items()}
     weights = save(tensors, {_MADE_FOR: _digest(settings)})
     settings |= {
@@ -185,12 +189,16 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
     network = _network(settings, scaling, weights, source)
     if settings.fade is not None:
         network.fade_beyond(settings.fade.reach(3 + scaling.drives, f"{source / SETTINGS}"))
+    if settings.interval is not None:
+        settings.interval.check(vehicle, f"{source / SETTINGS}")
     if made_for != _digest(read_yaml(source / SETTINGS)):
         raise RequestError(
             f"{source / SETTINGS}: the weights were trained under other settings, so the file was edited; put it back, "
             "or train the network again"
         )
-    return NetworkModel(vehicle, network, settings.time_step, pure=settings.pure, name=source.name)
+    model = NetworkModel(vehicle, network, settings.time_step, pure=settings.pure, name=source.name)
+    model.interval = settings.interval
+    return model
 
 
 def _check_target(target: Path) -> None:

@@ -19,6 +19,7 @@ from ..networks.base import Memory, Network, Scaling, through
 from ..networks.dissipative import Dissipative
 from .base import Kind, Model
 from .coasting import SETTLE
+from .interval import Interval, least_known, sizes
 from .network_inputs import network_inputs, stacked_inputs
 from .threads import one_thread
 
@@ -45,6 +46,7 @@ class NetworkModel(Model):
     network : trained; its input names say whether it sees the heading
     pure : whether the network gives the whole acceleration, without the vehicle's physics
     time_step : of the rows that it was trained on [s]; it knows no other
+    interval : how far from the measured acceleration it may be; None where nothing was calibrated
     """
 
     def __init__(
@@ -65,6 +67,7 @@ class NetworkModel(Model):
         self.kind: Kind = "network" if pure else "hybrid"
         self.parameters = sum(p.numel() for p in network.parameters())
         self.seconds_to_fit = seconds_to_fit
+        self.interval: Interval | None = None
         with torch.inference_mode():
             self.remembers = bool(network(self.tensor(np.zeros((1, 1, network.width))))[1])
         self.seen = self._ends()
@@ -106,9 +109,23 @@ class NetworkModel(Model):
         fade = self.network.fade
         if fade is None:
             return super().beyond(motion)
-        seen = self.network.scaling.inputs.apply(network_inputs(self.vehicle, motion, self.heading))
         with torch.inference_mode():
-            return np.sqrt(numbers(fade.squared_distance(self.tensor(seen))))
+            return np.sqrt(numbers(fade.squared_distance(self._standardised(motion))))
+
+    def weight(self, motion: Motion) -> Array:
+        """How much of its correction is left along a motion (n,); 1 where it does not fade."""
+        fade = self.network.fade
+        if fade is None:
+            return np.ones(motion.time.size)
+        with torch.inference_mode():
+            return numbers(fade(self._standardised(motion))[:, 0])
+
+    def margin(self, motion: Motion) -> Array | None:
+        """See `Model.margin`; raises as `correction` does."""
+        if self.interval is None:
+            return None
+        found = sizes(self.vehicle, motion, self.acceleration(motion))
+        return self.interval.margin(found, *least_known(motion, self.weight(motion), self.beyond(motion)))
 
     def acceleration(self, motion: Motion) -> Array:
         """See `Model.acceleration`; raises as `correction` does."""
@@ -144,6 +161,9 @@ class NetworkModel(Model):
                 parts.append(self.network(block[:, None].expand(-1, rows, -1))[0][:, -1])
         said = numbers(torch.cat(parts))
         return said if self.pure else held_acceleration(self.vehicle, velocity, heading, commands) + said
+
+    def _standardised(self, motion: Motion) -> Tensor:
+        return self.tensor(self.network.scaling.inputs.apply(network_inputs(self.vehicle, motion, self.heading)))
 
     def tensor(self, values: Array) -> Tensor:
         """Numbers as the network takes them, in its precision and on its device."""

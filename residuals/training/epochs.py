@@ -24,6 +24,7 @@ from .growing import grow
 from .history import Epoch, best_epochs, stale
 from .holding import rollout_ratio, share_that_holds
 from .losses import Objective
+from .margins import interval_of
 from .preparation import Prepared, prepare_training
 from .training_settings import Choice, TrainingSettings
 
@@ -123,6 +124,7 @@ def train(
             seconds_to_fit=perf_counter() - run.begun,
         )
         kept, share, lawful = run.choose(model, auditor, split.validation)
+        model.interval = interval_of(model, split)
     best = next(epoch for epoch in run.history if epoch.number == kept)
     return Trained(model, tuple(run.history), kept, share, lawful, best.violating, why, chosen)
 

@@ -1,7 +1,7 @@
 """What a training works on: the network, the loss and the judge, made from a split and the settings."""
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -82,11 +82,13 @@ def prepare_training(
     windows = windows_of(
         split.train, vehicle, **chosen, seconds=settings.window, warm_up=warm_up, overlap=settings.overlap
     )
+    kept = np.ones(3) if choice.pure else np.array(choice.axes, dtype=float)
     sisters = sister_targets(split.train, vehicle, settings, windows.target, **chosen, warm_up=warm_up)
     _check_rollouts(settings, windows)
     motions = split.train.motions
     seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
     unit = _unit(windows, motions)
+    windows = replace(windows, target=windows.target * kept)
     scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, choice.heading), seen), unit)
     network = build(choice.network, scaling, choice.options).to(device)
     like = next(network.parameters())
@@ -105,8 +107,8 @@ def prepare_training(
         )
 
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
-    judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen)
-    compared = None if sisters is None else tensor(sisters[:, :, windows.compared])
+    judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen, kept=kept)
+    compared = None if sisters is None else tensor(sisters[:, :, windows.compared] * kept)
     wanted = settings.augmentation
     noise = seen_noise(split.train, settings, remembers)
     varied = wanted.active or bool(noise.any())
@@ -131,7 +133,8 @@ def prepare_training(
         "data": _digest(windows.inputs, windows.target, windows.states, *judge.targets),
         "vehicle": vehicle.digest,
     }
-    table = _table(split.train, vehicle, choice, scaling)
+    inputs, target = _table(split.train, vehicle, choice, scaling)
+    table = inputs, target * kept
     if settings.fade and not choice.pure:  # where a pure network says nothing, no force at all is left
         network.fade_beyond(Reach.of(table[0][:, : 3 + scaling.drives], settings.fade))
     return Prepared(network, objective, judge, choice.pure, table, windows.time_step, recipe)

@@ -21,12 +21,15 @@ class Choice:
     network, options : a name and options of `networks.registry`
     pure : it stands in the place of the physics, not beside it
     heading : it sees the heading
+    axes : those on which a hybrid has something to learn, see `left_to_learn`: surge, sway, yaw; on the others its
+        target is nothing, so that it does not learn their noise
     """
 
     network: str
     options: Mapping[str, int | float] | None = None
     pure: bool = False
     heading: bool = False
+    axes: tuple[bool, bool, bool] = (True, True, True)
 
 
 @dataclass(frozen=True, slots=True)

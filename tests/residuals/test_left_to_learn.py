@@ -1,14 +1,17 @@
-"""What a vehicle leaves to learn is told apart from the noise of the sensors."""
+"""What a vehicle leaves to learn is told apart from noise of the sensors and what preparing leaves."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from undertow.measurements.preparation.dataset import PAPER, DataSet
 from undertow.measurements.preparation.derive import smooth
+from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world
-from undertow.residuals.left_to_learn import left_to_learn
+from undertow.residuals.left_to_learn import left_to_learn, twin
 
 HULL = load_vehicle("blueboat")
 TRIM = {"surge_trim": 6.0}
@@ -28,14 +31,31 @@ def test_a_push_is_learnable_and_noise_is_not(noise: str):
     assert left.learnable.tolist() == [True, False, False]
     assert left.beyond[0] == pytest.approx(6.0 / (HULL.mass - HULL.value("X_udot")), rel=0.1)
     np.testing.assert_allclose(left.noise[1:], left.error[1:], rtol=0.15)
-    assert not left_to_learn(apply_effects(HULL, TRIM), [data]).learnable.any()
+    assert left.worth_it
+    known = left_to_learn(apply_effects(HULL, TRIM), [data])
+    assert not known.learnable.any()
+    assert not known.worth_it
+    assert known.position == pytest.approx(known.position_floor, rel=0.5)
+    assert left.position > 1.5 * left.position_floor > 2.0 * left.position_preparation
     assert left.to_dict()["surge"]["learnable"] is True
 
 
-def test_of_a_record_without_noise_all_is_learnable():
+def test_of_a_record_without_noise_all_but_what_preparing_leaves_is_learnable():
     left = left_to_learn(HULL, [world("clean")])
     assert left.noise[0] < 0.01 * left.error[0]
     assert left.learnable[0]
+    assert not left_to_learn(apply_effects(HULL, TRIM), [world("clean")]).worth_it
+
+
+def test_the_twin_of_a_motion_is_driven_half_a_step_of_the_record_earlier():
+    motion = simulate_world(HULL, {}, duration=60.0, noise="clean", seed=4).motion(0.1)
+    rows = motion.time.size
+    ramp = replace(motion, commands=np.repeat(1500.0 + 2.0 * np.arange(rows)[:, None], 2, axis=1))
+    early = replace(ramp, commands=np.minimum(ramp.commands + 2.0, ramp.commands[-1]))
+    found = twin(HULL, replace(ramp, command_step=0.2))
+    states = rollout(HULL, early, np.array([0]), rows - 1).states[0]
+    np.testing.assert_allclose(found.velocity, states[:, 3:], atol=1e-12)
+    assert found.commands is ramp.commands
 
 
 def test_parts_count_together():

@@ -9,7 +9,7 @@ from ....physics.frames import AXES
 from ....physics.in_words import unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
 from ...run_contents import RunFolder
-from ...wording import OWN_NUMBERS, goodness, interval, judged_rows, typeset, within
+from ...wording import INTERVAL_HOLDS, OWN_NUMBERS, goodness, held_shares, interval, judged_rows, typeset, within
 from ..figures.model_figures import trust
 from ..markup import Html, element, figure, folded, lines, render, table
 from ..rivals import MARKS, difference, hero_horizon, mark, reference_of, rivals
@@ -163,17 +163,23 @@ def _costs(models: Sequence[ComparedModel]) -> Html:
         "time to evaluate [s]": [model.seconds_to_evaluate for model in models],
     }
     times = {title: taken for title, taken in times.items() if any(one is not None for one in taken)}
+    told = [model.interval for model in models]
+    sides = ("inside", "outside") if any(told) else ()
     rows = [
         (
             model.name,
             model.kind,
             typeset(model.parameters),
+            *(held_shares(getattr(told[k], side, None)) for side in sides),
             *(typeset(taken[k], blank="not recorded") for taken in times.values()),
             model.audit,
         )
         for k, model in enumerate(models)
     ]
-    return table(("model", "kind", "fitted values", *times, "laws"), rows, "ll")
+    intervals = [f"interval holds, {'within' if side == 'inside' else 'beyond'}" for side in sides]
+    found = table(("model", "kind", "fitted values", *intervals, *times, "laws"), rows, "ll")
+    note = f"{INTERVAL_HOLDS[0].upper()}{INTERVAL_HOLDS[1:]}."
+    return render(found, *[element("p", note, cls="facts")] * bool(sides))
 
 
 def _mean_errors(models: Sequence[ComparedModel]) -> Html:

@@ -22,6 +22,7 @@ from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.interval import Interval
 from undertow.residuals.models.model_files import load_network, own_network, save_network
 from undertow.residuals.models.network_inputs import input_names, network_inputs
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
@@ -65,7 +66,11 @@ def trained(
             parameter.add_(0.1 * torch.randn(parameter.shape))
     if fade:
         network.fade_beyond(Reach.of(constants.apply(columns)[: len(columns) // 2, :5], fade))
-    return NetworkModel(HULL, network, 0.1, **settings)
+    model = NetworkModel(HULL, network, 0.1, **settings)
+    if fade:
+        margins = tuple(tuple(0.01 * (axis + size + 1.0) for size in range(11)) for axis in range(3))
+        model.interval = Interval(level=0.95, learnt=margins, alone=margins[::-1], wider=(1.0, 2.0, 3.0))
+    return model
 
 
 @pytest.fixture
@@ -105,7 +110,9 @@ def test_a_round_trip_gives_the_same_to_the_last_bit(name: str, settings: dict, 
     assert np.array_equal(again.rollout(motion, starts, 40).states, model.rollout(motion, starts, 40).states)
     assert again.vehicle == HULL
     assert np.array_equal(again.beyond(motion), model.beyond(motion))
-    kept = ("kind", "pure", "time_step", "parameters", "heading", "fades")
+    mine, theirs = model.margin(motion), again.margin(motion)
+    assert mine is theirs is None or np.array_equal(mine, theirs)  # type: ignore[arg-type]
+    kept = ("kind", "pure", "time_step", "parameters", "heading", "fades", "interval")
     assert [getattr(again, key) for key in kept] == [getattr(model, key) for key in kept]
     assert again.name == "net"
     assert sorted(os.listdir(tmp_path / "net")) == ["model.yaml", "weights.safetensors"]
@@ -207,6 +214,10 @@ SETTINGS_DAMAGE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "fade of another size": (
         lambda c: c.update(fade={"distance": 0.5, "lower": [0.0], "upper": [1.0]}),
         r"model.yaml: fade: expected 25 ends below and 25 above, got 1 and 1; the file is damaged",
+    ),
+    "margins of another size": (
+        lambda c: c.update(interval={"level": 0.95, "learnt": [[1.0]], "alone": [], "wider": [1.0, 1.0, 1.0]}),
+        r"model.yaml: interval: expected 3 rows of 11 margins each, got .*; the file is damaged",
     ),
     "fade at once": (
         lambda c: c.update(fade={"distance": 0.0, "lower": [], "upper": []}),

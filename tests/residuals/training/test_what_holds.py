@@ -8,8 +8,10 @@ import pytest
 import torch
 from training_parts import HULL, fresh, parts_of
 
+from undertow.comparison.coverage import coverage
 from undertow.measurements.preparation.split import Split
 from undertow.physics.errors import RequestError
+from undertow.physics.frames import AXES
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle
@@ -17,9 +19,9 @@ from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.model_files import load_network, save_network
 from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.networks.registry import build
-from undertow.residuals.scores import acceleration_score
+from undertow.residuals.scores import acceleration_score, evaluate
 from undertow.residuals.training.epochs import train
-from undertow.residuals.training.holding import share_that_holds
+from undertow.residuals.training.holding import least_share, share_that_holds
 from undertow.residuals.training.losses import robust
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
@@ -31,7 +33,8 @@ def dragged() -> Split:
 
 
 def test_trees_learn_what_the_nominal_model_lacks_and_are_plain_arrays(dragged: Split, tmp_path: Path) -> None:
-    found = train(dragged, HULL, Choice("trees", {"units": 30}), settings=TrainingSettings(fade=0.0))
+    choice = Choice("trees", {"units": 30}, axes=(True, True, False))
+    found = train(dragged, HULL, choice, settings=TrainingSettings(fade=0.0))
     before, after = (
         acceleration_score(model, dragged.test).rmse for model in (VehicleModel(HULL, "nominal"), found.model)
     )
@@ -39,7 +42,15 @@ def test_trees_learn_what_the_nominal_model_lacks_and_are_plain_arrays(dragged: 
     assert (len(found.epochs), found.stopped) == (2, "all trees are grown")
     again = load_network(save_network(found.model, tmp_path / "trees", {}))
     motion = dragged.test.motions[0]
+    assert (found.model.correction(motion)[:, 2] == 0.0).all(), "where nothing is to be learnt, nothing is said"
     assert np.array_equal(again.correction(motion), found.model.correction(motion))
+    told = coverage(again, evaluate(again, dragged.test, ()), dragged.test)
+    assert told is not None
+    assert told.inside.share is not None
+    assert min(told.inside.share.of(axis) for axis in AXES) >= 0.85
+    assert told.inside.rows + told.outside.rows == dragged.test.rows
+    alone = VehicleModel(HULL, "alone")
+    assert coverage(alone, evaluate(alone, dragged.test, ()), dragged.test) is None
     with pytest.raises(RequestError, match="expected at least 2 leaves, got 1"):
         build("trees", found.model.network.scaling, {"leaves": 1})
 
@@ -57,6 +68,16 @@ def test_what_does_not_hold_in_rollouts_is_taken_away(dragged: Split, told: floa
     model = NetworkModel(HULL, network, 0.1)
     assert share_that_holds(model, replace(dragged.validation, motions=motions)) == share
     assert share_that_holds(NetworkModel(HULL, network, 0.1, pure=True), dragged.validation) == 1.0
+
+
+def test_one_rollout_that_errs_most_does_not_decide_how_much_holds() -> None:
+    alone = np.where(np.arange(50) == 7, 1000.0, 1.0)
+    assert least_share({0.0: alone, 0.5: 0.5 * alone, 1.0: 0.25 * alone}, 3.0) == 1.0
+    spared = np.where(np.arange(50) == 7, 10.0, 1.3)
+    assert least_share({0.0: alone, 1.0: spared}, 3.0) == 0.0, "all others err more"
+    assert least_share({0.0: alone, 1.0: np.full(50, np.inf)}, 3.0) == 0.0
+    hardly = np.where(np.arange(50) == 7, 990.0, 0.1)
+    assert least_share({0.0: alone, 1.0: hardly}, 3.0) == 0.0, "the one that matters is no better"
 
 
 def rolled(vehicle: Vehicle, motion: Motion) -> Motion:
