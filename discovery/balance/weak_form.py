@@ -92,8 +92,10 @@ class WeakForm(Balance):
         memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
         self._near = Neighbourhood(self.balances, self._difference, memo, self._unit)
         self.time = np.concatenate(times)
-        blocks = min(settings.blocks, self.time.size // LEAST_TESTS)
-        if blocks < _LEAST_BLOCKS:
+        # Of one block nothing is held out, so that it may be as short as a window that is followed live.
+        alone = settings.blocks == 1 and self.time.size > 0
+        blocks = 1 if alone else min(settings.blocks, self.time.size // LEAST_TESTS)
+        if blocks < _LEAST_BLOCKS and not alone:
             raise RequestError(
                 f"weak form: {self.time.size} test functions of {2 * settings.half_width:g} s fit into the log, "
                 f"at least {_LEAST_BLOCKS * LEAST_TESTS} are needed; give a longer log"
