@@ -114,7 +114,7 @@ class Motion(Card):
         return float(self.time[-1] - self.time[0])
 
     def followed_by(self, later: "Motion") -> "Motion":
-        """This motion and the next rows of the same record, as one.
+        """Join the next rows of the same record to these.
 
         Raises
         ------
@@ -122,7 +122,7 @@ class Motion(Card):
             when the rows do not follow on its time base, or have other columns.
         """
         if (self.air is None) != (later.air is None):
-            raise LogError("motion: expected rows with an anemometer after such rows, and without after those without")
+            raise LogError("motion: expected an anemometer in all rows or in none")
         names = ("time", "position", "heading", "velocity", "commands", "minutes")
         rows = {name: np.concatenate([getattr(self, name), getattr(later, name)]) for name in names}
         air = None if self.air is None or later.air is None else np.concatenate([self.air, later.air])

@@ -1,4 +1,4 @@
-"""When a parameter changed while a boat runs: an e-process over blocks of a few seconds, under a budget of false alarms.
+"""When a parameter changed while a boat runs: an e-process over blocks of some seconds, with a budget of false alarms.
 
 For every block in which something may have begun, and every parameter, the rows since are weighed by their likelihood
 with a change of that parameter over that without; both without regard to where the parameters were before. Each such
@@ -23,7 +23,7 @@ _KEPT = ((6, 1), (24, 4), (120, 12), (960, 48))
 """Blocks back up to which every n-th may be the first of a change: to leave candidates out can only lower the sum, and
 neighbours of so long ago tell the same. The last is an hour back."""
 _VAGUE = 10.0
-"""Deviation of the values before a change, in plausible amounts: as good as unknown, and a matrix that can be solved."""
+"""Deviation of the values before a change, in plausible amounts: as good as unknown, and matrices can be solved."""
 _ALIKE = 0.1
 """Share of the weight of the likeliest parameter from which another may have changed as well."""
 _SURE = 0.95

@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.laws.certificate import basis, control_matrices
 from ...physics.laws.damping_power import Envelope
