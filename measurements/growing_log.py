@@ -35,6 +35,7 @@ class GrowingLog:
     where : the file, for messages
     vehicle : whose thrusters name the commands
     reading : axes, channel map and namespace
+    least : how much of the log must be new for motions to be made of it [s]: to make them costs the same for all rows
 
     Attributes
     ----------
@@ -42,8 +43,8 @@ class GrowingLog:
     log : the latest channels, None before there are any
     """
 
-    def __init__(self, where: str, vehicle: Vehicle, reading: Reading) -> None:
-        self._where, self._vehicle, self._reading = where, vehicle, reading
+    def __init__(self, where: str, vehicle: Vehicle, reading: Reading, least: float = 0.0) -> None:
+        self._where, self._vehicle, self._reading, self._least = where, vehicle, reading, least
         self.table = GrowingTable(where)
         self.log: Log | None = None
         self._entries: dict[str, Entry | None] = (
@@ -89,6 +90,8 @@ class GrowingLog:
         LogError
             when a value cannot be what its channel says.
         """
+        if not ended and self._last is not None and self.table.newest < self._last + self._least + self._step:
+            return []
         streams = self.table.streams()
         frame, namespace = self._reading.frame, self._reading.namespace
         channels = map_channels(streams, frame, self._entries, self._where, (), namespace).channels

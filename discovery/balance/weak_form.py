@@ -43,6 +43,7 @@ class WeakForm(Balance):
     claims : (n, 3) accelerations over ground for each motion [m/s^2, m/s^2, rad/s^2] that stand in place of the
         measured ones, as a model claims them. They are functions of the same noisy velocities as the columns, so that
         no sensor noise stands between the two, and open-loop rollouts have no say.
+    like : the form of other motions of the same boat, whose work on vehicles is not done again
 
     Attributes
     ----------
@@ -59,7 +60,11 @@ class WeakForm(Balance):
     forces: ClassVar[bool] = True
 
     def __init__(
-        self, motions: Sequence[Motion], settings: WeakSettings, claims: Sequence[Array] | None = None
+        self,
+        motions: Sequence[Motion],
+        settings: WeakSettings,
+        claims: Sequence[Array] | None = None,
+        like: "WeakForm | None" = None,
     ) -> None:
         self.settings = settings
         self.motions = tuple(motions)
@@ -88,7 +93,9 @@ class WeakForm(Balance):
             scale = motion.time_step / area
             self._kernels.append(Kernel(phi * scale, slope * scale, stride, centres.size))
             times.append(motion.time[centres])
-        self._terms = TestedTerms(self.motions, velocities, self._kernels, claims)
+        self._terms = TestedTerms(
+            self.motions, velocities, self._kernels, claims, None if like is None else like._terms
+        )
         memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
         self._near = Neighbourhood(self.balances, self._difference, memo, self._unit)
         self.time = np.concatenate(times)

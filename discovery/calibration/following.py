@@ -8,6 +8,7 @@ vehicle.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 
 import numpy as np
 
@@ -107,6 +108,7 @@ class TestedRows:
         self._vehicle, self._pool = vehicle, tuple(pool)
         self._settings = replace(settings.weak, copies=0, blocks=1)
         self._tail: Motion | None = None
+        self._like: WeakForm | None = None
 
     def of(self, motion: Motion) -> tuple[Array, Array, Array]:
         """Rows that are known with the next motion, whether it goes on where the last one ended or begins anew.
@@ -129,7 +131,7 @@ class TestedRows:
         size = sum(len(candidate.parameters) for candidate in self._pool)
         if not count:
             return np.zeros(0), np.zeros((0, 3, size)), np.zeros((0, 3))
-        weak = WeakForm([whole], self._settings)
+        weak = self._like = WeakForm([whole], self._settings, like=self._like)
         linear = Linearisation(weak, self._vehicle, self._vehicle, self._pool, ())
         free = [index for c in self._pool for index in linear.options[c.key][1].free]
         return weak.time + self._settings.half_width, linear.columns[:, :, free], linear.columns[:, :, -1]
@@ -168,6 +170,7 @@ class Follower:
         self._limits = lower, np.maximum([p.upper for p in parameters], start)
         self._amounts, self._prior = known.amounts, settings.prior * known.amounts
         self._rows = TestedRows(vehicle, pool, settings)
+        import_module("scipy.ndimage")  # which an envelope that grows may ask for: no update waits until it is loaded
         self._hold(known.envelope)
         self._fit = ForgettingFit(start, self._prior, settings, lambda values, of: self._lawful.nearest(values, of))
 
@@ -214,18 +217,25 @@ def watch_from(
     known: Beforehand,
     settings: AdaptSettings,
     alarms: AlarmSettings,
-) -> ChangeWatch:
-    """A watch whose budget is rehearsed with the noise of some motions, in which nothing changes."""
-    tested = TestedRows(vehicle, pool, settings)
-    rows = [tested.of(motion) for motion in motions]
-    columns, balance = (np.concatenate([row[k] for row in rows]) / _as(known.noise, k) for k in (1, 2))
-    told = (np.abs(columns * known.amounts) >= settings.excitation).any(axis=(1, 2))
+) -> ChangeWatch | None:
+    """A watch whose budget is rehearsed with the noise of motions in which nothing changes; None where too few tell."""
+    columns, balance = informing_rows(motions, vehicle, pool, known, settings)
     stride = settings.weak.stride
-    widening = rehearsed_widening(columns[told], balance[told], known.amounts, settings.share, stride, alarms)
+    widening = rehearsed_widening(columns, balance, known.amounts, settings.share, stride, alarms)
+    if widening is None:
+        return None
     symbols = [p.symbol for c in pool for p in c.parameters]
     start = np.array([vehicle.value(symbol) for symbol in symbols])
     return ChangeWatch(symbols, start, known.amounts, settings.share, stride, alarms, widening)
 
 
-def _as(noise: Array, part: int) -> Array:
-    return noise[:, None] if part == 1 else noise
+def informing_rows(
+    motions: Sequence[Motion], vehicle: Vehicle, pool: Sequence[Candidate], known: Beforehand, settings: AdaptSettings
+) -> tuple[Array, Array]:
+    """Columns (n, 3, p) and balance (n, 3) of the rows of motions that inform, over the noise."""
+    tested = TestedRows(vehicle, pool, settings)
+    rows = [tested.of(motion) for motion in motions]
+    columns = np.concatenate([row[1] for row in rows]) / known.noise[:, None]
+    balance = np.concatenate([row[2] for row in rows]) / known.noise
+    told = (np.abs(columns * known.amounts) >= settings.excitation).any(axis=(1, 2))
+    return columns[told], balance[told]

@@ -27,59 +27,83 @@ _FEWEST = 4
 """Blocks of a run-in from which something can be drawn."""
 
 
-def rehearsed_widening(
-    columns: Array, balance: Array, amounts: Array, share: float, stride: float, settings: AlarmSettings
-) -> float:
-    """The least widening of the noise's variance that keeps the budget; the most of a run-in that tells too little.
+class Rehearsal:
+    """Runs in which nothing happens, as the rows of some motion make them.
 
     Parameters
     ----------
-    columns, balance : rows of the run-in that inform, (n, 3, p) and (n, 3), over the noise
+    columns, balance : rows that inform, (n, 3, p) and (n, 3), over the noise
     amounts : (p,) plausible changes
     share, stride : what a row counts, and the time between two [s]
+    settings : of the watch
+    runs : of twenty minutes each; as many as the budget asks for, where nobody says
+
+    Attributes
+    ----------
+    hours : that are rehearsed
     """
-    rows = rows_of(settings, stride)
-    blocks = len(columns) // rows
-    if blocks < _FEWEST:
-        return WIDENINGS[-1]
-    moved = (columns * amounts)[: blocks * rows].reshape(blocks, rows * 3, -1)
-    force = balance[: blocks * rows].reshape(blocks, rows * 3)
-    p = moved.shape[2]
-    information = share * np.einsum("bki,bkj->bij", moved, moved)
-    whole = information.sum(axis=0) + 0.01 * np.eye(p)
-    level = np.linalg.solve(whole, share * np.einsum("bki,bk->i", moved, force))
-    left = force - moved @ level
-    # The degrees of freedom that the fit took are given back.
-    left *= np.sqrt(left.size * share / max(left.size * share - p, 1.0))
-    kept = scattered(information, settings.scatter)
-    scores = share * np.einsum("bij,bkj,ck->bci", kept, moved, left, optimize=True)
-    information = kept @ information
-    runs = int(np.clip(np.ceil(_BUDGETS * settings.threshold / _BLOCKS), *_RUNS))
-    allowed = _ALLOWED * runs * _BLOCKS / settings.threshold
-    rng = np.random.default_rng([settings.seed, 21])
-    drawn = _drawn(rng, runs, blocks)
 
-    def within(widening: float) -> bool:
-        detector, count = Detector(amounts, widening, runs), 0
-        rung = np.zeros(runs, dtype=bool)
-        for k in range(_BLOCKS):
-            place, sign = drawn[0][k], drawn[1][k]
-            here = k % blocks
-            total = detector.take(information[here], (scores[here, place] * sign[:, None]).T)
-            now = (total >= np.log(settings.threshold)) & ~rung
-            rung |= now
-            count += int(now.sum())
-            if count > allowed:
-                return False
-        return True
+    def __init__(
+        self,
+        columns: Array,
+        balance: Array,
+        amounts: Array,
+        share: float,
+        stride: float,
+        settings: AlarmSettings,
+        runs: int | None = None,
+    ) -> None:
+        rows = rows_of(settings, stride)
+        blocks, p = len(columns) // rows, amounts.size
+        self._amounts, self._threshold = amounts, settings.threshold
+        self.runs = runs or int(np.clip(np.ceil(_BUDGETS * settings.threshold / _BLOCKS), *_RUNS))
+        self.hours = self.runs * _BLOCKS * settings.block / 3600.0
+        moved = (columns * amounts)[: blocks * rows].reshape(blocks, rows * 3, p)
+        force = balance[: blocks * rows].reshape(blocks, rows * 3)
+        squares = share * np.einsum("bki,bkj->bij", moved, moved)
+        level = np.linalg.solve(squares.sum(axis=0) + 0.01 * np.eye(p), share * np.einsum("bki,bk->i", moved, force))
+        left = force - moved @ level
+        # The degrees of freedom that the fit took are given back.
+        left *= np.sqrt(left.size * share / max(left.size * share - p, 1.0))
+        kept = scattered(squares, settings.scatter)
+        self._scores = share * np.einsum("bij,bkj,ck->bci", kept, moved, left, optimize=True)
+        self._information = kept @ squares
+        self._drawn = _drawn(np.random.default_rng([settings.seed, 21]), self.runs, blocks)
 
+    def alarms(self, widening: float, most: float = np.inf) -> int:
+        """Runs in which an alarm rings, with so much wider a noise; counted until there are more than `most`."""
+        detector = Detector(self._amounts, widening, self.runs)
+        rung = np.zeros(self.runs, dtype=bool)
+        for k, (place, sign) in enumerate(zip(*self._drawn, strict=True)):
+            here = k % len(self._information)
+            total = detector.take(self._information[here], (self._scores[here, place] * sign[:, None]).T)
+            rung |= total >= np.log(self._threshold)
+            if rung.sum() > most:
+                break
+        return int(rung.sum())
+
+
+def rehearsed_widening(
+    columns: Array, balance: Array, amounts: Array, share: float, stride: float, settings: AlarmSettings
+) -> float | None:
+    """The least widening of the noise's variance that keeps the budget; None of a run-in that tells too little.
+
+    Parameters
+    ----------
+    columns, balance, amounts, share, stride, settings : see `Rehearsal`
+    """
+    if len(columns) < _FEWEST * rows_of(settings, stride):
+        return None
+    rehearsal = Rehearsal(columns, balance, amounts, share, stride, settings)
+    allowed = _ALLOWED * rehearsal.hours / settings.hours
     low, high = 0, len(WIDENINGS) - 1
+    middle = 0  # most boats need none
     while low < high:
-        middle = (low + high) // 2
-        if within(WIDENINGS[middle]):
+        if rehearsal.alarms(WIDENINGS[middle], allowed) <= allowed:
             high = middle
         else:
             low = middle + 1
+        middle = (low + high) // 2
     return WIDENINGS[low]
 
 

@@ -9,7 +9,9 @@ tried first, so that a guess that keeps the laws costs some eigenvalues.
 from collections.abc import Mapping
 from dataclasses import replace
 
+import clarabel
 import numpy as np
+from scipy.sparse import csc_matrix
 
 from ...physics.frames import Array
 from ...physics.laws.certificate import basis, control_matrices
@@ -99,9 +101,6 @@ class LawfulSet:
 
     def _solved(self, guess: Array, metric: Array, used: np.ndarray) -> Array:
         """The nearest x that keeps the laws in the used orthants, whose exchanges are kept; the start where none."""
-        import clarabel  # here, because a follower of thrusters alone needs no solver
-        from scipy.sparse import csc_matrix
-
         law, b, p = self._laws.numbers, basis(self._laws.degree), guess.size
         orthants = np.flatnonzero(used)
         slacks = self._slack.shape[1]

@@ -12,7 +12,6 @@ from typing import BinaryIO
 import numpy as np
 
 from ....physics.errors import LogError, RequestError
-from ....physics.frames import Array
 from ....physics.printable import shown
 from ..base import EXPECTED, TIME_COLUMNS, Stream
 from .tables import EPOCH, LONG, is_long, is_wide, time_column
@@ -109,9 +108,11 @@ class _Column:
     value: list[float] = field(default_factory=list)
     line: list[int] = field(default_factory=list)
 
-    def stream(self, topic: str, name: str, times: dict[int, Array]) -> Stream:
-        """As readers give it; columns of one list of stamps share one array."""
-        stamps = times.setdefault(id(self.time), np.array(self.time))
+    def stream(self, topic: str, name: str, like: Stream | None) -> Stream:
+        """As readers give it; the fields of a message, and the columns of a row, share one array of stamps."""
+        stamps = np.array(self.time)
+        if like is not None and np.array_equal(like.time, stamps):
+            stamps = like.time
         return Stream(topic, name, stamps, np.array(self.value), np.array(self.line, dtype=np.int64))
 
     def cut(self, before: float) -> None:
@@ -164,8 +165,11 @@ class GrowingTable:
 
     def streams(self) -> list[Stream]:
         """The latest values of every stream that has some."""
-        times: dict[int, Array] = {}
-        return [one.stream(*name, times) for name, one in sorted(self._columns.items()) if one.time]
+        found: list[Stream] = []
+        for name, column in sorted(self._columns.items()):
+            if column.time:
+                found.append(column.stream(*name, found[-1] if found else None))
+        return found
 
     def cut(self, before: float) -> None:
         """Forget what is older [s], but for the last value of it of each stream."""
