@@ -7,7 +7,8 @@ is the hull, exactly, or with every damping and added mass wrong by up to a tent
 damping and the scale of each thruster, after a run-in of a minute.
 
 - *Speed*: rows come one by one, as from a boat; every fifth of a second they end in an update. Counted is the time of
-  the processor for all of it, from the text of the rows on. With the default, and with the couplings that ask for the conic programme.
+  the processor for all of it, from the text of the rows on; with the default, and with the couplings that ask for the
+  conic programme.
 - *Nothing happens*: hours without a change; an alarm in them is false. An interval is right when the truth is in it.
 - *Changes*: from four minutes on, a thruster gives 30 % less, or the drag ahead grows by half, or by 15 %. Late is the
   time from the change to the alarm, right an alarm that names the parameter, or one that the rows cannot tell from it.

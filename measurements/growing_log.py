@@ -129,4 +129,5 @@ class GrowingLog:
 
 
 def _late(log: Log, newest: float) -> Sequence[str]:
-    return [name for name, channel in log.channels.items() if newest - channel.time[-1] > _SILENT]
+    """Channels that have said nothing lately."""
+    return [name for name, channel in log.channels.items() if newest - channel.time[-1] > 0.5 * _SILENT]

@@ -199,6 +199,7 @@ class ChangeWatch:
         self.widening = widening
         self._detector = Detector(amounts, widening)
         self._begins: dict[int, float] = {}
+        self._rings = False
         self._block()
 
     def _block(self) -> None:
@@ -220,9 +221,11 @@ class ChangeWatch:
         known = {*self._detector.starts.tolist(), self._detector.count}
         self._begins = {n: at for n, at in self._begins.items() if n in known}
         self._block()
-        if total < self._threshold:
+        if not self._rings:
+            # What changed shows better in the block after the one in which it did, which holds rows from before.
+            self._rings = bool(total >= self._threshold)
             return None
-        found = self._alarm(time)
+        found, self._rings = self._alarm(time), False
         self._detector.reset()
         self._begins.clear()
         return found

@@ -18,7 +18,6 @@ from ...physics.laws.certificate import basis, control_matrices
 from ...physics.laws.damping_power import Envelope
 from ...physics.vehicle import Vehicle
 from ..search.gram import bounded_solve
-from .certify import certify
 from .laws_over import MARGIN, laws_over, least_margin
 
 _HALVINGS = 40
@@ -55,15 +54,15 @@ class LawfulSet:
         self._start = np.array([nominal.value(symbol) for symbol in units]) / self._unit
         self._lower, self._upper = (limit / self._unit for limit in limits)
         laws = laws_over(envelope, nominal, nominal, units, least_margin(nominal))
-        if not certify(nominal, envelope).holds:
-            laws = laws.allowing_nominal()
-        else:
-            ease = -MARGIN * np.eye(3)
-            kept = replace(laws.numbers, allowance=laws.numbers.allowance + ease)
-            laws = replace(laws, numbers=kept)
-        self._laws = laws
-        self._damped = bool(laws.numbers.slope.any())
-        self._slack = np.zeros((len(laws.numbers.power), basis(laws.degree).slack.shape[-1]))
+        kept = replace(laws.numbers, allowance=laws.numbers.allowance - MARGIN * np.eye(3))
+        self._laws = replace(laws, numbers=kept)
+        self._damped = bool(kept.slope.any())
+        self._slack = np.zeros((len(kept.power), basis(laws.degree).slack.shape[-1]))
+        broken, _ = self._broken(self._start)
+        if broken.any():
+            self._solved(self._start, np.eye(self._start.size), broken)
+            if self._broken(self._start)[0].any():  # the nominal vehicle breaks the law, or is about to
+                self._laws = laws.allowing_nominal()
 
     def nearest(self, values: Array, information: Array) -> Array:
         """The lawful values with the least (x - values)^T information (x - values), (p,)."""
