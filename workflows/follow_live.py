@@ -23,6 +23,8 @@ from .soundness import sound
 
 LEAST_RUN_IN = 20.0
 """Shortest run-in [s]: what any verb asks of a log."""
+_SLACK = 2.0
+"""What gaps and the ends of a log may take off a run-in [s]."""
 _QUIET = "the boat was hardly under way, so that its noise and forces are not known: another run-in of as long begins"
 
 
@@ -134,9 +136,7 @@ def follow_live(
         if follower is None:
             gathered += motions
             seconds = sum(motion.duration for motion in past or gathered)
-            if not past and seconds < settings.run_in - 2.0 and not ended:
-                continue
-            if not gathered:
+            if not gathered or (not past and seconds < settings.run_in - _SLACK):
                 continue
             made = _made(past or gathered, vehicle, names, settings)
             if made is None:

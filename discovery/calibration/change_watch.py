@@ -199,12 +199,12 @@ class ChangeWatch:
         self.widening = widening
         self._detector = Detector(amounts, widening)
         self._begins: dict[int, float] = {}
-        self._rings = False
         self._block()
 
     def _block(self) -> None:
         p = self._amounts.size
         self._information, self._score, self._taken = np.zeros((p, p)), np.zeros((p, 1)), 0
+        self._squares, self._numbers = 0.0, 0
 
     def take(self, time: float, columns: Array, balance: Array) -> Alarm | None:
         """Take a row of each axis that informs, over the noise (see `ForgettingFit.take`); an alarm if it rings."""
@@ -213,22 +213,29 @@ class ChangeWatch:
         moved = columns * self._amounts
         self._information += self._share * moved.T @ moved
         self._score += self._share * (moved.T @ balance)[:, None]
+        self._squares, self._numbers = self._squares + float(balance @ balance), self._numbers + balance.size
         self._taken += 1
         if self._taken < self._rows:
             return None
-        kept = scattered(self._information, self._scatter)
+        kept = scattered(self._information / self._misfit, self._scatter) / self._misfit
         (total,) = self._detector.take(kept @ self._information, kept @ self._score)
         known = {*self._detector.starts.tolist(), self._detector.count}
         self._begins = {n: at for n, at in self._begins.items() if n in known}
         self._block()
-        if not self._rings:
-            # What changed shows better in the block after the one in which it did, which holds rows from before.
-            self._rings = bool(total >= self._threshold)
+        if total < self._threshold:
             return None
-        found, self._rings = self._alarm(time), False
+        found = self._alarm(time)
         self._detector.reset()
         self._begins.clear()
         return found
+
+    @property
+    def _misfit(self) -> float:
+        """Mean square of what no values explain of this block, 1 at least: rough water, or a change in its midst."""
+        p = self._amounts.size
+        level = np.linalg.solve(self._information + 1e-6 * np.eye(p), self._score)
+        left = self._squares - float(self._score[:, 0] @ level[:, 0]) / self._share
+        return max(1.0, left / max(self._numbers - p, 1))
 
     def _alarm(self, time: float) -> Alarm:
         logs = self._detector.logs[:, :, 0]

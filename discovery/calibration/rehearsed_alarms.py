@@ -2,7 +2,7 @@
 
 The run-in is driven again and again with its own columns, and what its fit leaves unexplained is put on anew: in
 stretches from random places, so that its colour and its tails stay, and with random signs. Nothing happens in these
-hours, so that each alarm in them is false.
+hours, so that each alarm in them is false. That a block which fits badly counts less is left out, on the safe side.
 """
 
 import numpy as np

@@ -1,7 +1,6 @@
 """A CSV table that is still being written: its lines as they come, and the streams of its latest rows."""
 
 import gzip
-import os
 import sys
 import time
 from collections.abc import Iterator
@@ -71,7 +70,7 @@ def _read(file: BinaryIO | gzip.GzipFile) -> Iterator[bytes]:
 
 
 def _piped() -> Iterator[bytes]:
-    while part := os.read(sys.stdin.fileno(), _ONCE):
+    while part := sys.stdin.buffer.read1(_ONCE):
         yield part
 
 
