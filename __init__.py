@@ -12,7 +12,7 @@ from typing import Any
 
 # Public names and the modules that hold them; after a colon, what they are called there.
 _PUBLIC = {
-    "AdaptSettings": "discovery.calibration.adapt",
+    "AdaptSettings": "discovery.calibration.forgetting_fit",
     "Augmentation": "residuals.training.training_settings",
     "Audit": "comparison.audit",
     "DataSet": "measurements.preparation.dataset",

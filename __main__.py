@@ -15,6 +15,7 @@ from typing import Annotated
 
 import typer
 
+from .cli.adapt_verb import adapt
 from .cli.add_verb import add, catalogue
 from .cli.app_verb import app as workbench
 from .cli.check_verb import check
@@ -66,7 +67,7 @@ def options(
     """Find the physics your boat model is missing."""
 
 
-FROM_LOGS = (demo, init, inspect, compare, check, ci, discover, fit, add, train, workbench)
+FROM_LOGS = (demo, init, inspect, compare, check, ci, discover, fit, add, adapt, train, workbench)
 OF_FLEETS = (fleet, diary, merge, cluster)
 for verb in (*FROM_LOGS, *OF_FLEETS, plan, explain, effects, simulate, control, report, export):
     more = {add: catalogue, simulate: amounts, control: amounts, export: formats}.get(verb)

@@ -31,6 +31,11 @@ EXAMPLES = {
         "undertow add surge_quadratic_damping munk_moment --run run --out corrected.yaml",
         "undertow add 'yaw:u|r|' boat.csv --vehicle boat.yaml",
     ),
+    "adapt": (
+        "undertow adapt boat.csv --vehicle boat.yaml --follow",
+        "undertow adapt - --vehicle boat.yaml --effect surge_quadratic_damping --every 5 --json",
+        "undertow adapt boat.csv --vehicle boat.yaml --like monday.csv --out now.yaml --values values.csv",
+    ),
     "fleet": (
         "undertow fleet logs/ --vehicle boat.yaml --out fleet",
         "undertow fleet boats.csv s3://bucket/2026/ --vehicle boat.yaml --workers 4 --out fleet",

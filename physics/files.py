@@ -200,12 +200,13 @@ def write_json(path: str | os.PathLike[str], data: Any) -> Path:
     return write_text(path, strict_json(data) + "\n")
 
 
-def strict_json(data: Any) -> str:
+def strict_json(data: Any, indent: int | None = 1) -> str:
     """Strict JSON text of plain data; floats have nine significant digits, so that equal inputs give equal bytes.
 
-    Letters of all scripts stand as they are; what a terminal obeys or UTF-8 lacks stands as JSON's escapes.
+    Letters of all scripts stand as they are; what a terminal obeys or UTF-8 lacks stands as JSON's escapes. Without an
+    indent it is one line.
     """
-    return escaped_json(json.dumps(_plain(data), allow_nan=False, indent=1, ensure_ascii=False))
+    return escaped_json(json.dumps(_plain(data), allow_nan=False, indent=indent, ensure_ascii=False))
 
 
 def yaml_text(data: Any, **how: Any) -> str:

@@ -113,6 +113,21 @@ class Motion(Card):
         """Length of the stretch [s]."""
         return float(self.time[-1] - self.time[0])
 
+    def followed_by(self, later: "Motion") -> "Motion":
+        """Join the next rows of the same record to these.
+
+        Raises
+        ------
+        LogError
+            when the rows do not follow on its time base, or have other columns.
+        """
+        if (self.air is None) != (later.air is None):
+            raise LogError("motion: expected an anemometer in all rows or in none")
+        names = ("time", "position", "heading", "velocity", "commands", "minutes")
+        rows = {name: np.concatenate([getattr(self, name), getattr(later, name)]) for name in names}
+        air = None if self.air is None or later.air is None else np.concatenate([self.air, later.air])
+        return replace(self, **rows, air=air)
+
     def slice(self, start: int, stop: int) -> "Motion":
         """Rows `start` to `stop` (exclusive) as a motion of its own; earlier rows become its run-up and its past."""
         rows, most = slice(start, stop), round(RUN_UP / self.time_step)

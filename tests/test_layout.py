@@ -45,6 +45,7 @@ OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}
 
 ROOMS = {
     "cvxpy": ("discovery/lawful/",),
+    "clarabel": ("discovery/lawful/",),
     "pysindy": ("discovery/factors/",),
     "matplotlib": ("reports/page/figures/",),
     "torch": ("residuals/",),

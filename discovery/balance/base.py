@@ -58,7 +58,8 @@ class WeakSettings:
     half_width : half the support of a test function, T [s]
     stride : distance between test functions [s]
     power : p of the test function
-    blocks : most contiguous blocks for held-out scores and block bootstrap; a short log has fewer
+    blocks : most contiguous blocks for held-out scores and block bootstrap; a short log has fewer. One for a motion of
+        which nothing is held out, however short
     copies : copies of the log with more noise, from which the effect of sensor noise on scores is known
     """
 

@@ -68,6 +68,7 @@ class TestedTerms(Products):
     velocities : (copies, n, 3) over ground for each motion; the first is the measured one
     kernels : test functions of each motion
     claims : (n, 3) accelerations over ground for each motion that stand in place of the measured ones
+    like : terms of other motions, whose sums of products, which are of vehicles and not of motions, are these, too
     """
 
     def __init__(
@@ -76,6 +77,7 @@ class TestedTerms(Products):
         velocities: Sequence[Array],
         kernels: Sequence[Kernel],
         claims: Sequence[Array] | None,
+        like: "TestedTerms | None" = None,
     ) -> None:
         self._motions, self._kernels = motions, kernels
         self._edges = np.cumsum([0, *(m.time.size for m in motions)])
@@ -83,9 +85,9 @@ class TestedTerms(Products):
         u, v, r = np.concatenate([np.moveaxis(v, -1, 0) for v in velocities], axis=-1)
         air = [np.zeros((m.time.size, 2)) if m.air is None else m.air for m in motions]
         north, east = np.concatenate(air).T
-        self._known: deque[tuple[Vehicle, Parts]] = deque(maxlen=_KNOWN)
+        self._known: deque[tuple[Vehicle, Parts]] = deque(maxlen=_KNOWN) if like is None else like._known
         self._known_rates: dict[int, tuple[Array, ...]] = {}
-        self._units: dict[tuple[object, ...], Parts] = {}
+        self._units: dict[tuple[object, ...], Parts] = {} if like is None else like._units
         self._thrusts = LateForces(motions)
         heading, minutes = (
             np.concatenate(parts) for parts in zip(*((m.heading, m.minutes) for m in motions), strict=True)

@@ -43,6 +43,7 @@ class WeakForm(Balance):
     claims : (n, 3) accelerations over ground for each motion [m/s^2, m/s^2, rad/s^2] that stand in place of the
         measured ones, as a model claims them. They are functions of the same noisy velocities as the columns, so that
         no sensor noise stands between the two, and open-loop rollouts have no say.
+    like : the form of other motions of the same boat, whose work on vehicles is not done again
 
     Attributes
     ----------
@@ -59,7 +60,11 @@ class WeakForm(Balance):
     forces: ClassVar[bool] = True
 
     def __init__(
-        self, motions: Sequence[Motion], settings: WeakSettings, claims: Sequence[Array] | None = None
+        self,
+        motions: Sequence[Motion],
+        settings: WeakSettings,
+        claims: Sequence[Array] | None = None,
+        like: "WeakForm | None" = None,
     ) -> None:
         self.settings = settings
         self.motions = tuple(motions)
@@ -88,12 +93,16 @@ class WeakForm(Balance):
             scale = motion.time_step / area
             self._kernels.append(Kernel(phi * scale, slope * scale, stride, centres.size))
             times.append(motion.time[centres])
-        self._terms = TestedTerms(self.motions, velocities, self._kernels, claims)
+        self._terms = TestedTerms(
+            self.motions, velocities, self._kernels, claims, None if like is None else like._terms
+        )
         memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
         self._near = Neighbourhood(self.balances, self._difference, memo, self._unit)
         self.time = np.concatenate(times)
-        blocks = min(settings.blocks, self.time.size // LEAST_TESTS)
-        if blocks < _LEAST_BLOCKS:
+        # Of one block nothing is held out, so that it may be as short as a window that is followed live.
+        alone = settings.blocks == 1 and self.time.size > 0
+        blocks = 1 if alone else min(settings.blocks, self.time.size // LEAST_TESTS)
+        if blocks < _LEAST_BLOCKS and not alone:
             raise RequestError(
                 f"weak form: {self.time.size} test functions of {2 * settings.half_width:g} s fit into the log, "
                 f"at least {_LEAST_BLOCKS * LEAST_TESTS} are needed; give a longer log"

@@ -7,37 +7,23 @@ import numpy as np
 
 from ...physics.errors import RequestError
 from ...physics.frames import Array
-from ...physics.laws.certificate import (
-    Exponents,
-    basis,
-    control_matrices,
-    corner_state,
-    power_of,
-    vehicle_degree,
-    vehicle_power,
-)
+from ...physics.laws.certificate import Exponents, basis, control_matrices, corner_state, vehicle_power
 from ...physics.laws.damping_power import Envelope, mass_margin
-from ...physics.matrices import mass_matrix
-from ...physics.terms import parse_form
 from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores, bounded_solve
-from .certify import certify, least_eigenvalues, power_scale
+from .certify import certify
+from .laws_over import MARGIN, laws_over, least_margin
 from .price_of_law import NOTHING, Binding, price_in_words
-from .program_data import NO_OPTIMUM, LawNumbers, Shape, Solution, check_shown
+from .program_data import NO_OPTIMUM, Shape, Solution, check_shown
 
 _TOLERANCE = 1e-6
 """Share by which a returned number may break a limit or a law: the solver stops at a hundredth of it, see
 `convex_program`."""
-_MARGIN = 1e-6
-"""Share of the power scale by which every control matrix is kept positive, so that rounding breaks no law."""
 _PULL = 1e-9
 """Gradient that is none, in units in which every number is of order one."""
 _FLAT = 1e-9
 """Share of the largest eigenvalue of a normal matrix (columns of length one) below which data say nothing."""
-_LEAST_MASS = 1e-3
-"""Smallest eigenvalue of M, scaled to a unit rigid body, that a refit may reach."""
-_MASSES = {"X_udot", "Y_vdot", "N_rdot", "Y_rdot", "mass", "x_g", "y_g"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,13 +115,13 @@ def passive_refit(
     free = lawful_refit(scores, chosen)
     misfit_free = scores.loss(chosen, free)
     without = nominal.with_values(free)
-    least_mass = min(_LEAST_MASS, 0.5 * mass_margin(nominal))
+    least_mass = least_margin(nominal)
     if certify(without, envelope).holds and mass_margin(without) >= least_mass:
         return LawfulFit(
             free, free, True, misfit_free, misfit_free, None, price_in_words(0.0, None, True, nominal.name)
         )
     problem = _Passive(_scaled(scores, chosen), nominal, without, envelope, least_mass)
-    solution = None if problem.hopeless else problem.solve(-_MARGIN) or problem.solve(0.0)
+    solution = None if problem.laws.hopeless else problem.solve(-MARGIN) or problem.solve(0.0)
     kept = solution is not None
     if solution is None:
         if strict:
@@ -144,7 +130,7 @@ def passive_refit(
                 f"of {nominal.name} dissipative over the envelope {envelope.to_dict()}; "
                 "free a damping parameter, or mend the nominal ones"
             )
-        problem.allow_nominal()
+        problem.laws = problem.laws.allowing_nominal()
         solution = problem.solve(0.0)
     values = free
     if problem.scaled.symbols:
@@ -224,52 +210,8 @@ class _Passive:
         self, scaled: _Scaled, nominal: Vehicle, without: Vehicle, envelope: Envelope, least_mass: float
     ) -> None:
         self.scaled, self.nominal, self.envelope, self.least_mass = scaled, nominal, envelope, least_mass
-        damping = {s: p for s in scaled.symbols if (p := nominal.parameter(s)).form}
-        at_zero = nominal.with_values(dict.fromkeys(scaled.symbols, 0.0))
-        at_one = nominal.with_values(dict.fromkeys(damping, 1.0))
-        self.degree = vehicle_degree(nominal, without, at_one)
-        self.before, after = (vehicle_power(v, envelope, self.degree) for v in (nominal, without))
-        self.scale = power_scale(self.before, after)
-        rigid = np.sqrt([nominal.mass, nominal.mass, nominal.inertia_z])
-        size = np.outer(rigid, rigid)
-        mass = mass_matrix(nominal)
-        at_none = mass.copy()  # in proportion to each of them, and so it is taken to be to all: x_g is times the mass
-        slope = np.zeros((*self.before.shape, len(scaled.symbols)))
-        mass_slope = np.zeros((len(scaled.symbols), 3, 3))
-        for k, (symbol, unit) in enumerate(zip(scaled.symbols, scaled.unit, strict=True)):
-            parameter = damping.get(symbol)
-            if parameter is not None and parameter.axis is not None:
-                power = power_of(parameter.axis, parse_form(parameter.form), envelope, self.degree)
-                slope[:, :, k] = power * unit / self.scale
-            if symbol in _MASSES:
-                value = nominal.value(symbol)
-                heavier = mass_matrix(nominal.with_values({symbol: value + 1.0})) - mass
-                mass_slope[k] = heavier * unit / size
-                at_none -= value * heavier
-        self.numbers = LawNumbers(
-            vehicle_power(at_zero, envelope, self.degree) / self.scale,
-            slope,
-            np.zeros((self.scale.size, len(basis(self.degree).points), 3, 3)),
-            at_none / size - least_mass * np.eye(3),
-            mass_slope,
-        )
-        self.shape = scaled.shape(self.scale.size, self.degree, bool(_MASSES.intersection(scaled.symbols)))
-
-    @property
-    def hopeless(self) -> bool:
-        """True when linear damping creates energy and no parameter can mend that, or there is no parameter."""
-        linear = [sum(e) == 2 for e in basis(self.degree).monomials]
-        at_rest = least_eigenvalues(self.numbers.power, None, self.degree)[:, 0]
-        return not self.numbers.slope[:, linear].any() and bool((at_rest < -_MARGIN).any())
-
-    def allow_nominal(self) -> None:
-        """Ask at each control point for no more than the nominal model has: the negative part of its S is allowed."""
-        from .convex_program import solve_excess  # here, as in `_within_limits`
-
-        slack = solve_excess(self.before / self.scale, self.degree)
-        size, vectors = np.linalg.eigh(control_matrices(self.before / self.scale, slack, self.degree))
-        missing = np.einsum("...ik,...k,...jk->...ij", vectors, np.maximum(-size, 0.0), vectors)
-        self.numbers = replace(self.numbers, allowance=missing + _MARGIN * np.eye(3))
+        symbols = dict(zip(scaled.symbols, scaled.unit.tolist(), strict=True))
+        self.laws = laws_over(envelope, nominal, without, symbols, least_mass)
 
     def solve(self, ease: float) -> Solution | None:
         """The refit with S + allowance + ease >= 0 at the control points; None when no values do that."""
@@ -277,8 +219,9 @@ class _Passive:
             return None
         from .convex_program import solve_refit  # here, as in `_within_limits`
 
-        law = replace(self.numbers, allowance=self.numbers.allowance + ease * np.eye(3))
-        return solve_refit(self.shape, self.scaled.factor, self.scaled.target, self.scaled.limits, law)
+        law = replace(self.laws.numbers, allowance=self.laws.numbers.allowance + ease * np.eye(3))
+        shape = self.scaled.shape(len(law.power), self.laws.degree, self.laws.mass)
+        return solve_refit(shape, self.scaled.factor, self.scaled.target, self.scaled.limits, law)
 
     def recheck(self, vehicle: Vehicle, solution: Solution) -> None:
         """Check both laws on the vehicle that was made of the returned numbers.
@@ -288,8 +231,8 @@ class _Passive:
         RequestError
             when one is broken by more than rounding.
         """
-        power = vehicle_power(vehicle, self.envelope, self.degree) / self.scale
-        matrices = control_matrices(power, solution.slack, self.degree) + self.numbers.allowance
+        power = vehicle_power(vehicle, self.envelope, self.laws.degree) / self.laws.scale
+        matrices = control_matrices(power, solution.slack, self.laws.degree) + self.laws.numbers.allowance
         least = np.linalg.eigvalsh(matrices)[..., 0]
         if least.min() < -_TOLERANCE:
             raise RequestError(
@@ -309,14 +252,14 @@ class _Passive:
         ----------
         misfit : weighted sum of squares without the laws
         """
-        relief = np.trace(solution.pull, axis1=2, axis2=3) / self.scale
+        relief = np.trace(solution.pull, axis1=2, axis2=3) / self.laws.scale
         orthant, point = np.unravel_index(int(np.argmax(relief)), relief.shape)
-        push = np.einsum("oqij,qijm,omk->k", solution.pull, basis(self.degree).lift, self.numbers.slope)
+        push = np.einsum("oqij,qijm,omk->k", solution.pull, basis(self.laws.degree).lift, self.laws.numbers.slope)
         moved = np.array([values[s] - free[s] for s in self.scaled.symbols]) / self.scaled.unit
         k = int(np.argmax(np.abs(push * moved)))
         symbol = self.scaled.symbols[k]
         return Binding(
-            state=corner_state(self.envelope, int(orthant), int(point), self.degree),
+            state=corner_state(self.envelope, int(orthant), int(point), self.laws.degree),
             multiplier=float(relief[orthant, point]) * self.scaled.size**2 / max(misfit, 1e-300),
             symbol=symbol,
             wanted=free[symbol],

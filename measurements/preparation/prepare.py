@@ -113,7 +113,7 @@ def motions_within(log: Log, recipe: Recipe, choose: Callable[[list[Span]], list
 
 def native_rate(log: Log) -> float:
     """Tell the rate of the log's own odometry [Hz], at most 20 Hz."""
-    period = round(_reference(log).period, 9)
+    period = round(reference(log).period, 9)
     rate = min(FASTEST_NATIVE, 1.0 / period) if period > 0 else FASTEST_NATIVE
     # Jitter moves the median step a little; a log of 19.98 Hz was meant to have 20.
     return float(round(rate)) if abs(rate - round(rate)) < 0.005 * rate else rate
@@ -149,7 +149,7 @@ def shortfall(log: Log, spans: Sequence[Span], notes: Sequence[str]) -> str | No
     """Say why the stretches `spans` are too little to work with, None when they are enough; `notes` are the reasons."""
     usable = sum(high - low for low, high in spans)
     # One sample of tolerance: 200 rows at 10 Hz last 19.9 s.
-    if usable >= LEAST_SECONDS - _reference(log).period - 1e-6:
+    if usable >= LEAST_SECONDS - reference(log).period - 1e-6:
         return None
     detail = "; ".join(notes) or "the needed channels do not overlap for longer"
     return (
@@ -169,7 +169,8 @@ def _check_distinct(logs: tuple[Log, ...]) -> None:
         seen.add(path)
 
 
-def _reference(log: Log) -> Channel:
+def reference(log: Log) -> Channel:
+    """The channel at whose stamps the log was sampled: that of its odometry."""
     return next(log.channels[name] for name in ("u", "x", "psi") if name in log.channels)
 
 
@@ -197,7 +198,9 @@ def _motions(
             notes.append(f"{'position' if name == 'x' else name}: not in the log, derived from {origin}")
     if len(set(_WIND) & set(log.channels)) == 1:
         notes.append("wind_u and wind_v: only one of them is in the log, which is not used")
-    motions = [_motion(log, vehicle, recipe, step, span) for span in choose(spans)]
+    motions = []
+    for span in choose(spans):
+        motions.append(motion_on(log, vehicle, recipe, span, even_grid(reference(log).time, span, step), step))
     return [*motions[:1], *map(_remembering, motions, motions[1:])]
 
 
@@ -214,8 +217,15 @@ def _remembering(before: Motion, motion: Motion) -> Motion:
     return replace(motion, past=np.column_stack(found)[times >= before.time[0]])
 
 
-def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span: Span) -> Motion:
-    grid = even_grid(_reference(log).time, span, step)
+def motion_on(log: Log, vehicle: Vehicle | None, recipe: Recipe, span: Span, grid: Array, step: float) -> Motion:
+    """The motion of a log on even stamps within a usable stretch.
+
+    Parameters
+    ----------
+    log, vehicle, recipe : see `prepare`
+    span : the stretch [s], of which all samples may be used
+    grid, step : the stamps (n,) and their distance [s]
+    """
     part = {channel.name: samples(channel, span) for channel in _needed(log, None)}
     psi_time, psi = part["psi"][0], np.unwrap(part["psi"][1])
     psi = psi - 2.0 * np.pi * np.round(psi[0] / (2.0 * np.pi))
@@ -249,7 +259,7 @@ def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span
         derived=_derived(log, part, step),
         command_step=command_step(channels),
         out_of_step=log.out_of_step,
-        minutes=(grid - _reference(log).time[0]) / 60.0,
+        minutes=(grid - reference(log).time[0]) / 60.0,
     )
 
 

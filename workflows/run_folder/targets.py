@@ -39,6 +39,8 @@ class Kind(Enum):
     SERIES = "compare --series"
     AUDIT = "check"
     FITTED = "fit"
+    FOLLOWED = "adapt"
+    VALUES = "adapt --values"
     STARTED = "init"
     CHANNELS = "init --channels"
     ADDED = "add"

@@ -23,7 +23,7 @@ from ..unpacking import TableText, check_table
 
 LONG = ("topic", "field", "value")
 """Columns of a long table beside the time."""
-_EPOCH = 1e8
+EPOCH = 1e8
 """A first stamp above this [s] counts from an epoch, not from the start of the log."""
 _LAST = 2**63
 """No clock shows so many nanoseconds: a stamp beyond is broken."""
@@ -293,7 +293,7 @@ class _TimeColumn:
     @property
     def _from_first(self) -> bool:
         """Whether the time counts from the first stamp, for it counts from an epoch in the file."""
-        return bool(self._first / self._per_second >= _EPOCH)
+        return bool(self._first / self._per_second >= EPOCH)
 
     @property
     def notes(self) -> tuple[str, ...]:

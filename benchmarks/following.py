@@ -1,0 +1,159 @@
+"""How quick, how honest and how watchful `undertow adapt` is while a log grows.
+
+    python benchmarks/following.py [--worlds N] [--minutes M] [--seeds tuning|reporting]
+
+Each world is a random sister of a shipped vehicle that drives the rich programme under field noise. The nominal model
+is the hull, exactly, or with every damping and added mass wrong by up to a tenth; what is followed is the default,
+damping and the scale of each thruster, after a run-in of a minute.
+
+- *Speed*: rows come one by one, as from a boat; every fifth of a second they end in an update. Counted is the time of
+  the processor for all of it, from the text of the rows on; with the default, and with the couplings that ask for the
+  conic programme.
+- *Nothing happens*: hours without a change; an alarm in them is false. An interval is right when the truth is in it.
+- *Changes*: from four minutes on, a thruster gives 30 % less, or the drag ahead grows by half, or by 15 %. Late is the
+  time from the change to the alarm, right an alarm that names the parameter, or one that the rows cannot tell from it.
+
+Seeds of tuning and of reporting are apart; constants were chosen with the first.
+"""
+
+import argparse
+import time
+from itertools import pairwise
+
+import numpy as np
+
+import undertow
+from undertow.discovery.calibration.change_watch import AlarmSettings
+from undertow.discovery.calibration.followed_effects import followed, followed_by_default
+from undertow.discovery.calibration.following import Follower, Update, known_beforehand, watch_from
+from undertow.discovery.calibration.forgetting_fit import AdaptSettings
+from undertow.discovery.candidates.nuisance import calibratable
+from undertow.physics.garbage import collect_seldom
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import Vehicle
+from undertow.physics.worlds.world import NOISE, World, random_hull
+
+FIRST = {"tuning": 0, "reporting": 5000}
+RUN_IN, CHANGES, WATCHED = 60.0, 240.0, 120.0  # [s]
+COUPLED = ("sway_yaw_coupling", "munk_moment", "sway_lift", "surge_turn_drag")
+LIMIT = 20.0  # [ms]
+
+
+def hull_of(seed: int, wrong: float) -> tuple[Vehicle, Vehicle]:
+    """The true hull and the nominal model."""
+    rng = np.random.default_rng([seed, 5])
+    hull = random_hull(undertow.load_vehicle(("blueboat", "otter")[seed % 2]), rng)
+    values = {s: hull.value(s) * (1.0 + wrong * rng.uniform(-1.0, 1.0)) for s in calibratable(hull)}
+    return hull, hull.with_values(values)
+
+
+def follower_of(motion: Motion, nominal: Vehicle, names: tuple[str, ...] = ()) -> tuple[Follower, int]:
+    """A follower after the run-in, and the rows that this took."""
+    pool = followed(nominal, (*followed_by_default(nominal), *names), [motion])
+    rows = round(RUN_IN / motion.time_step)
+    first, settings = motion.slice(0, rows), AdaptSettings()
+    known = known_beforehand([first], nominal, pool, settings)
+    watch = watch_from([first], nominal, pool, known, settings, AlarmSettings())
+    return Follower(nominal, pool, known, settings, watch), rows
+
+
+def updates_of(motion: Motion, nominal: Vehicle) -> tuple[Follower, list[Update]]:
+    """All updates of a motion, rows in pieces of ten minutes."""
+    follower, rows = follower_of(motion, nominal)
+    edges = [0, rows, *range(rows, motion.time.size, 12_000)[1:], motion.time.size]
+    found = [u for a, b in pairwise(edges) if b - a > 1 for u in follower.take(motion.slice(a, b))]
+    return follower, found
+
+
+def speed(names: tuple[str, ...], start: int) -> tuple[float, float, float]:
+    """Milliseconds of an update from the row's text on: median, 99th percentile, worst."""
+    from undertow.measurements.growing_log import GrowingLog
+    from undertow.measurements.log_options import Reading
+
+    hull, nominal = hull_of(start, 0.1)
+    simulated = World(hull, "rich", 180.0, start).run(NOISE["field"])
+    motion = simulated.motion()
+    follower, rows = follower_of(motion, nominal, names)
+    growing = GrowingLog("log", nominal, Reading(), AdaptSettings().weak.stride)
+    channels = [t.channel for t in nominal.thrusters]
+    table = np.column_stack([motion.time, motion.position, motion.heading, motion.velocity, motion.commands])
+    lines = [",".join(f"{x:.9g}" for x in row) for row in table]
+    growing.table.take([",".join(["t", "x", "y", "psi", "u", "v", "r", *channels]), *lines[:rows]])
+    growing.begin()
+    for part in growing.motions():
+        follower.take(part)
+    taken, spent = [], 0.0
+    for line in lines[rows:]:
+        before = time.process_time()
+        growing.table.take([line])
+        updates = [u for part in growing.motions() for u in follower.take(part)]
+        spent += time.process_time() - before
+        if updates:
+            taken.append(1e3 * spent / len(updates))
+            spent = 0.0
+    return float(np.median(taken)), float(np.percentile(taken, 99)), float(np.max(taken))
+
+
+def quiet(seed: int, wrong: float, minutes: float) -> tuple[int, float, float]:
+    """False alarms, hours under way, and the share of intervals that hold the truth."""
+    hull, nominal = hull_of(seed, wrong)
+    motion = World(hull, "rich", 60.0 * minutes, seed).run(NOISE["field"]).motion()
+    follower, updates = updates_of(motion, nominal)
+    truth = np.array([hull.value(s) for s in follower.symbols])
+    later = [u for u in updates if u.time > RUN_IN and u.excited]
+    held = np.mean([np.abs(u.values - truth) <= 1.96 * u.deviation for u in later])
+    return sum(u.alarm is not None for u in updates), 0.2 * len(later) / 3600.0, float(held)
+
+
+def changed(seed: int, wrong: float, factors: dict[str, float]) -> tuple[float, bool]:
+    """Seconds from a change to the alarm, infinite for none, and whether it names a parameter that changed."""
+    hull, nominal = hull_of(seed, wrong)
+    named = {s.replace("THRUSTER", hull.thrusters[0].name): f for s, f in factors.items()}
+    becomes = hull.with_values({s: f * hull.value(s) for s, f in named.items()})
+    world = World(hull, "rich", CHANGES + WATCHED, seed, becomes=becomes, changes_at=CHANGES)
+    _, updates = updates_of(world.run(NOISE["field"]).motion(), nominal)
+    first = next((u.alarm for u in updates if u.alarm is not None and u.time > CHANGES), None)
+    if first is None:
+        return np.inf, False
+    return first.time - CHANGES, bool({first.symbol, *first.alike} & set(named))
+
+
+KINDS = {
+    "a thruster 30 % weaker": {"THRUSTER_scale": 0.7},
+    "drag ahead 50 % more": {"X_u": 1.5, "X_uu": 1.5},
+    "drag ahead 15 % more": {"X_u": 1.15, "X_uu": 1.15},
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--worlds", type=int, default=20)
+    parser.add_argument("--minutes", type=float, default=30.0)
+    parser.add_argument("--seeds", choices=tuple(FIRST), default="tuning")
+    asked = parser.parse_args()
+    collect_seldom()  # as the command line does
+    first = FIRST[asked.seeds]
+    print(f"| an update, row by row (limit {LIMIT:g} ms) | median [ms] | 99 % [ms] | worst [ms] |")
+    print("| --- | --- | --- | --- |")
+    for name, more in (("damping and thrusters", ()), ("and couplings", COUPLED)):
+        print(f"| {name} | " + " | ".join(f"{x:.1f}" for x in speed(more, first)) + " |", flush=True)
+    print("\n| nothing happens | hours under way | false alarms | intervals that hold the truth |")
+    print("| --- | --- | --- | --- |")
+    seeds = range(first, first + asked.worlds)
+    for name, wrong in (("exact model", 0.0), ("all parameters up to 10 % off", 0.1)):
+        rows = np.array([quiet(seed, wrong, asked.minutes) for seed in seeds])
+        print(f"| {name} | {rows[:, 1].sum():.1f} | {rows[:, 0].sum():.0f} | {rows[:, 2].mean():.1%} |", flush=True)
+    print("\n| change | model | found in 2 min | median late [s] | latest [s] | right parameter |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    for kind, factors in KINDS.items():
+        for name, wrong in (("exact", 0.0), ("10 % off", 0.1)):
+            found = [changed(seed, wrong, factors) for seed in seeds]
+            late = np.array([seconds for seconds, _ in found])
+            right = sum(ok for _, ok in found)
+            worst = "never" if np.isinf(late).any() else f"{late.max():.1f}"
+            cells = (f"{np.isfinite(late).sum()} of {late.size}", f"{np.median(late):.1f}", worst, f"{right}")
+            print(f"| {kind} | {name} | " + " | ".join(cells) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,175 @@
+"""The verb `adapt`: follow parameters of a boat while its log is written."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ..measurements.log_options import Reading
+from .console import complain, failing_clearly, prose, say, tell_replaced
+from .options import (
+    AsIsOption,
+    ForceOption,
+    FrameOption,
+    JsonOption,
+    MapOption,
+    NamespaceOption,
+    SeedOption,
+    VehicleOption,
+    VehicleOut,
+    earlier_files,
+)
+
+if TYPE_CHECKING:
+    from ..discovery.calibration.following import Update
+    from ..physics.vehicle import Vehicle
+    from ..workflows.follow_live import Begun
+
+
+def adapt(
+    log: Annotated[
+        str, typer.Argument(metavar="LOG", help="CSV log, complete or still written; - for standard input.")
+    ],
+    vehicle: VehicleOption,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--effect", "-e", metavar="NAME", help="Follow this; default: damping, and each thruster's scale."
+        ),
+    ] = None,
+    follow: Annotated[
+        bool, typer.Option("--follow", "-f", help="Wait for more lines; end with Ctrl-C or --idle.")
+    ] = False,
+    idle: Annotated[
+        float | None,
+        typer.Option("--idle", metavar="SECONDS", help="With --follow, end when nothing came for so long."),
+    ] = None,
+    run_in: Annotated[
+        float, typer.Option("--run-in", metavar="SECONDS", help="Beginning of the log that tells noise and forces.")
+    ] = 60.0,
+    like: Annotated[
+        Path | None, typer.Option("--like", metavar="LOG", help="Earlier log of this boat that tells them instead.")
+    ] = None,
+    alarm_hours: Annotated[
+        float, typer.Option("--alarm-hours", help="Hours under way in which one false alarm may be expected.")
+    ] = 24.0,
+    every: Annotated[
+        float, typer.Option("--every", metavar="SECONDS", help="Time in the log between two rows that are printed.")
+    ] = 1.0,
+    out: VehicleOut = None,
+    values: Annotated[Path | None, typer.Option("--values", help="CSV of the rows that are printed.")] = None,
+    force: ForceOption = False,
+    seed: SeedOption = 0,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Follow what a boat's parameters are while its log is written, and say when one of them changes."""
+    with failing_clearly():
+        from ..discovery.calibration.change_watch import AlarmSettings
+        from ..discovery.calibration.following import Update
+        from ..physics.errors import RequestError
+        from ..physics.vehicle import load_vehicle
+        from ..workflows.follow_live import Begun, LiveSettings, Note, follow_live
+
+        if not every > 0.0:
+            raise RequestError(f"adapt: expected --every above 0 s, got {every:g} s")
+        settings = LiveSettings(run_in, follow, idle, alarm=AlarmSettings(alarm_hours, seed=seed))
+        boat = load_vehicle(vehicle)
+        targets = (("--out", "adapt", out), ("--values", "adapt --values", values))
+        earlier = earlier_files(targets, (Path(log), vehicle, channels, like), force=force)
+        reading = Reading(frame, channels, namespace, as_is)
+        screen = _Screen(every, as_json, values is not None)
+        stopped: KeyboardInterrupt | None = None
+        try:
+            for event in follow_live(log, boat, effect or (), reading, settings, like):
+                if isinstance(event, Note):
+                    complain(f"  {event.text}")
+                elif isinstance(event, Begun):
+                    screen.begin(event, alarm_hours)
+                elif isinstance(event, Update):
+                    screen.tell(event)
+        except KeyboardInterrupt as error:  # the way in which a log that has no end is left
+            stopped = error
+        if screen.last is not None:
+            screen.write(boat, out, values)
+            tell_replaced(earlier)
+            screen.end(out, values)
+        if stopped is not None:
+            raise stopped
+
+
+class _Screen:
+    """What is printed of a log that is followed, and kept of it for the files."""
+
+    def __init__(self, every: float, as_json: bool, keeps: bool) -> None:
+        self._every, self._json, self._keeps = every, as_json, keeps
+        self._next, self._rows, self._alarms = -float("inf"), list[str](), 0
+        self._updates = self._excited = 0
+        self.begun: Begun | None = None
+        self.last: Update | None = None
+
+    def begin(self, begun: "Begun", hours: float) -> None:
+        from ..reports.following_words import heading
+
+        self.begun = begun
+        complain(
+            f"  noise and size of the forces from {begun.seconds:.0f} s under way; one false alarm in {hours:g} h is "
+            f"allowed, for noise like that ({begun.widening:.3g} times its variance taken)"
+        )
+        if not self._json:
+            for text in heading(begun.symbols, begun.units):
+                print(text)
+
+    def tell(self, update: "Update") -> None:
+        from ..physics.files import strict_json
+        from ..reports.following_words import alarm_sentence, line, row, table_row
+
+        if self.begun is None:
+            return
+        self.last, self._updates = update, self._updates + 1
+        self._excited += update.excited
+        due = update.time >= self._next
+        if due:
+            self._next = self._every * (update.time // self._every + 1.0)
+        if self._keeps and due:
+            self._rows.append(table_row(update))
+        alarm = update.alarm
+        if self._json and (due or alarm):
+            print(strict_json(line(update, self.begun.symbols), None), flush=True)
+        elif not self._json:
+            if due:
+                print(row(update))
+            if alarm is not None:
+                unit = self.begun.units[self.begun.symbols.index(alarm.symbol)]
+                say("")
+                prose(f"ALARM {alarm_sentence(alarm, unit)}", "bold red")
+            sys.stdout.flush()
+        self._alarms += alarm is not None
+
+    def write(self, boat: "Vehicle", out: Path | None, values: Path | None) -> None:
+        from ..physics.file_marks import on_top
+        from ..physics.files import write_text
+        from ..reports.following_words import table_heading
+
+        if self.last is None or self.begun is None:
+            return
+        if out is not None:
+            now = dict(zip(self.begun.symbols, self.last.values.tolist(), strict=True))
+            boat.with_values(now, name=f"{boat.name}, followed").save(out, by="adapt")
+        if values is not None:
+            text = "\n".join([table_heading(self.begun.symbols), *self._rows, ""])
+            write_text(values, on_top("adapt --values", text))
+
+    def end(self, out: Path | None, values: Path | None) -> None:
+        if self._json:
+            return
+        say("")
+        ends = "no alarm" if not self._alarms else f"{self._alarms} alarm{'s' * (self._alarms > 1)}"
+        say(f"{self._updates} updates, {self._excited} of them under way; {ends}.")
+        say("No vehicle is written without --out." if out is None else f"Vehicle as it was followed: {out}")
+        if values is not None:
+            say(f"Values: {values}")

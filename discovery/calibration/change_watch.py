@@ -1,0 +1,279 @@
+"""When a parameter changed while a boat runs: an e-process over blocks of some seconds, with a budget of false alarms.
+
+For every block in which something may have begun, and every parameter, the rows since are weighed by their likelihood
+with a change of that parameter over that without; both without regard to where the parameters were before. Each such
+ratio has a mean of one while nothing happens. Their sum is the detector of Shiryaev and Roberts (Shin, Ramdas and
+Rinaldo 2024, definition 2.5): while nothing happens its mean is at most the blocks gone by, so that it passes as many
+as a false alarm may cost at most once in them. The diary of a fleet does the same with days (`fleet/hull_changes.py`).
+
+Rows are not as independent, nor their noise as normal, as this takes for granted: so the noise is taken to be wider
+than it is, as far as a rehearsal asks for it (`rehearsed_alarms.py`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from ...physics.errors import RequestError
+from ...physics.frames import Array
+
+_KEPT = ((6, 1), (24, 4), (120, 12), (960, 48))
+"""Blocks back up to which every n-th may be the first of a change: to leave candidates out can only lower the sum, and
+neighbours of so long ago tell the same. The last is an hour back."""
+_VAGUE = 10.0
+"""Deviation of the values before a change, in plausible amounts: as good as unknown, and matrices can be solved."""
+_ALIKE = 0.1
+"""Share of the weight of the likeliest parameter from which another may have changed as well."""
+_SURE = 0.95
+"""Weight of the blocks between which a change began."""
+_INTERVAL = 1.96
+"""Deviations of a normal law, on either side of 95 %."""
+
+
+@dataclass(frozen=True, slots=True)
+class AlarmSettings:
+    """What the watch may cost.
+
+    Attributes
+    ----------
+    hours : under way, in which one false alarm may be expected, over all parameters together [h]
+    block : rows in which a change may begin, by the time under way that they last [s]; neighbours overlap by one
+        support of a test function
+    scatter : deviation by which each parameter seems to be another from block to block, in plausible amounts, for no
+        model is whole; what changes by less is hardly noticed
+    seed : of the rehearsal
+
+    Raises
+    ------
+    RequestError
+        when a number is out of range.
+    """
+
+    hours: float = 24.0
+    block: float = 4.0
+    scatter: float = 0.1
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("hours", "block", "scatter"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise RequestError(f"adapt: expected {name} of the alarm above 0, got {getattr(self, name):g}")
+
+    @property
+    def threshold(self) -> float:
+        """Blocks that one false alarm may cost, which is what the detector must pass."""
+        return max(3600.0 * self.hours / self.block, 2.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Alarm:
+    """A change that was noticed.
+
+    Attributes
+    ----------
+    time : when [s]
+    symbol : the parameter that changed, as likely as any
+    alike : others of which the rows tell no less that they changed
+    since, earliest, latest : when it began, and between which instants it did so with 95 % [s]
+    before, after : its value [its unit]
+    half : of the 95 % interval of the difference, where nothing else changed
+    """
+
+    time: float
+    symbol: str
+    alike: tuple[str, ...]
+    since: float
+    earliest: float
+    latest: float
+    before: float
+    after: float
+    half: float
+
+
+class Detector:
+    """The sum of Shiryaev and Roberts over several boats that are excited alike and see other noise.
+
+    Parameters
+    ----------
+    amounts : (p,) plausible changes
+    widening : of the variance of the noise
+
+    Attributes
+    ----------
+    starts : number of the first block since each candidate, in turn
+    logs : (candidates, p, boats) logarithm of each ratio after the last block
+    """
+
+    def __init__(self, amounts: Array, widening: float = 1.0, boats: int = 1) -> None:
+        self._amounts, self._widening, self._boats = amounts, widening, boats
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew: nothing is known of where the parameters are."""
+        p = self._amounts.size
+        self.information, self.score = np.zeros((p, p)), np.zeros((p, self._boats))
+        self.count, self.starts = 0, np.zeros(0, dtype=int)
+        # What was known before each candidate.
+        self._information, self._score = np.zeros((0, p, p)), np.zeros((0, p, self._boats))
+        self.logs = np.zeros((0, p, self._boats))
+
+    def take(self, information: Array, score: Array) -> Array:
+        """Take a block: (p, p) squares of its columns, and (p, boats) their products with what is unexplained.
+
+        Both over the noise, in units of the plausible amounts. Gives the logarithm of the sum, (boats,).
+        """
+        if self.count:
+            self.starts = np.append(self.starts, self.count)
+            self._information = np.concatenate([self._information, self.information[None]])
+            self._score = np.concatenate([self._score, self.score[None]])
+        self.count += 1
+        self.information = self.information + information / self._widening
+        self.score = self.score + score / self._widening
+        self._prune()
+        if not self.starts.size:
+            return np.full(self._boats, -np.inf)
+        precision, pull = self._told()
+        self.logs = 0.5 * pull**2 / precision[:, :, None] - 0.5 * np.log(precision)[:, :, None]
+        return logsumexp(self.logs, axis=(0, 1)) - np.log(self._amounts.size)
+
+    def _told(self) -> tuple[Array, Array]:
+        """Precision (candidates, p) of the size of a change of one parameter since each, and its score."""
+        since = self.information - self._information
+        whole = self.information + np.eye(self._amounts.size) / _VAGUE**2
+        solved = np.linalg.solve(whole, since)
+        precision = np.einsum("mjj->mj", since) - np.einsum("mij,mij->mj", since, solved) + 1.0
+        level = np.linalg.solve(whole, self.score)
+        pull = self.score - self._score - np.einsum("mij,ir->mjr", since, level)
+        return np.maximum(precision, 1.0), pull
+
+    def _prune(self) -> None:
+        back = self.count - 1 - self.starts
+        kept = np.zeros(back.size, dtype=bool)
+        low = 0
+        for high, every in _KEPT:
+            kept |= (back >= low) & (back < high) & (self.starts % every == 0)
+            low = high
+        self.starts, self._information, self._score = self.starts[kept], self._information[kept], self._score[kept]
+
+    def change(self, candidate: int, parameter: int) -> tuple[float, float, float]:
+        """Value before, change since a candidate, and its deviation, in plausible amounts from the start; of boat 0."""
+        precision, pull = self._told()
+        size = float(pull[candidate, parameter, 0] / precision[candidate, parameter])
+        since = (self.information - self._information[candidate])[:, parameter]
+        whole = self.information + np.eye(self._amounts.size) / _VAGUE**2
+        level = np.linalg.solve(whole, self.score[:, 0] - since * size)
+        return float(level[parameter]), size, float(precision[candidate, parameter] ** -0.5)
+
+
+class ChangeWatch:
+    """Looks for changes in the rows that inform.
+
+    Parameters
+    ----------
+    symbols, start : names and values at the start of the parameters
+    amounts : (p,) plausible changes
+    share : what a row counts
+    stride : time between rows [s]
+    settings : budget
+    widening : of the variance of the noise, from the rehearsal
+    """
+
+    def __init__(
+        self,
+        symbols: Sequence[str],
+        start: Array,
+        amounts: Array,
+        share: float,
+        stride: float,
+        settings: AlarmSettings,
+        widening: float,
+    ) -> None:
+        self._symbols, self._start, self._amounts, self._share = tuple(symbols), start, amounts, share
+        self._rows, self._threshold, self._scatter = (
+            rows_of(settings, stride),
+            np.log(settings.threshold),
+            settings.scatter,
+        )
+        self.widening = widening
+        self._detector = Detector(amounts, widening)
+        self._begins: dict[int, float] = {}
+        self._block()
+
+    def _block(self) -> None:
+        p = self._amounts.size
+        self._information, self._score, self._taken = np.zeros((p, p)), np.zeros((p, 1)), 0
+        self._squares, self._numbers = 0.0, 0
+
+    def take(self, time: float, columns: Array, balance: Array) -> Alarm | None:
+        """Take a row of each axis that informs, over the noise (see `ForgettingFit.take`); an alarm if it rings."""
+        if not self._taken:
+            self._begins[self._detector.count] = time
+        moved = columns * self._amounts
+        self._information += self._share * moved.T @ moved
+        self._score += self._share * (moved.T @ balance)[:, None]
+        self._squares, self._numbers = self._squares + float(balance @ balance), self._numbers + balance.size
+        self._taken += 1
+        if self._taken < self._rows:
+            return None
+        kept = scattered(self._information / self._misfit, self._scatter) / self._misfit
+        (total,) = self._detector.take(kept @ self._information, kept @ self._score)
+        known = {*self._detector.starts.tolist(), self._detector.count}
+        self._begins = {n: at for n, at in self._begins.items() if n in known}
+        self._block()
+        if total < self._threshold:
+            return None
+        found = self._alarm(time)
+        self._detector.reset()
+        self._begins.clear()
+        return found
+
+    @property
+    def _misfit(self) -> float:
+        """Mean square of what no values explain of this block, 1 at least: rough water, or a change in its midst."""
+        p = self._amounts.size
+        level = np.linalg.solve(self._information + 1e-6 * np.eye(p), self._score)
+        left = self._squares - float(self._score[:, 0] @ level[:, 0]) / self._share
+        return max(1.0, left / max(self._numbers - p, 1))
+
+    def _alarm(self, time: float) -> Alarm:
+        logs = self._detector.logs[:, :, 0]
+        weight = np.exp(logs - logs.max())
+        each = weight.sum(axis=0)
+        parameter = int(np.argmax(each))
+        order = np.argsort(-each)
+        alike = tuple(
+            self._symbols[k] for k in order.tolist() if k != parameter and each[k] >= _ALIKE * each[parameter]
+        )
+        candidate = int(np.argmax(weight[:, parameter]))
+        began = np.array([self._begins[n] for n in self._detector.starts.tolist()])
+        passed = np.cumsum(weight[:, parameter]) / each[parameter]
+        low, high = np.searchsorted(passed, [0.5 * (1.0 - _SURE), 0.5 * (1.0 + _SURE)])
+        before, size, deviation = self._detector.change(candidate, parameter)
+        unit, start = float(self._amounts[parameter]), float(self._start[parameter])
+        return Alarm(
+            time,
+            self._symbols[parameter],
+            alike,
+            float(began[candidate]),
+            float(began[low]),
+            float(began[min(int(high), began.size - 1)]),
+            start + unit * before,
+            start + unit * (before + size),
+            _INTERVAL * unit * deviation,
+        )
+
+
+def rows_of(settings: AlarmSettings, stride: float) -> int:
+    """Rows of a block."""
+    return max(1, round(settings.block / stride))
+
+
+def scattered(information: Array, scatter: float) -> Array:
+    """What is left of the information and the score of blocks (..., p, p), as a factor from the left.
+
+    Each block has values of its own, which scatter about those of its time: y = C (theta + s) + e with s of a deviation
+    `scatter`, integrated out (Woodbury's identity).
+    """
+    return np.linalg.inv(np.eye(information.shape[-1]) + scatter**2 * information)

@@ -1,0 +1,241 @@
+"""Parameters followed as rows of motion come in, few by few: constant work a row, and memory of some seconds of log.
+
+The rows are those of the weak form: a test function that ends now says what force the model misses, and its columns
+what force each parameter would add. Two constants an axis and an amount a parameter are known beforehand: the noise of
+a row and the size of the forces, from a stretch of motion, and what change is plausible, from trials simulated on the
+vehicle.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from importlib import import_module
+
+import numpy as np
+
+from ...physics.frames import Array
+from ...physics.laws.damping_power import Envelope, envelope_of
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from ..balance.weak_form import WeakForm
+from ..candidates.candidate import Candidate
+from ..candidates.linearisation import Linearisation
+from ..identifiability.rehearsal import plausible_amounts, rehearse
+from ..lawful.nearest_lawful import LawfulSet
+from ..search.floating import Search, SearchSettings
+from .change_watch import Alarm, AlarmSettings, ChangeWatch
+from .forgetting_fit import AdaptSettings, ForgettingFit
+from .rehearsed_alarms import rehearsed_widening
+
+_GROWS = 1.1
+"""Times a speed by which the envelope of the laws grows when the boat goes beyond it, so that it grows seldom."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beforehand:
+    """What is known of a boat and its log before it is followed.
+
+    Attributes
+    ----------
+    noise : (3,) noise of a row: what sensors, and forces that no model of this kind explains, make together
+        [N, N, N m]
+    amounts : (p,) a plausible change of each parameter, in its unit
+    envelope : velocities relative to the water over which the laws are kept
+    seconds : of motion from which this is known
+    """
+
+    noise: Array
+    amounts: Array
+    envelope: Envelope
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Update:
+    """The parameters after a test function.
+
+    Attributes
+    ----------
+    time : end of the test function, the instant at which its row was known [s]
+    values : (p,) total values of the parameters, in their units
+    deviation : (p,) their standard deviations
+    excited : the row counted
+    before, error : (3,) force that the vehicle as it was, and as it was followed up to the row before, leaves
+        unexplained [N, N, N m]
+    alarm : a change that was noticed now
+    """
+
+    time: float
+    values: Array
+    deviation: Array
+    excited: bool
+    before: Array
+    error: Array
+    alarm: Alarm | None = None
+
+
+def known_beforehand(
+    motions: Sequence[Motion], vehicle: Vehicle, pool: Sequence[Candidate], settings: AdaptSettings
+) -> Beforehand:
+    """Learn the noise of a row and the size of the forces from motions, and what change is plausible from trials.
+
+    Raises
+    ------
+    RequestError
+        when the motions are too short.
+    """
+    weak = WeakForm(motions, settings.weak)
+    search = Search(weak, vehicle, pool, SearchSettings(materiality=settings.materiality))
+    amounts = plausible_amounts(search, rehearse(search, vehicle, ()))
+    return Beforehand(
+        np.sqrt(search.noise_error**2 + search.floor),
+        np.array([amount for candidate in pool for amount in amounts[candidate.key]]),
+        envelope_of(motions, vehicle),
+        sum(motion.duration for motion in motions),
+    )
+
+
+class TestedRows:
+    """Motions as rows of the weak form, test function by test function.
+
+    Parameters
+    ----------
+    vehicle : the model at the start
+    pool : candidates whose parameters are followed
+    settings : test functions
+    """
+
+    def __init__(self, vehicle: Vehicle, pool: Sequence[Candidate], settings: AdaptSettings) -> None:
+        self._vehicle, self._pool = vehicle, tuple(pool)
+        self._settings = replace(settings.weak, copies=0, blocks=1)
+        self._tail: Motion | None = None
+        self._like: WeakForm | None = None
+
+    def of(self, motion: Motion) -> tuple[Array, Array, Array]:
+        """Rows that are known with the next motion, whether it goes on where the last one ended or begins anew.
+
+        Returns
+        -------
+        (time, columns, balance)
+            (n,) ends of the test functions [s]; (n, 3, p) force that a unit of each parameter adds; (n, 3) force that
+            the vehicle at the start leaves unexplained [N, N, N m]
+        """
+        whole = motion
+        if self._tail is not None:
+            late = motion.time[0] - self._tail.time[-1] - motion.time_step
+            whole = self._tail.followed_by(motion) if abs(late) < 0.01 * motion.time_step else motion
+        half = max(2, round(self._settings.half_width / whole.time_step))
+        stride = max(1, round(self._settings.stride / whole.time_step))
+        count = len(range(half, whole.time.size - half, stride))
+        left = whole.time.size - count * stride
+        self._tail = whole.slice(count * stride, whole.time.size) if count and left > 1 else None if count else whole
+        size = sum(len(candidate.parameters) for candidate in self._pool)
+        if not count:
+            return np.zeros(0), np.zeros((0, 3, size)), np.zeros((0, 3))
+        weak = self._like = WeakForm([whole], self._settings, like=self._like)
+        linear = Linearisation(weak, self._vehicle, self._vehicle, self._pool, ())
+        free = [index for c in self._pool for index in linear.options[c.key][1].free]
+        return weak.time + self._settings.half_width, linear.columns[:, :, free], linear.columns[:, :, -1]
+
+
+class Follower:
+    """Follows the parameters of effects as motion comes in.
+
+    Parameters
+    ----------
+    vehicle : the model at the start
+    pool : candidates whose parameters are followed, see `followed_effects.followed`
+    known : of the boat and its log
+    settings : how fast it forgets
+    watch : looks for changes; None for nobody
+
+    Attributes
+    ----------
+    symbols, units : of the parameters
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        pool: Sequence[Candidate],
+        known: Beforehand,
+        settings: AdaptSettings,
+        watch: ChangeWatch | None = None,
+    ) -> None:
+        parameters = [p for c in pool for p in c.parameters]
+        self.symbols = tuple(p.symbol for p in parameters)
+        self.units = tuple(p.unit for p in parameters)
+        self._vehicle, self._settings, self._noise, self._watch = vehicle, settings, known.noise, watch
+        start = np.array([vehicle.value(symbol) for symbol in self.symbols])
+        lower = np.minimum([p.lower for p in parameters], start)
+        self._limits = lower, np.maximum([p.upper for p in parameters], start)
+        self._amounts, self._prior = known.amounts, settings.prior * known.amounts
+        self._rows = TestedRows(vehicle, pool, settings)
+        import_module("scipy.ndimage")  # which an envelope that grows may ask for: no update waits until it is loaded
+        self._hold(known.envelope)
+        self._fit = ForgettingFit(start, self._prior, settings, lambda values, of: self._lawful.nearest(values, of))
+
+    def take(self, motion: Motion) -> list[Update]:
+        """Follow the next rows of motion: an update for each test function that ends in them."""
+        self._watch_envelope(motion)
+        times, columns, balances = self._rows.of(motion)
+        told = np.abs(columns * self._prior) >= self._settings.excitation * self._noise[:, None]
+        return [self._taken(*row) for row in zip(times.tolist(), columns, balances, told, strict=True)]
+
+    def _taken(self, time: float, columns: Array, balance: Array, told: np.ndarray) -> Update:
+        error = balance - columns @ self._fit.change
+        rows, alarm = told.any(axis=1), None
+        if rows.any():
+            scale = self._noise[rows]
+            scaled = columns[rows] / scale[:, None], balance[rows] / scale
+            self._fit.take(*scaled, told.any(axis=0))
+            alarm = None if self._watch is None else self._watch.take(time, *scaled)
+        return Update(time, self._fit.value, self._fit.deviation, bool(rows.any()), balance, error, alarm)
+
+    def _hold(self, envelope: Envelope) -> None:
+        """Keep the laws over an envelope."""
+        self._envelope = envelope
+        units = dict(zip(self.symbols, self._amounts.tolist(), strict=True))
+        self._lawful = LawfulSet(self._vehicle, units, self._limits, envelope)
+
+    def _watch_envelope(self, motion: Motion) -> None:
+        """Let the envelope grow where the boat goes beyond it; a peak that is gone in a moment is a sensor's."""
+        low, high = np.array(self._envelope.lower), np.array(self._envelope.upper)
+        if not ((motion.velocity < low) | (motion.velocity > high)).any():
+            return
+        reached = envelope_of([motion], self._vehicle)
+        beyond_low, beyond_high = np.array(reached.lower) < low, np.array(reached.upper) > high
+        if beyond_low.any() or beyond_high.any():
+            lower = np.where(beyond_low, _GROWS * np.array(reached.lower), low).round(3).tolist()
+            upper = np.where(beyond_high, _GROWS * np.array(reached.upper), high).round(3).tolist()
+            self._hold(Envelope((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])))
+
+
+def watch_from(
+    motions: Sequence[Motion],
+    vehicle: Vehicle,
+    pool: Sequence[Candidate],
+    known: Beforehand,
+    settings: AdaptSettings,
+    alarms: AlarmSettings,
+) -> ChangeWatch | None:
+    """A watch whose budget is rehearsed with the noise of motions in which nothing changes; None where too few tell."""
+    columns, balance = informing_rows(motions, vehicle, pool, known, settings)
+    stride = settings.weak.stride
+    widening = rehearsed_widening(columns, balance, known.amounts, settings.share, stride, alarms)
+    if widening is None:
+        return None
+    symbols = [p.symbol for c in pool for p in c.parameters]
+    start = np.array([vehicle.value(symbol) for symbol in symbols])
+    return ChangeWatch(symbols, start, known.amounts, settings.share, stride, alarms, widening)
+
+
+def informing_rows(
+    motions: Sequence[Motion], vehicle: Vehicle, pool: Sequence[Candidate], known: Beforehand, settings: AdaptSettings
+) -> tuple[Array, Array]:
+    """Columns (n, 3, p) and balance (n, 3) of the rows of motions that inform, over the noise."""
+    tested = TestedRows(vehicle, pool, settings)
+    rows = [tested.of(motion) for motion in motions]
+    columns = np.concatenate([row[1] for row in rows]) / known.noise[:, None]
+    balance = np.concatenate([row[2] for row in rows]) / known.noise
+    told = (np.abs(columns * known.amounts) >= settings.excitation).any(axis=(1, 2))
+    return columns[told], balance[told]

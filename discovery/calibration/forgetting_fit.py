@@ -1,0 +1,122 @@
+"""Recursive least squares that forgets what is excited, and stays within the lawful set.
+
+A row that excites a parameter makes what was known of it fade, towards what was known at the start and no further
+(Kulhavy and Zarrop 1993; by parameter, Parkum, Poulsen and Holst 1992), and faster while errors are larger than the
+noise explains (Fortescue, Kershenbaum and Ydstie 1981). A boat at rest keeps what it knows.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...physics.errors import RequestError
+from ...physics.frames import Array
+from ..balance.base import WeakSettings
+
+Nearest = Callable[[Array, Array], Array]
+"""Given values (p,) and an information matrix, the nearest values that are allowed."""
+
+
+@dataclass(frozen=True, slots=True)
+class AdaptSettings:
+    """How fast adaptation forgets, and what it trusts.
+
+    Attributes
+    ----------
+    forgetting : time constant with which information fades while the boat excites it [s]; infinite for none
+    excitation : a row excites a parameter when a plausible change of it would make a force of so many times the row's
+        noise, and counts when it excites any; 0 for every row
+    materiality : force that no model of this kind explains, as a share of the force scale of an axis; noise of a row is
+        what sensors and this make together
+    prior : deviation of each parameter at the start, in plausible amounts
+    surprise : time constant over which squared errors are averaged and held against what noise and deviations explain
+        [s]; the ratio, if above 1, widens the deviations and hastens the forgetting
+    hurry : most times that it hastens it; 1 for always the same forgetting
+    weak : test functions
+
+    Raises
+    ------
+    RequestError
+        when a number is out of range.
+    """
+
+    forgetting: float = 15.0
+    excitation: float = 1.0
+    materiality: float = 0.02
+    prior: float = 1.0
+    surprise: float = 3.0
+    hurry: float = 10.0
+    weak: WeakSettings = field(default_factory=WeakSettings)
+
+    def __post_init__(self) -> None:
+        for name in ("forgetting", "materiality", "prior", "surprise"):
+            if not getattr(self, name) > 0.0:
+                raise RequestError(f"adapt: expected {name} above 0, got {getattr(self, name):g}")
+        for name, least in (("excitation", 0.0), ("hurry", 1.0)):
+            if not getattr(self, name) >= least:
+                raise RequestError(f"adapt: expected {name} of at least {least:g}, got {getattr(self, name):g}")
+
+    @property
+    def share(self) -> float:
+        """What a row counts: tests overlap, and together they tell as much as one in every half width."""
+        return self.weak.stride / self.weak.half_width
+
+
+class ForgettingFit:
+    """Recursive least squares in the information form.
+
+    Parameters
+    ----------
+    start : (p,) values at the start
+    prior : (p,) standard deviations at the start, which are also the largest
+    settings : how fast it forgets
+    nearest : the nearest allowed values, in the metric of the information (Goodwin and Sin 1984, chapter 3)
+
+    Attributes
+    ----------
+    change : (p,) change of each parameter from the start
+    information : (p, p) inverse of their covariance, were the noise as expected
+    surprise : (p,) mean square of recent errors of rows that inform each parameter, over what was expected; at least 1
+    """
+
+    def __init__(self, start: Array, prior: Array, settings: AdaptSettings, nearest: Nearest) -> None:
+        self._start, self._prior, self._nearest = start, prior, nearest
+        self._rate = settings.weak.stride / settings.forgetting
+        self._calmed = float(np.exp(-settings.weak.stride / settings.surprise))
+        self._share, self._most = settings.share, settings.hurry
+        self.change = np.zeros(prior.size)
+        self.information = np.diag(1.0 / prior**2)
+        self.surprise = np.ones(prior.size)
+
+    @property
+    def value(self) -> Array:
+        """Total values of the parameters, (p,)."""
+        return self._start + self.change
+
+    @property
+    def deviation(self) -> Array:
+        """Standard deviations of the values, (p,)."""
+        return np.sqrt(np.diag(np.linalg.inv(self.information)) * self.surprise)
+
+    def take(self, columns: Array, balance: Array, excited: np.ndarray) -> None:
+        """Take a row of each axis that informs.
+
+        Parameters
+        ----------
+        columns : (axes, p) force that a unit of each parameter adds, over the noise
+        balance : (axes,) force that the model at the start misses, over the noise
+        excited : (p,) True for a parameter that the rows excite, so that what was known of it fades
+        """
+        error = balance - columns @ self.change
+        expected = 1.0 + np.diag(columns @ np.linalg.solve(self.information, columns.T))
+        weight = (columns * self._prior) ** 2
+        ratio = (weight * (error**2 / expected)[:, None]).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)
+        calm = np.maximum(self._calmed * self.surprise + (1.0 - self._calmed) * ratio, 1.0)
+        self.surprise = np.where(excited, calm, self.surprise)
+        hurry = np.clip(self.surprise, 1.0, self._most)
+        kept = np.where(excited, np.exp(-0.5 * self._rate * hurry), 1.0)
+        faded = self.information * np.outer(kept, kept) + np.diag((1.0 - kept**2) / self._prior**2)
+        self.information = faded + self._share * columns.T @ columns
+        moved = self.change + np.linalg.solve(self.information, self._share * columns.T @ error)
+        self.change = self._nearest(self._start + moved, self.information) - self._start

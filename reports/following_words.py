@@ -1,0 +1,85 @@
+"""What `adapt` says while it follows a boat: a row an update, a sentence an alarm, and a summary."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..discovery.calibration.change_watch import Alarm
+from ..discovery.calibration.following import Update
+from ..physics.in_words import listing, number, unit_text
+from .diary_words import plain
+
+DEVIATIONS = 1.96
+"""Of a normal law, on either side of 95 %."""
+_WIDE, _TIME = 13, 9
+"""Widths of a column and of the time: a value of three digits and its interval of two, eight of them in 120 columns."""
+
+
+def heading(symbols: Sequence[str], units: Sequence[str]) -> tuple[str, str]:
+    """The lines above the rows: what is followed, and its units."""
+    told = [unit_text(unit) for unit in units]
+    return f"{'t':>{_TIME}}" + _cells(symbols), f"{'s':>{_TIME}}" + _cells(told)
+
+
+def row(update: Update) -> str:
+    """The values of an update, each with half of its 95 % interval; a mark where the row told nothing."""
+    pairs = zip(update.values.tolist(), update.deviation.tolist(), strict=True)
+    cells = _cells([f"{number(value)}±{number(DEVIATIONS * wide, 2)}" for value, wide in pairs])
+    return f"{update.time:>{_TIME}.1f}{cells}" + ("" if update.excited else "  at rest")
+
+
+def _cells(texts: Sequence[str]) -> str:
+    return "".join(f" {text:>{_WIDE - 1}}" for text in texts)
+
+
+def alarm_sentence(alarm: Alarm, unit: str) -> str:
+    """Which parameter changed, since when, by how much, and what else may have been it."""
+    unit = f" {unit_text(unit)}".rstrip()
+    when = f"t = {alarm.since:.1f} s"
+    if alarm.earliest < alarm.latest:
+        when += f" ({alarm.earliest:.1f} to {alarm.latest:.1f} s)"
+    told = (
+        f"{plain(alarm.symbol)} ({alarm.symbol}) went from {number(alarm.before)} to {number(alarm.after)}{unit} "
+        f"(± {number(alarm.half, 2)}), since {when}; known at t = {alarm.time:.1f} s"
+    )
+    if alarm.alike:
+        others = listing([f"{plain(symbol)} ({symbol})" for symbol in alarm.alike])
+        told += f". The rows so far tell no less of {others}"
+    return f"{told}."
+
+
+def line(update: Update, symbols: Sequence[str]) -> dict[str, Any]:
+    """The same for machines: an object an update."""
+    values = zip(symbols, update.values.tolist(), update.deviation.tolist(), strict=True)
+    return {
+        "schema": "undertow.following/1",
+        "time": update.time,
+        "excited": update.excited,
+        "values": {s: {"value": x, "ci95": [x - DEVIATIONS * d, x + DEVIATIONS * d]} for s, x, d in values},
+        "alarm": None if update.alarm is None else alarm_facts(update.alarm),
+    }
+
+
+def alarm_facts(alarm: Alarm) -> dict[str, Any]:
+    """The facts of an alarm."""
+    return {
+        "parameter": alarm.symbol,
+        "alike": list(alarm.alike),
+        "known": alarm.time,
+        "since": alarm.since,
+        "between": [alarm.earliest, alarm.latest],
+        "before": alarm.before,
+        "after": alarm.after,
+        "half_width": alarm.half,
+    }
+
+
+def table_row(update: Update) -> str:
+    """A row of the CSV of values: time, then value and ends of the 95 % interval of each, and whether it counted."""
+    pairs = zip(update.values.tolist(), update.deviation.tolist(), strict=True)
+    cells = [f"{x:.9g},{x - DEVIATIONS * d:.9g},{x + DEVIATIONS * d:.9g}" for x, d in pairs]
+    return ",".join([f"{update.time:.3f}", *cells, str(int(update.excited))])
+
+
+def table_heading(symbols: Sequence[str]) -> str:
+    """The header of that CSV."""
+    return ",".join(["t", *(f"{s},{s}_low,{s}_high" for s in symbols), "excited"])

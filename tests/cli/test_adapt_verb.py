@@ -1,0 +1,89 @@
+"""The verb `adapt` as a user meets it."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+from verbs import call, done, refused
+
+import undertow
+from undertow.__main__ import app
+from undertow.physics.worlds.world import NOISE, World
+
+HULL = undertow.load_vehicle("blueboat")
+QUICK = ("--run-in", "20", "--alarm-hours", "1")
+EFFECTS = ("-e", "surge_quadratic_damping", "-e", "thruster_asymmetry")
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    weaker = HULL.with_values({"port_scale": 0.6})
+    world = World(HULL, "rich", 54.0, 3, becomes=weaker, changes_at=34.0)
+    return world.run(NOISE["field"]).write(tmp_path_factory.mktemp("logs") / "boat.csv")
+
+
+def test_a_log_is_followed_and_its_change_rings(log: Path, tmp_path: Path):
+    files = ("--out", tmp_path / "now.yaml", "--values", tmp_path / "values.csv")
+    result = call("adapt", log, "--vehicle", "blueboat", *QUICK, *EFFECTS, "--every", "10", *files)
+    assert (result.exit_code, result.exception) == (0, None), result.stderr
+    lines = result.stdout.splitlines()
+    assert lines[0].split() == ["t", "X_uu", "port_scale", "stbd_scale"]
+    rows = [line for line in lines if line.count("±") == 3]
+    assert [float(row.split()[0]) // 10 for row in rows] == [0, 1, 2, 3, 4, 5]
+    assert max(len(row) for row in rows) <= 120
+    told = " ".join(result.stdout.split())
+    assert "ALARM thrust of port (port_scale) went from" in told
+    assert "1 alarm." in told
+    assert "noise and size of the forces from" in result.stderr
+    now = undertow.load_vehicle(tmp_path / "now.yaml")
+    assert now.value("port_scale") == pytest.approx(0.6, abs=0.1)
+    assert now.value("Y_v") == HULL.value("Y_v")
+    text = (tmp_path / "values.csv").read_text().splitlines()
+    assert text[0].startswith("# written by undertow adapt --values, sha256 ")
+    assert (
+        text[1]
+        == "t,X_uu,X_uu_low,X_uu_high,"
+        + ",".join(f"{s}_scale,{s}_scale_low,{s}_scale_high" for s in ("port", "stbd"))
+        + ",excited"
+    )
+    assert len(text) == 2 + len(rows)
+
+
+def test_standard_input_gives_the_same_for_machines(log: Path):
+    words = ["adapt", "-", "--vehicle", "blueboat", *QUICK, *EFFECTS, "--json"]
+    result = CliRunner().invoke(app, words, input=log.read_bytes() + b"half a l")
+    assert result.exit_code == 0, result.stderr
+    lines = [json.loads(line) for line in result.stdout.splitlines()]
+    assert {line["schema"] for line in lines} == {"undertow.following/1"}
+    assert set(lines[-1]["values"]) == {"X_uu", "port_scale", "stbd_scale"}
+    (alarm,) = [line["alarm"] for line in lines if line["alarm"]]
+    assert alarm["parameter"] == "port_scale"
+    assert "expected 4 values, got 1; the row is skipped" in result.stderr
+
+
+def test_a_growing_file_is_followed_until_it_is_idle_and_an_earlier_log_saves_the_run_in(log: Path, tmp_path: Path):
+    growing = tmp_path / "boat.csv"
+    lines = log.read_text().splitlines(keepends=True)
+    growing.write_text("".join(lines[: len(lines) // 2]) + "47.1,odom")
+    words = ("--follow", "--idle", "0.3", "--like", log, "--every", "5", *EFFECTS)
+    said = done("adapt", growing, "--vehicle", "blueboat", "--alarm-hours", "1", *words)
+    assert "no alarm." in said
+    assert float([line for line in said.splitlines() if "±" in line][-1].split()[0]) >= 20.0
+
+
+def test_what_cannot_be_followed_is_refused(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    boat = ("adapt", log, "--vehicle", "blueboat")
+    refused(*boat, "--idle", "3", match="--idle says when to end with --follow")
+    refused(*boat, "--run-in", "5", match="expected a run-in of at least 20 s, got 5 s")
+    refused(*boat, "--every", "0", match="expected --every above 0 s, got 0 s")
+    refused(*boat, "--alarm-hours", "0", match="expected hours of the alarm above 0, got 0")
+    refused(*boat, "-e", "thruster_lag", match="linear in its parameters, but it is not in lag")
+    refused(*boat, "-e", "surge_drag", match="unknown effect 'surge_drag'")
+    refused(*boat, "--out", log, match="is read by this call")
+    refused("adapt", "none.csv", "--vehicle", "blueboat", match="no such file; expected a CSV log, or - for")
+    refused("adapt", log, "--vehicle", "cybership2", match="wrong command kind: the vehicle wants rad_s_port")
+    short = tmp_path / "short.csv"
+    short.write_text("".join(log.read_text().splitlines(keepends=True)[:3000]))
+    refused("adapt", short, "--vehicle", "blueboat", match=r"expected at least 60 s of log under way .* got \d+\.\d s")

@@ -1,0 +1,183 @@
+"""Follow parameters of a boat while its log grows: the verb `adapt` as a Python function, an event at a time."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from ..discovery.calibration.change_watch import AlarmSettings
+from ..discovery.calibration.followed_effects import followed, followed_by_default
+from ..discovery.calibration.following import Beforehand, Follower, Update, known_beforehand, watch_from
+from ..discovery.calibration.forgetting_fit import AdaptSettings
+from ..measurements.formats.tables.growing_table import STDIN, growing_lines
+from ..measurements.growing_log import GrowingLog
+from ..measurements.inspection import inspect_log
+from ..measurements.log import Log
+from ..measurements.log_options import AS_GUESSED, Reading
+from ..measurements.prepared_logs import PathLike
+from ..measurements.quality.examination import examine
+from ..measurements.statistics.single_threaded import single_threaded
+from ..physics.errors import LogError, RequestError
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
+from .inputs import read_motions
+from .soundness import sound
+
+LEAST_RUN_IN = 20.0
+"""Shortest run-in [s]: what any verb asks of a log."""
+_SLACK = 2.0
+"""What gaps and the ends of a log may take off a run-in [s]."""
+_QUIET = "the boat was hardly under way, so that its noise and forces are not known: another run-in of as long begins"
+
+
+@dataclass(frozen=True, slots=True)
+class LiveSettings:
+    """How a growing log is followed.
+
+    Attributes
+    ----------
+    run_in : of the log, from which noise and size of the forces are learned [s]
+    follow : wait for more at the end of the file
+    idle : end when there was nothing new for so long [s]; None for never
+    adapt : how fast it forgets
+    alarm : budget of false alarms
+
+    Raises
+    ------
+    RequestError
+        when a number is out of range.
+    """
+
+    run_in: float = 60.0
+    follow: bool = False
+    idle: float | None = None
+    adapt: AdaptSettings = field(default_factory=AdaptSettings)
+    alarm: AlarmSettings = field(default_factory=AlarmSettings)
+
+    def __post_init__(self) -> None:
+        if not LEAST_RUN_IN <= self.run_in < float("inf"):
+            raise RequestError(f"adapt: expected a run-in of at least {LEAST_RUN_IN:g} s, got {self.run_in:g} s")
+        if self.idle is not None and not self.idle > 0.0:
+            raise RequestError(f"adapt: expected an idle time above 0 s, got {self.idle:g} s")
+        if self.idle is not None and not self.follow:
+            raise RequestError("adapt: --idle says when to end with --follow; give both, or none")
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Something to be told once."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Begun:
+    """The run-in is over, and parameters are followed from its beginning.
+
+    Attributes
+    ----------
+    symbols, units : of what is followed
+    start : values in the vehicle file
+    seconds : of motion from which noise and size of the forces are known
+    widening : of the variance of the noise, rehearsed for the watch
+    """
+
+    symbols: tuple[str, ...]
+    units: tuple[str, ...]
+    start: tuple[float, ...]
+    seconds: float
+    widening: float
+
+
+@single_threaded
+def follow_live(
+    log: str,
+    vehicle: Vehicle,
+    effects: Sequence[str] = (),
+    reading: Reading = AS_GUESSED,
+    settings: LiveSettings | None = None,
+    like: PathLike | None = None,
+) -> Iterator[Note | Begun | Update]:
+    """Follow parameters along a CSV log that may still be written, or that comes from standard input (`-`).
+
+    Parameters
+    ----------
+    effects : see `adapt`; default: the damping that stands in the vehicle, and the scale of each thruster
+    like : an earlier log of this boat, from which noise and size of the forces are learned in the place of a run-in
+
+    Yields
+    ------
+    Note, Begun, Update
+        what is to be told, once that parameters are followed, and an update for each test function
+
+    Raises
+    ------
+    LogError, RequestError
+        when the log cannot be read or used, is known to be broken, or ends before the run-in; when effects cannot be
+        followed.
+    """
+    settings, names = settings or LiveSettings(), tuple(effects) or followed_by_default(vehicle)
+    followed(vehicle, [name for name in names if name != "apparent_wind"] or names)  # before the log is waited for
+    lines = growing_lines(log, settings.follow, settings.idle)
+    growing = GrowingLog("standard input" if log == STDIN else log, vehicle, reading, settings.adapt.weak.stride)
+    past = None if like is None else read_motions(like, vehicle, reading)[1]
+    follower, begun = None, False
+    gathered: list[Motion] = []
+    for part in _ending(lines):
+        growing.table.take(part or [])
+        ended = part is None
+        if not begun and growing.seconds < (LEAST_RUN_IN if past else settings.run_in) and not ended:
+            continue
+        if not begun:
+            yield from map(Note, growing.begin())
+            begun = True
+            if growing.log is not None:
+                yield from map(Note, _warnings(growing.log, vehicle, reading.as_is))
+        motions = growing.motions(ended)
+        yield from map(Note, growing.table.told())
+        if follower is None:
+            gathered += motions
+            seconds = sum(motion.duration for motion in past or gathered)
+            if not gathered or (not past and seconds < settings.run_in - _SLACK):
+                continue
+            made = _made(past or gathered, vehicle, names, settings)
+            if made is None:
+                yield Note(f"t = {gathered[-1].time[-1]:.1f} s: {_QUIET}")
+                gathered = []
+                continue
+            follower, first = made
+            yield first
+            motions, gathered = gathered, []
+        for motion in motions:
+            yield from follower.take(motion)
+    if follower is None:
+        raise LogError(
+            f"{growing.table.where}: expected at least {settings.run_in:g} s of log under way for the run-in, got "
+            f"{growing.seconds:.1f} s. Record longer, give --run-in less, or --like an earlier log of this boat."
+        )
+    if growing.table.skipped > 1:
+        yield Note(f"{growing.table.skipped} rows could not be read and were skipped")
+
+
+def _ending(lines: Iterable[list[str]]) -> Iterator[list[str] | None]:
+    """Lines part by part, and None when there are no more."""
+    yield from lines
+    yield None
+
+
+def _made(
+    motions: Sequence[Motion], vehicle: Vehicle, names: Sequence[str], settings: LiveSettings
+) -> tuple[Follower, Begun] | None:
+    """A follower that knows what a run-in tells; None where the boat was hardly under way."""
+    pool = followed(vehicle, names, motions)
+    known: Beforehand = known_beforehand(motions, vehicle, pool, settings.adapt)
+    watch = watch_from(motions, vehicle, pool, known, settings.adapt, settings.alarm)
+    if watch is None:
+        return None
+    follower = Follower(vehicle, pool, known, settings.adapt, watch)
+    start = tuple(vehicle.value(symbol) for symbol in follower.symbols)
+    return follower, Begun(follower.symbols, follower.units, start, known.seconds, watch.widening)
+
+
+def _warnings(log: Log, vehicle: Vehicle, as_is: bool) -> tuple[str, ...]:
+    """What is wrong with the beginning of a log; see `soundness.sound`."""
+    inspection = inspect_log(log, vehicle, examination=examine(log, vehicle))
+    return sound((inspection,), (), vehicle, as_is)
