@@ -66,7 +66,7 @@ def test_a_lever_arm_is_found_under_noise_where_no_effect_leaves_it_white():
 
 @pytest.mark.parametrize(("seed", "effect"), [(9206, "sway_lift"), (9208, None)], ids=["lift", "nothing"])
 def test_a_lever_arm_is_found_where_a_dozen_effects_explain_it_to_white_noise(seed: int, effect: str | None):
-    """The errors earn little beside so many effects, and without them rollouts may judge: the forces compare the two."""
+    """The errors earn little beside so many effects, and rollouts may judge what is left: forces compare the two."""
     rng = np.random.default_rng([seed, 9])
     hull = random_hull(HULL, rng)
     effects = {} if effect is None else typical_effect(effect, hull, rng)
