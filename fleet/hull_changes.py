@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import log_ndtr, logsumexp
+from scipy.special import log_ndtr
 
 from ..physics.errors import RequestError
 from ..physics.frames import Array
@@ -125,7 +125,8 @@ def detector(watch: Watch, start: int = 0) -> Array:
     for kind, deviation in ((False, STEP), (True, SLOPE)):
         of_kind = slope == kind
         information, score = _told(days, series[:, of_kind], precision[:, of_kind], last, first, kind)
-        best = np.logaddexp(best, logsumexp(prior[of_kind] + _ratio(information, score, deviation), axis=1))
+        weighed = prior[of_kind] + _ratio(information, score, deviation)
+        best = np.logaddexp(best, np.logaddexp.reduce(weighed, axis=1))
     total = np.full(size, -np.inf)
     np.logaddexp.at(total, last, gap + best)
     return total

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import log_ndtr, logsumexp
+from scipy.special import log_ndtr
 from scipy.stats import chi2
 
 from ..physics.frames import Array
@@ -61,7 +61,7 @@ class _Told:
 
     @property
     def total(self) -> float:
-        return float(logsumexp(self.evidence))
+        return float(np.logaddexp.reduce(self.evidence))
 
 
 def changes(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..physics.errors import LogError
+from ..physics.frames import Array
 from ..physics.motion import RUN_UP, Motion
 from ..physics.vehicle import Vehicle
 from .channels.channel_map import Entry, read_channel_map
@@ -100,10 +101,10 @@ class GrowingLog:
         for start, end in usable_spans(log, self._vehicle, WEAK)[0]:
             ready = end if ended else end - self._step
             goes_on = self._last is not None and start <= self._last + 0.5 * self._step
-            grid = even_grid(reference(log).time, (start, end), self._step)
+            grid: Array = even_grid(reference(log).time, (start, end), self._step)
             if goes_on and self._last is not None:
                 count = int(np.floor((ready - self._last) / self._step + 1e-6))
-                grid = self._last + self._step * np.arange(1, count + 1)
+                grid = self._last + self._step * np.arange(1.0, count + 1.0)
             grid = grid[grid <= ready + 1e-6 * self._step]
             if self._last is not None:
                 grid = grid[grid > self._last + 1e-6 * self._step]

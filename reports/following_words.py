@@ -1,7 +1,6 @@
 """What `adapt` says while it follows a boat: a row an update, a sentence an alarm, and a summary."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from ..discovery.calibration.change_watch import Alarm
 from ..discovery.calibration.following import Update
@@ -47,7 +46,7 @@ def alarm_sentence(alarm: Alarm, unit: str) -> str:
     return f"{told}."
 
 
-def line(update: Update, symbols: Sequence[str]) -> dict[str, Any]:
+def line(update: Update, symbols: Sequence[str]) -> dict[str, object]:
     """The same for machines: an object an update."""
     values = zip(symbols, update.values.tolist(), update.deviation.tolist(), strict=True)
     return {
@@ -59,7 +58,7 @@ def line(update: Update, symbols: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def alarm_facts(alarm: Alarm) -> dict[str, Any]:
+def alarm_facts(alarm: Alarm) -> dict[str, object]:
     """The facts of an alarm."""
     return {
         "parameter": alarm.symbol,

@@ -276,4 +276,4 @@ def scattered(information: Array, scatter: float) -> Array:
     Each block has values of its own, which scatter about those of its time: y = C (theta + s) + e with s of a deviation
     `scatter`, integrated out (Woodbury's identity).
     """
-    return np.linalg.inv(np.eye(information.shape[-1]) + scatter**2 * information)
+    return np.asarray(np.linalg.inv(np.eye(information.shape[-1]) + scatter**2 * information), dtype=float)

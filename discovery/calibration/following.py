@@ -187,7 +187,7 @@ class Follower:
         if rows.any():
             scale = self._noise[rows]
             scaled = columns[rows] / scale[:, None], balance[rows] / scale
-            self._fit.take(*scaled, told.any(axis=0))
+            self._fit.take(*scaled, np.asarray(told.any(axis=0)))
             alarm = None if self._watch is None else self._watch.take(time, *scaled)
         return Update(time, self._fit.value, self._fit.deviation, bool(rows.any()), balance, error, alarm)
 

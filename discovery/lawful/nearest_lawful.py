@@ -8,8 +8,8 @@ tried first, so that a guess that keeps the laws costs some eigenvalues.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from importlib import import_module
 
-import clarabel
 import numpy as np
 from scipy.sparse import csc_matrix
 
@@ -24,11 +24,12 @@ _HALVINGS = 40
 """Of the way back to the start, where a solver's answer is not lawful: to rounding."""
 _CLOSE = (1e-12, 1e-10, 1e-9)
 """Gaps and feasibility at which the solver stops: a parameter is then known to a millionth of a plausible amount."""
-_ROW, _COLUMN = np.triu_indices(3)
-_ORDER = np.lexsort((_ROW, _COLUMN))
-_ROW, _COLUMN = _ROW[_ORDER], _COLUMN[_ORDER]
+_COLUMN, _ROW = np.tril_indices(3)
+"""The upper triangle of a 3 x 3 matrix, column by column, as conic solvers take it."""
 _WEIGHT = np.where(_ROW == _COLUMN, 1.0, np.sqrt(2.0))
-"""The upper triangle of a matrix, column by column, weighed so that lengths stay: as conic solvers take it."""
+"""Of its elements, so that lengths stay."""
+_SOLVER = import_module("clarabel")
+"""Compiled, and without types."""
 
 
 class LawfulSet:
@@ -112,7 +113,7 @@ class LawfulSet:
                 part[np.arange(known.size), known] = sign
                 rows.append(part)
                 ends.append(sign * limit[known])
-                cones.append(clarabel.NonnegativeConeT(known.size))
+                cones.append(_SOLVER.NonnegativeConeT(known.size))
         for k, orthant in enumerate(orthants):
             at_zero = np.einsum("kijm,m->kij", b.lift, law.power[orthant]) + law.allowance[orthant]
             part = np.zeros((len(b.points), _WEIGHT.size, size))
@@ -121,25 +122,25 @@ class LawfulSet:
             part[:, :, p + k * slacks : p + (k + 1) * slacks] = -_packed(b.slack)
             rows.append(part.reshape(-1, size))
             ends.append(_packed(at_zero).ravel())
-            cones += [clarabel.PSDTriangleConeT(3)] * len(b.points)
+            cones += [_SOLVER.PSDTriangleConeT(3)] * len(b.points)
         if self._laws.mass:
             part = np.zeros((_WEIGHT.size, size))
             part[:, :p] = -_packed(np.moveaxis(law.mass_slope, 0, -1))
             rows.append(part)
             ends.append(_packed(law.mass))
-            cones.append(clarabel.PSDTriangleConeT(3))
+            cones.append(_SOLVER.PSDTriangleConeT(3))
         scale = np.trace(metric)
         quadratic = np.zeros((size, size))
         quadratic[:p, :p] = np.triu(metric) / scale
         linear = np.zeros(size)
         linear[:p] = -metric @ guess / scale
-        settings = clarabel.DefaultSettings()
+        settings = _SOLVER.DefaultSettings()
         settings.verbose = False
         settings.max_threads = 1
         settings.tol_gap_abs, settings.tol_gap_rel, settings.tol_feas = _CLOSE
         problem = csc_matrix(quadratic), linear, csc_matrix(np.concatenate(rows)), np.concatenate(ends)
-        answer = clarabel.DefaultSolver(*problem, cones, settings).solve()
-        if answer.status not in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved):
+        answer = _SOLVER.DefaultSolver(*problem, cones, settings).solve()
+        if answer.status not in (_SOLVER.SolverStatus.Solved, _SOLVER.SolverStatus.AlmostSolved):
             return self._start
         z = np.array(answer.x)
         self._slack[orthants] = z[p:].reshape(orthants.size, slacks)

@@ -16,7 +16,7 @@ def test_a_fleet_is_made_added_to_and_merged(tmp_path: Path, monkeypatch: pytest
     simulate_world(HULL, {}, duration=30.0).write(tmp_path / "ada" / "2026-05-03.csv")
     words = ("--vehicle", "blueboat", "--workers", "1", "--out")
     said = done("fleet", tmp_path / "ada", *words, tmp_path / "fleet")
-    assert "1 logs of 1 boat, 0.0 h under way." in said
+    assert "1 logs of 1 boat, 0.00804 h under way." in said
     assert "1 read, 0 there already, 0 skipped." in said
     (tmp_path / "ada" / "2026-05-04.csv").write_text("t,u\n0,1\n")
     result = call("fleet", tmp_path / "ada", *words, tmp_path / "fleet", "--json")

@@ -1,6 +1,7 @@
 """A CSV table that is still being written: its lines as they come, and the streams of its latest rows."""
 
 import gzip
+import io
 import sys
 import time
 from collections.abc import Iterator
@@ -70,7 +71,8 @@ def _read(file: BinaryIO | gzip.GzipFile) -> Iterator[bytes]:
 
 
 def _piped() -> Iterator[bytes]:
-    while part := sys.stdin.buffer.read1(_ONCE):
+    pipe = sys.stdin.buffer
+    while part := (pipe.read1(_ONCE) if isinstance(pipe, io.BufferedReader) else pipe.read(_ONCE)):
         yield part
 
 

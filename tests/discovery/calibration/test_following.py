@@ -1,6 +1,7 @@
 """A boat is followed row by row as it is in one go, under the laws; what changes rings, and nothing else does."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,7 +68,7 @@ def test_values_are_lawful_whatever_the_rows_say_and_beyond_the_run_in():
     twisted = HULL.with_values({"N_rr": 0.0, "Y_vv": 0.0})
     pool = followed(twisted, ("sway_yaw_coupling", "sway_linear_damping", "yaw_linear_damping"))
     known = known_beforehand([world()], twisted, pool, SETTINGS)
-    narrow = Beforehand(known.noise, known.amounts, type(known.envelope)((-0.1,) * 3, (0.1,) * 3), 60.0)
+    narrow = Beforehand(known.noise, known.amounts, type(known.envelope)((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)), 60.0)
     follower = Follower(twisted, pool, narrow, SETTINGS)
     rng = np.random.default_rng(0)
     motion = world()
@@ -186,6 +187,6 @@ def test_the_watch_forgets_what_it_does_not_need():
 
 
 @pytest.mark.parametrize("settings", [{"hours": 0.0}, {"block": -1.0}, {"scatter": float("inf")}])
-def test_a_budget_out_of_range_is_refused(settings: dict[str, float]):
+def test_a_budget_out_of_range_is_refused(settings: dict[str, Any]):
     with pytest.raises(RequestError, match=f"adapt: expected {next(iter(settings))} of the alarm above 0"):
         AlarmSettings(**settings)

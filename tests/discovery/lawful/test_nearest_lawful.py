@@ -30,7 +30,8 @@ def test_it_is_the_point_that_cvxpy_finds():
     lawful = set_of(HULL)
     laws, rng = lawful._laws, np.random.default_rng(1)
     low, high = (limit / UNIT for limit in limits_of(HULL))
-    shape = Shape(*(tuple(np.isfinite(x).tolist()) for x in (low, high)), len(laws.numbers.power), laws.degree, True)
+    below, above = (tuple(np.isfinite(x).tolist()) for x in (low, high))
+    shape = Shape(below, above, len(laws.numbers.power), laws.degree, True)
     start, moved = np.array([HULL.value(s) for s in UNITS]) / UNIT, 0
     for _ in range(6):
         root = 0.2 * rng.standard_normal((UNIT.size, UNIT.size)) + np.diag(rng.uniform(1.0, 3.0, UNIT.size))
