@@ -126,7 +126,8 @@ class _Screen:
 
     def tell(self, update: "Update") -> None:
         from ..physics.files import strict_json
-        from ..reports.following_words import alarm_sentence, line, row, table_row
+        from ..reports.following_facts import followed_row
+        from ..reports.following_words import alarm_sentence, row, table_row
 
         if self.begun is None:
             return
@@ -139,7 +140,7 @@ class _Screen:
             self._rows.append(table_row(update))
         alarm = update.alarm
         if self._json and (due or alarm):
-            print(strict_json(line(update, self.begun.symbols), None), flush=True)
+            print(strict_json(followed_row(update, self.begun.symbols).to_dict(), None), flush=True)
         elif not self._json:
             if due:
                 print(row(update))

@@ -6,9 +6,8 @@ from ..discovery.calibration.change_watch import Alarm
 from ..discovery.calibration.following import Update
 from ..physics.in_words import listing, number, unit_text
 from .diary_words import plain
+from .following_facts import DEVIATIONS
 
-DEVIATIONS = 1.96
-"""Of a normal law, on either side of 95 %."""
 _WIDE, _TIME = 13, 9
 """Widths of a column and of the time: a value of three digits and its interval of two, eight of them in 120 columns."""
 
@@ -44,32 +43,6 @@ def alarm_sentence(alarm: Alarm, unit: str) -> str:
         others = listing([f"{plain(symbol)} ({symbol})" for symbol in alarm.alike])
         told += f". The rows so far tell no less of {others}"
     return f"{told}."
-
-
-def line(update: Update, symbols: Sequence[str]) -> dict[str, object]:
-    """The same for machines: an object an update."""
-    values = zip(symbols, update.values.tolist(), update.deviation.tolist(), strict=True)
-    return {
-        "schema": "undertow.following/1",
-        "time": update.time,
-        "excited": update.excited,
-        "values": {s: {"value": x, "ci95": [x - DEVIATIONS * d, x + DEVIATIONS * d]} for s, x, d in values},
-        "alarm": None if update.alarm is None else alarm_facts(update.alarm),
-    }
-
-
-def alarm_facts(alarm: Alarm) -> dict[str, object]:
-    """The facts of an alarm."""
-    return {
-        "parameter": alarm.symbol,
-        "alike": list(alarm.alike),
-        "known": alarm.time,
-        "since": alarm.since,
-        "between": [alarm.earliest, alarm.latest],
-        "before": alarm.before,
-        "after": alarm.after,
-        "half_width": alarm.half,
-    }
 
 
 def table_row(update: Update) -> str:
