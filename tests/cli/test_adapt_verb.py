@@ -1,6 +1,7 @@
 """The verb `adapt` as a user meets it."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,18 @@ def test_a_growing_file_is_followed_until_it_is_idle_and_an_earlier_log_saves_th
     said = done("adapt", growing, "--vehicle", "blueboat", "--alarm-hours", "1", *words)
     assert "no alarm." in said
     assert float([line for line in said.splitlines() if "±" in line][-1].split()[0]) >= 20.0
+
+
+def test_what_was_followed_is_kept_when_it_is_interrupted(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def interrupted(*_: object) -> Iterator[list[str]]:
+        yield log.read_text().splitlines()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("undertow.workflows.follow_live.growing_lines", interrupted)
+    result = call("adapt", log, "--vehicle", "blueboat", *QUICK, *EFFECTS, "--follow", "--out", tmp_path / "now.yaml")
+    assert result.exit_code == 130
+    assert "Vehicle as it was followed" in result.stdout
+    assert undertow.load_vehicle(tmp_path / "now.yaml").value("port_scale") == pytest.approx(0.6, abs=0.1)
 
 
 def test_what_cannot_be_followed_is_refused(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
