@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 
+from ..measurements.statistics.robust import CI
 from ..physics.effects import EFFECTS
 from ..physics.errors import RequestError, expect
 from ..physics.frames import Array
@@ -30,8 +31,6 @@ from .names_of_changes import HullChange
 from .odd_days import OddDay
 from .pooling import Pooled, levels, odd, pool
 
-DEVIATIONS = 1.96
-"""Of a normal law, on either side of 95 %."""
 WEEK = 7
 """Logged days within which a change is said to be visible."""
 NINE_OF_TEN = 1.28
@@ -110,7 +109,7 @@ def _since(boat: BoatDays, changes: Sequence[HullChange], odd: Sequence[int]) ->
 def _odd_day(boat: BoatDays, odd: OddDay, parameters: Sequence[str]) -> OddDayRecord:
     """An odd day, by the parameter that tells it best."""
     k = int(np.argmax(np.where(boat.known[odd.row], np.abs(odd.change) / odd.deviation, 0.0)))
-    share = _about(float(odd.change[k]), DEVIATIONS * float(odd.deviation[k]))
+    share = _about(float(odd.change[k]), CI * float(odd.deviation[k]))
     moved = Moved(parameter=parameters[k], part=part_of(parameters[k]).value, share=share)
     return OddDayRecord(day=_date(boat.time[odd.row]), moved=moved)
 
@@ -127,7 +126,7 @@ def _change(boat: BoatDays, change: HullChange, parameters: Sequence[str]) -> Ch
         goes_on=change.slope,
         days=change.days,
         moved=tuple(
-            Moved(parameter=p, part=part_of(p).value, share=_about(float(moved), DEVIATIONS * float(deviation)))
+            Moved(parameter=p, part=part_of(p).value, share=_about(float(moved), CI * float(deviation)))
             for p, moved, deviation, known in zip(
                 parameters, change.change, change.deviation, np.atleast_1d(boat.known.any(axis=0)), strict=True
             )
@@ -149,7 +148,7 @@ def _parameters(
     scatter = np.diag(seen.scatter.of(boat.boat))
     found = []
     for k, name in enumerate(parameters):
-        half = DEVIATIONS * np.sqrt(boat.covariance[:, k, k] + scatter[k])
+        half = CI * np.sqrt(boat.covariance[:, k, k] + scatter[k])
         low, high = pooled[k].own_interval[index]
         rows = (
             DiaryRow(day=day, seen=_band(value, (value - wide, value + wide), scale[k]))

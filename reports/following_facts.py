@@ -4,10 +4,8 @@ from typing import ClassVar
 
 from ..discovery.calibration.change_watch import Alarm
 from ..discovery.calibration.following import Update
+from ..measurements.statistics.robust import CI
 from ..physics.file_records import Flag, Number, Record
-
-DEVIATIONS = 1.96
-"""Of a normal law, on either side of 95 %."""
 
 
 class FollowedValue(Record):
@@ -43,7 +41,7 @@ class FollowedRow(Record):
 
 def followed_row(update: Update, symbols: tuple[str, ...]) -> FollowedRow:
     """The record of an update."""
-    pairs = zip(symbols, update.values.tolist(), (DEVIATIONS * update.deviation).tolist(), strict=True)
+    pairs = zip(symbols, update.values.tolist(), (CI * update.deviation).tolist(), strict=True)
     return FollowedRow(
         time=update.time,
         excited=update.excited,

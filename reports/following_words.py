@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from ..discovery.calibration.change_watch import Alarm
 from ..discovery.calibration.following import Update
+from ..measurements.statistics.robust import CI
 from ..physics.in_words import listing, number, unit_text
 from .diary_words import plain
-from .following_facts import DEVIATIONS
 
 _WIDE, _TIME = 13, 9
 """Widths of a column and of the time: a value of three digits and its interval of two, eight of them in 120 columns."""
@@ -21,7 +21,7 @@ def heading(symbols: Sequence[str], units: Sequence[str]) -> tuple[str, str]:
 def row(update: Update) -> str:
     """The values of an update, each with half of its 95 % interval; a mark where the row told nothing."""
     pairs = zip(update.values.tolist(), update.deviation.tolist(), strict=True)
-    cells = _cells([f"{number(value)}±{number(DEVIATIONS * wide, 2)}" for value, wide in pairs])
+    cells = _cells([f"{number(value)}±{number(CI * wide, 2)}" for value, wide in pairs])
     return f"{update.time:>{_TIME}.1f}{cells}" + ("" if update.excited else "  at rest")
 
 
@@ -48,7 +48,7 @@ def alarm_sentence(alarm: Alarm, unit: str) -> str:
 def table_row(update: Update) -> str:
     """A row of the CSV of values: time, then value and ends of the 95 % interval of each, and whether it counted."""
     pairs = zip(update.values.tolist(), update.deviation.tolist(), strict=True)
-    cells = [f"{x:.9g},{x - DEVIATIONS * d:.9g},{x + DEVIATIONS * d:.9g}" for x, d in pairs]
+    cells = [f"{x:.9g},{x - CI * d:.9g},{x + CI * d:.9g}" for x, d in pairs]
     return ",".join([f"{update.time:.3f}", *cells, str(int(update.excited))])
 
 

@@ -115,7 +115,7 @@ def follow_live(
         followed.
     """
     settings, names = settings or LiveSettings(), tuple(effects) or followed_by_default(vehicle)
-    followed(vehicle, [name for name in names if name != "apparent_wind"] or names)  # before the log is waited for
+    followed(vehicle, names)  # before the log is waited for
     lines = growing_lines(log, settings.follow, settings.idle)
     growing = GrowingLog("standard input" if log == STDIN else log, vehicle, reading, settings.adapt.weak.stride)
     past = None if like is None else read_motions(like, vehicle, reading)[1]

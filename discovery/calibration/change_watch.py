@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
+from ...measurements.statistics.robust import CI
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 
@@ -28,8 +29,6 @@ _ALIKE = 0.1
 """Share of the weight of the likeliest parameter from which another may have changed as well."""
 _SURE = 0.95
 """Weight of the blocks between which a change began."""
-_INTERVAL = 1.96
-"""Deviations of a normal law, on either side of 95 %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,7 +260,7 @@ class ChangeWatch:
             float(began[min(int(high), began.size - 1)]),
             start + unit * before,
             start + unit * (before + size),
-            _INTERVAL * unit * deviation,
+            CI * unit * deviation,
         )
 
 

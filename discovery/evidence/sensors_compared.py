@@ -8,6 +8,7 @@ import numpy as np
 
 from ...measurements.kinematic_errors import Kinematics
 from ...measurements.prepared_logs import correction_name
+from ...measurements.statistics.robust import CI
 from ..findings import SensorError
 from ..found_effects import FoundTerm
 from ..search.bootstrap import Interval
@@ -25,8 +26,6 @@ _ERRORS: tuple[tuple[Any, str, Sequence[tuple[str, str]]], ...] = (
 )
 """Names of the findings, the sentence that tells of each, and the numbers with their units."""
 Verdict = Literal["present", "possible", "no evidence"]
-_TWO_SIDED = 1.96
-"""Standard errors to either side of 95 % of normal numbers."""
 
 
 def sensor_errors(sensors: Mapping[str, Kinematics]) -> tuple[SensorError, ...]:
@@ -66,5 +65,5 @@ def sensor_errors(sensors: Mapping[str, Kinematics]) -> tuple[SensorError, ...]:
 def _term(known: Kinematics, symbol: str, unit: str) -> FoundTerm:
     value, error = known.values[symbol]
     by = float(np.degrees(1.0)) if unit == "deg" else 1.0
-    low, high = (by * (value + side * _TWO_SIDED * error) for side in (-1.0, 1.0))
+    low, high = (by * (value + side * CI * error) for side in (-1.0, 1.0))
     return FoundTerm(symbol=symbol, value=by * value, unit=unit, ci95=Interval(low, high))

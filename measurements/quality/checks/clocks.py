@@ -8,6 +8,7 @@ import numpy as np
 
 from ....physics.frames import Array, earth_to_body
 from ...canonical import Channel
+from ...statistics.robust import CI
 from ..finding import Channels, Check, Finding, Fix, Reach
 from ..lags import Lag, Response, lag_of, quick
 from ..record import RATE, Record, Stretch
@@ -221,7 +222,7 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         text = "the commands say too little about the motion to tell whether they are in step with it"
         return [Finding(check="clocks", verdict="cannot tell", sentence=text, unit="s", channels=channels)]
     seconds, error = pooled
-    ends = seconds - 1.96 * error, seconds + 1.96 * error
+    ends = seconds - CI * error, seconds + CI * error
     if seconds > SLOW and far:
         return [_early(seconds, ends, channels)]
     # A command in a row of 0.1 s was given up to 0.1 s before it.

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...compass import compass_of
 from ...preparation.derive import smooth
+from ...statistics.robust import CI
 from ..finding import Check, Finding
 from ..record import Record
 
@@ -39,7 +40,7 @@ class Deviation(Check):
                 )
             ]
         size, error = float(np.degrees(compass.size)), float(np.degrees(compass.error))
-        ends = max(0.0, size - 1.96 * error), size + 1.96 * error
+        ends = max(0.0, size - CI * error), size + CI * error
         names = ("constant", "sin", "cos")
         values = (compass.constant, compass.sine, compass.cosine)
         parts = {name: float(np.degrees(value)) for name, value in zip(names, values, strict=True)}

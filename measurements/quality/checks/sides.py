@@ -8,6 +8,7 @@ import numpy as np
 
 from ...alignment import LEAST_CORRELATION, band_passed
 from ...canonical import command_kind
+from ...statistics.robust import CI
 from ..expected_answers import SIDE, Expected, as_expected, expected_of, side_of, told_of
 from ..finding import Check, Finding, Reach
 from ..likely_places import likely_reversed, likely_swapped
@@ -105,7 +106,7 @@ def _direction(
         least = min(found.values(), key=lambda answer: abs(answer.surge))
         as_told = "ahead" if all(answer.ahead > 0 for answer in found.values()) else "as the vehicle file says"
         text = f"more command pushes {as_told} on {all_of(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
-        ends = least.surge - 1.96 * least.surge_error, least.surge + 1.96 * least.surge_error
+        ends = least.surge - CI * least.surge_error, least.surge + CI * least.surge_error
         untold = [name for name in names if name not in found]
         if untold:
             text = f"{text}; of {all_of(untold)} the log does not tell"
@@ -142,7 +143,7 @@ def _direction(
         sentence=f"{all_of(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
         value=worst.surge,
         unit="m/s^2",
-        ci95=(worst.surge - 1.96 * worst.surge_error, worst.surge + 1.96 * worst.surge_error),
+        ci95=(worst.surge - CI * worst.surge_error, worst.surge + CI * worst.surge_error),
         channels=tuple(wrong),
         consequence="a model drives ahead where the boat goes astern; no thrust can be fitted",
         remedy=f"turn it round in a channel map: {', '.join(maps)}{or_vehicle(wrong, expected, 'curve or the angle')}",
@@ -234,7 +235,7 @@ def _turn(
         return None, None
     value = sum(side * answer.ahead * answer.yaw for side, answer in told)
     error = sum(answer.yaw_error**2 for _, answer in told) ** 0.5
-    return value, (value - 1.96 * error, value + 1.96 * error)
+    return value, (value - CI * error, value + CI * error)
 
 
 def _lies(records: Sequence[Record], name: str, answer: Answer, expected: Expected) -> str:
