@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
-import pandas as pd
 
 from ..discovery.basis import Basis
 from ..discovery.calibration.calibrate import calibrate_once
@@ -20,6 +19,7 @@ from ..residuals.models.baselines import baselines
 from ..residuals.models.domain import spanned
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
 from ..residuals.series import series
+from ..residuals.series_table import SeriesTable
 from .audit import Audit, audit_along
 from .coverage import coverage
 from .differences import differences, rises
@@ -129,7 +129,7 @@ def ends(models: Sequence[Model], recommended: str = "") -> tuple[Model, Model]:
     return named[0], by_name.get(CORRECTED) or by_name.get(recommended) or named[-1]
 
 
-def where_ends_fail(table: pd.DataFrame, first: Model, after: Model, parts: Parts) -> Fails:
+def where_ends_fail(table: SeriesTable, first: Model, after: Model, parts: Parts) -> Fails:
     """Where the two models of a series fail, as `comparison.json` says it."""
     data = [parts.data(part) for part in PARTS]
     # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
@@ -140,7 +140,7 @@ def where_ends_fail(table: pd.DataFrame, first: Model, after: Model, parts: Part
 def comparison(
     judged: Sequence[Judged],
     inputs: Inputs,
-    table: pd.DataFrame | None = None,
+    table: SeriesTable | None = None,
     fails: Fails | None = None,
     *,
     timed: bool = False,

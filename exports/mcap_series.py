@@ -16,7 +16,6 @@ from math import isfinite
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from ..discovery.candidates.effect_forces import FORCES, effect_forces, effects_between
 from ..measurements.prepared_logs import Parts
@@ -30,6 +29,7 @@ from ..physics.printable import one_line
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.series import in_order, series, stretches
+from ..residuals.series_table import SeriesTable
 from .mcap_schemas import (
     AXES_TOLD,
     BOAT,
@@ -69,9 +69,9 @@ class Prediction:
 
     name: str
     vehicle: Vehicle
-    table: pd.DataFrame
+    table: SeriesTable
     suffix: str
-    effects: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    effects: Mapping[str, SeriesTable] = field(default_factory=dict)
 
 
 def compared(models: Sequence[Model], parts: Parts, channels: Sequence[str]) -> list[Prediction]:
@@ -151,7 +151,7 @@ def write_series(
 
     table = predictions[0].table
     logs = {stretch.log: stretch.motion.source for stretch in stretches(parts)}
-    time = in_order([stretch.columns for stretch in stretches(parts)], rounded=False)["time"].to_numpy()
+    time = in_order([stretch.columns for stretch in stretches(parts)], rounded=False)["time"]
     definitions = {**SCHEMAS, "undertow.Measured": measured_schema(channels)}
     done = 0
 
@@ -260,7 +260,10 @@ def _blocks(
     for begin in range(rows.start, rows.stop, _AT_ONCE):
         block = slice(begin, min(begin + _AT_ONCE, rows.stop))
         clock = _Clock.of(time[block], start, float(time[rows.start]))
-        way = _path(_place(predictions[0].table[rows][::_PATH_STEP], ""), clock) if begin == rows.start else ""
+        way = ""
+        if begin == rows.start:
+            few = slice(rows.start, rows.stop, _PATH_STEP)
+            way = _path(_place(predictions[0].table.rows(few), ""), clock)
         yield clock, _topics(predictions, channels, block, clock, boat, way)
         made(block.stop - block.start)
 
@@ -269,9 +272,9 @@ def _topics(
     predictions: Sequence[Prediction], channels: Sequence[str], rows: slice, clock: _Clock, boat: str, way: str
 ) -> list[_Topic]:
     """Everything along some rows of one log; `boat` is the name of its frame, `way` the message with its whole way."""
-    table = predictions[0].table[rows]
+    table = predictions[0].table.rows(rows)
     names = (*STATE, *RATES, *channels)
-    flat = _flat(names, table[[_IN_TABLE.get(name, name) for name in names]].to_numpy())
+    flat = _flat(names, table[[_IN_TABLE.get(name, name) for name in names]])
     parts = (f'{text[:-1]},"part":"{part}"}}' for text, part in zip(flat, table["part"], strict=True))
     place = _place(table, "")
     found = [
@@ -281,9 +284,9 @@ def _topics(
         _Topic("/tf", "foxglove.FrameTransform", _stamped(FRAME_TRANSFORM_TEXT.replace("BOAT", boat), place, clock)),
     ]
     for model in predictions:
-        table, name = model.table[rows], _plain(model.name)
+        table, name = model.table.rows(rows), _plain(model.name)
         columns = [f"{_IN_TABLE.get(field, field)}_{model.suffix}" for field in (*STATE, *RATES)]
-        states = _flat((*STATE, *RATES), table[columns].to_numpy())
+        states = _flat((*STATE, *RATES), table[columns])
         pose = _stamped(POSE_IN_FRAME_TEXT, _place(table, f"_{model.suffix}"), clock)
         left = _flat(FORCES, _residual(model, table))
         found += [
@@ -294,18 +297,18 @@ def _topics(
         for topic, forces in model.effects.items():
             effect = BY_NAME.get(topic.split("/")[-1].split("[")[0])
             about = {} if effect is None else {"equation": effect.equation, "meaning": effect.meaning}
-            texts = _flat(FORCES, forces[rows][list(FORCES)].to_numpy())
+            texts = _flat(FORCES, forces.rows(rows)[FORCES])
             found.append(_Topic(effect_topic(topic), "undertow.Force", texts, about))
     return found
 
 
-def _residual(model: Prediction, table: pd.DataFrame) -> Array:
+def _residual(model: Prediction, table: SeriesTable) -> Array:
     """Force that a model leaves unexplained, (n, 3): M (measured - modelled), which the series has for the first."""
     own = [f"{name}_residual" for name in FORCES]
     if model.suffix == "before" and set(own) <= set(table.columns):
-        return table[own].to_numpy()
-    modelled = table[[f"{name}_{model.suffix}" for name in RATES]].to_numpy()
-    return ((table[list(RATES)].to_numpy() - modelled) @ mass_matrix(model.vehicle)).round(_DIGITS)
+        return table[own]
+    modelled = table[[f"{name}_{model.suffix}" for name in RATES]]
+    return ((table[list(RATES)] - modelled) @ mass_matrix(model.vehicle)).round(_DIGITS)
 
 
 def _plain(name: str) -> str:
@@ -333,9 +336,9 @@ def _sound(values: Array) -> np.ndarray:
     return np.atleast_1d(np.isfinite(values).all(axis=1))
 
 
-def _place(table: pd.DataFrame, suffix: str) -> Array:
+def _place(table: SeriesTable, suffix: str) -> Array:
     """Where a boat is in the frame of 3D views: x east, y north [m], z and w of its quaternion (n, 4)."""
-    north, east, psi = (table[f"{name}{suffix}"].to_numpy() for name in ("north", "east", "psi"))
+    north, east, psi = (table[f"{name}{suffix}"] for name in ("north", "east", "psi"))
     half = 0.5 * heading_from_enu(psi)  # the turn between compass heading and ENU yaw is its own inverse
     return np.column_stack([east, north, np.sin(half).round(_DIGITS), np.cos(half).round(_DIGITS)])
 

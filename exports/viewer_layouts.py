@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-import pandas as pd
+import numpy as np
 
 from ..discovery.candidates.effect_forces import FORCES
 from ..physics.files import write_json, write_text
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.reading import Plain
+from ..residuals.series_table import SeriesTable
 from .mcap_schemas import EARTH
 from .mcap_series import effect_topic, log_prefixes
 
@@ -62,7 +63,7 @@ class View:
         return tuple(f"{self.prefix}/{name}" for name in drawn)
 
 
-def views(logs: Sequence[int], channels: Sequence[str], effects: Mapping[str, pd.DataFrame]) -> list[View]:
+def views(logs: Sequence[int], channels: Sequence[str], effects: Mapping[str, SeriesTable]) -> list[View]:
     """What is shown of each log of a run.
 
     Parameters
@@ -74,7 +75,7 @@ def views(logs: Sequence[int], channels: Sequence[str], effects: Mapping[str, pd
     return [_view(prefix, channels, effects) for prefix in log_prefixes(logs)[:_MOST_LOGS]]
 
 
-def _view(prefix: str, channels: Sequence[str], effects: Mapping[str, pd.DataFrame]) -> View:
+def _view(prefix: str, channels: Sequence[str], effects: Mapping[str, SeriesTable]) -> View:
     speeds = [
         Plot(title, (
             Curve(f"{prefix}/measured", name, "measured"),
@@ -85,7 +86,8 @@ def _view(prefix: str, channels: Sequence[str], effects: Mapping[str, pd.DataFra
     forces = []
     for name, axis, unit in zip(FORCES, AXES, FORCE_UNITS, strict=True):
         left = [Curve(f"{prefix}/residual/{model}", name, f"unexplained {model}") for model in _MODELS]
-        acting = {effect_topic(label): label for label, force in effects.items() if force[name].abs().max() > 0.0}
+        largest = {label: np.nanmax(np.abs(force[name]), initial=0.0) for label, force in effects.items()}
+        acting = {effect_topic(label): label for label, most in largest.items() if most > 0.0}
         found = [Curve(f"{prefix}{topic}", name, label) for topic, label in acting.items()]
         what = "moment" if axis == "yaw" else "force"
         forces.append(Plot(f"{axis} {what} that the model lacks [{unit}]", (*left, *found)))

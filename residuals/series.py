@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from ..measurements.preparation.dataset import DataSet
@@ -17,6 +16,7 @@ from ..physics.motion import Motion
 from ..physics.simulation import Legs
 from .models.base import Model, VehicleModel, rolled_out
 from .residual import residual, same_filter
+from .series_table import SeriesTable
 
 RESTART = 10.0
 """Open-loop rollouts in the series start again from the measured state every so often [s]."""
@@ -26,7 +26,7 @@ PREDICTED = ("u_dot", "v_dot", "r_dot", "north", "east", "psi", "u", "v", "r")
 """Columns of what a model says: accelerations filtered as the measured ones, and open-loop states."""
 
 
-def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -> pd.DataFrame:
+def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -> SeriesTable:
     """Measured and predicted motion of two models along all parts of the logs, 10 Hz, as `series.csv` holds it.
 
     Columns: time [s], log, part, north, east [m], psi [rad], u, v [m/s], r [rad/s], commands, measured and modelled
@@ -91,7 +91,7 @@ def named(names: Sequence[str], values: NDArray[Any]) -> Columns:
     return dict(zip(names, values.T, strict=True))
 
 
-def in_order(found: Sequence[Columns], rounded: bool = True) -> pd.DataFrame:
+def in_order(found: Sequence[Columns], rounded: bool = True) -> SeriesTable:
     """The rows of all stretches in one table, by log and time, and `rounded` as `series.csv` holds them.
 
     What is joined is taken out of the stretches column by column: a long log is not in memory twice.
@@ -101,7 +101,7 @@ def in_order(found: Sequence[Columns], rounded: bool = True) -> pd.DataFrame:
     for name in list(ordered[0]):
         column = np.concatenate([columns.pop(name) for columns in ordered])
         table[name] = column.round(_DIGITS) if rounded and column.dtype.kind == "f" else column
-    return pd.DataFrame(table, copy=False)
+    return SeriesTable(table)
 
 
 def _measured(stretch: Stretch, channels: Sequence[str]) -> Columns:

@@ -39,7 +39,7 @@ from ..residuals.series import series
 from .run_folder.run import Run
 
 References = tuple[list[Judged], list[str]]
-"""The models that are always compared beside the nominal one, judged, and sentences on how they came to be."""
+"""The models that are always compared, the nominal one first, judged, and sentences on how they came to be."""
 
 
 @showing
@@ -119,9 +119,9 @@ def _in_folds(inputs: Inputs, basis: Basis) -> tuple[Inputs, tuple[Fold, ...]]:
 
 
 def references(inputs: Inputs, basis: Basis, folds: Sequence[Fold] = ()) -> References:
-    """The calibrated model and the baselines on the judged rows, before the laws of a hull."""
+    """The nominal and the calibrated model and the baselines on the judged rows, and before the laws of a hull."""
     models, notes = reference_models(inputs, basis=basis, folds=folds)
-    return judge_all(models[1:], inputs.parts), notes
+    return judge_all(models, inputs.parts), notes
 
 
 @single_threaded
@@ -138,10 +138,10 @@ def assess(
 
     Parameters
     ----------
-    known : gives the calibrated model and the baselines, judged
+    known : gives the nominal and the calibrated model and the baselines, judged
     earned : the discovery is taken back where its model errs more on rows that it did not see than the nominal one
     """
-    given, taken = inputs, found
+    given, taken, before = inputs, found, known
     if found.hidden is not None:  # a vehicle that was found at the origin is judged there
         inputs = inputs.mapped(found.hidden.corrected)
         known = partial(references, inputs, found.basis, _folds(inputs, found))
@@ -151,36 +151,37 @@ def assess(
         progress(Stage("scoring every step on held-out data", SCORING))
     models = _models(found, _folds(inputs, found))
     last = models[-1] if len(models) > 1 else _renamed(models[0])
-    ends = [models[0]] if last.vehicle == inputs.vehicle else [models[0], last]
-    between = [model for model in models if model not in ends]
+    corrects = [] if last.vehicle == inputs.vehicle else [last]
+    between = [model for model in models[1:] if model not in corrects]
     here, there = between[::2], between[1::2]
 
     def apart() -> tuple[list[Judged], list[Errors]]:
-        return judge_all(ends, inputs.parts), evaluate_all(there, inputs.parts.judged)
+        return judge_all(corrects, inputs.parts), evaluate_all(there, inputs.parts.judged)
 
     with beside(apart) as judged_apart:
         table = series(models[0], models[-1], inputs.parts, inputs.channels)
         fails = where_ends_fail(table, models[0], last, inputs.parts)
         errors = dict(zip(here, evaluate_all(here, inputs.parts.judged), strict=True))
-        (nominal, *own), found_there = judged_apart()
+        own, found_there = judged_apart()
     errors |= zip(there, found_there, strict=True)
     hand_back()
     if progress is not None:
         progress(
             Stage("comparing with the calibrated model and baselines, and judging by the laws of a hull", COMPARING)
         )
-    others, notes = known()
+    (nominal, *others), notes = known()
     hand_back()
     if earned and own and (why := _lost(found, own[0], nominal, others)):
         if progress is not None:
             progress(f"taken back: on parts of the log that it did not see, the model {why}")
-        return assess(given, withdrawn(taken, why), settings, lambda: (others, notes), progress)
+        again = before if found.hidden is not None else lambda: ([nominal, *others], notes)
+        return assess(given, withdrawn(taken, why), settings, again, progress)
     corrected = own[0] if own else nominal.called(last)
     assert corrected.audit is not None, "the laws judge all models but baselines"
-    errors |= {model: found.errors for model, found in zip(ends, (nominal, corrected), strict=False)}
+    errors |= {models[0]: nominal.errors} | dict.fromkeys(corrects, corrected.errors)
     scored = [errors[model] for model in models]
     told = zip(found.steps, scored, (None, *scored[:-1]), strict=True)
-    steps = tuple(score_step(now, *_added(label), before) for (label, _), now, before in told)
+    steps = tuple(score_step(now, *_added(label), earlier) for (label, _), now, earlier in told)
     baselines = [other for other in others if other.model.kind == BASELINE]
     judged = [nominal, *(other for other in others if other not in baselines), corrected, *baselines]
     compared = comparison(judged, inputs, table, fails, notes=notes)

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
+
+from ...residuals.series_table import SeriesTable
 
 COMMAND_KINDS = ("pwm_", "normalized_", "rad_s_", "newton_")
 PWM_NEUTRAL = 1500.0
@@ -42,17 +43,17 @@ class Split:
         return self.labels[first]
 
 
-def command_columns(series: pd.DataFrame) -> list[str]:
+def command_columns(series: SeriesTable) -> list[str]:
     """The command channels of a series, one per thruster, known by their prefix (`newton_port`, `pwm_stbd`, ...)."""
-    return [str(name) for name in series.columns if str(name).startswith(COMMAND_KINDS)]
+    return [name for name in series.columns if name.startswith(COMMAND_KINDS)]
 
 
-def splits(series: pd.DataFrame) -> tuple[Split, ...]:
+def splits(series: SeriesTable) -> tuple[Split, ...]:
     """Sort the rows of a series by surge speed, yaw rate, command and heading.
 
     Parameters
     ----------
-    series : DataFrame
+    series : SeriesTable
         Rows of `series.csv`: `u` [m/s], `r` [rad/s], `psi` [rad] and one column per command.
 
     Returns
@@ -61,10 +62,10 @@ def splits(series: pd.DataFrame) -> tuple[Split, ...]:
         One each by surge speed, yaw rate, command and heading; every row is in exactly one regime of each.
     """
     return (
-        _numeric("surge speed", series["u"].to_numpy(float), "m/s"),
-        _numeric("yaw rate", series["r"].to_numpy(float), "rad/s"),
+        _numeric("surge speed", series["u"], "m/s"),
+        _numeric("yaw rate", series["r"], "rad/s"),
         _commands(series),
-        Split("heading", _sector(series["psi"].to_numpy(float)), SECTORS),
+        Split("heading", _sector(series["psi"]), SECTORS),
     )
 
 
@@ -92,21 +93,21 @@ def _sector(heading: NDArray[np.float64]) -> NDArray[np.intp]:
     return (np.round(np.nan_to_num(heading) / (np.pi / 4.0)).astype(np.intp)) % len(SECTORS)
 
 
-def scaled_commands(series: pd.DataFrame) -> NDArray[np.float64]:
+def scaled_commands(series: SeriesTable) -> NDArray[np.float64]:
     """The commands from neutral, (rows, thrusters), as shares of the largest one in the rows."""
     names = command_columns(series)
     neutral = np.array([PWM_NEUTRAL if name.startswith("pwm_") else 0.0 for name in names])
-    command = np.nan_to_num(series[names].to_numpy(float) - neutral)
+    command = np.nan_to_num(series[names] - neutral)
     return command / max(float(np.abs(command).max(initial=0.0)), 1e-12)
 
 
-def _commands(series: pd.DataFrame) -> Split:
+def _commands(series: SeriesTable) -> Split:
     names = command_columns(series)
     if not names:
         return Split("command", np.zeros(len(series), np.intp), ("no command in the log",))
     command = scaled_commands(series)
     common, spread = command.mean(axis=1), 0.5 * (command.max(axis=1) - command.min(axis=1))
-    speed = series["u"].to_numpy(float)
+    speed = series["u"]
     conditions = [
         np.abs(command).max(axis=1) < IDLE_SHARE,
         spread > np.abs(common),

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, TypeVar
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
@@ -13,6 +12,7 @@ from ...measurements.preparation.dataset import DataSet
 from ...physics.file_records import Record
 from ...physics.frames import AXES
 from ...residuals.models.base import Model
+from ...residuals.series_table import SeriesTable
 from .attribution import Along, Contributions, contributions
 from .drift import Drift, over_time
 from .frequency import NOISE, Frequency, against_frequency
@@ -53,7 +53,7 @@ Told = TypeVar("Told", FailingPlace, FailingSeconds)
 
 
 def where_they_fail(
-    table: pd.DataFrame,
+    table: SeriesTable,
     before: Model,
     after: Model | None,
     parts: Sequence[DataSet],
@@ -79,7 +79,7 @@ def where_they_fail(
     """
     judged, rows_of = judged_rows(table, judge)
     names = [(before, "before"), *([(after, "after")] if after is not None else [])]
-    table, along = table[judged], Along(parts, rows_of)
+    table, along = table.rows(judged), Along(parts, rows_of)
     stages = {which: scene(table, which) for _, which in names}
     effects = contributions(before, after, along, stages["before"]) if after is not None and link else None
     later = np.square(stages["after"].error) if after is not None else None
@@ -120,10 +120,10 @@ def structure_of(stage: Scene, thrust: Array, model: str, rows_of: str) -> Struc
     )
 
 
-def judged_rows(table: pd.DataFrame, judge: str) -> tuple[NDArray[np.bool_], str]:
+def judged_rows(table: SeriesTable, judge: str) -> tuple[NDArray[np.bool_], str]:
     """The rows that judge, (n,), and the name of their part: all rows where the part is shorter than a minute."""
-    rows = (table["part"] == judge).to_numpy(bool)
-    step = float(np.median(np.diff(table["time"].to_numpy()[:50])))
+    rows = table["part"] == judge
+    step = float(np.median(np.diff(table["time"][:50])))
     if judge == "all" or rows.sum() * step < ENOUGH_SECONDS:
         return np.ones(len(table), bool), "all"
     return rows, judge

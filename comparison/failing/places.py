@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from ...discovery.findings import FailingPlace
 from ...physics.frames import AXES
 from ...residuals.scores import ACCELERATION_UNITS
+from ...residuals.series_table import SeriesTable
 from .best_cut import best_cut
 from .bins import Split, splits
 from .block_fit import draws
@@ -118,12 +118,12 @@ class Failure:
         )
 
 
-def failures(series: pd.DataFrame, model: str = "before", *, limit: int = LIMIT) -> list[FailingPlace]:
+def failures(series: SeriesTable, model: str = "before", *, limit: int = LIMIT) -> list[FailingPlace]:
     """The few regimes that hold far more of the squared acceleration error than of the time.
 
     Parameters
     ----------
-    series : DataFrame
+    series : SeriesTable
         Rows of `series.csv`, all of them or the held-out ones.
     model : {'before', 'after'}
         The nominal or the corrected model.

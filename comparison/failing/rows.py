@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from ...measurements.statistics.running import running_mean
+from ...residuals.series_table import SeriesTable
 from .bins import IDLE_SHARE, SLOW, scaled_commands
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ class Scene:
     since : (n,) time since the last command change [s], at most 10
     """
 
-    table: pd.DataFrame
+    table: SeriesTable
     step: float
     measured: Array
     error: Array
@@ -62,7 +62,7 @@ class Scene:
 
     def column(self, name: str) -> Array:
         """A column of the table."""
-        return self.table[name].to_numpy(float)
+        return self.table[name]
 
     @property
     def spread(self) -> Array:
@@ -97,16 +97,16 @@ class Scene:
         return (self.common * speed < 0.0) & (np.abs(speed) > SLOW) & (np.abs(self.common) > IDLE_SHARE)
 
 
-def scene(table: pd.DataFrame, model: str = "before") -> Scene:
+def scene(table: SeriesTable, model: str = "before") -> Scene:
     """Rows of `series.csv` with the error of its first ("before") or last ("after") model."""
     n = len(table)
-    time = table["time"].to_numpy(float) if "time" in table else STEP * np.arange(n)
+    time = table["time"] if "time" in table else STEP * np.arange(n)
     step = float(np.median(np.diff(time))) if n > 1 else STEP
-    log = table["log"].to_numpy(np.intp) if "log" in table else np.zeros(n, np.intp)
+    log = table["log"].astype(np.intp, copy=False) if "log" in table else np.zeros(n, np.intp)
     breaks = np.zeros(n, bool)
     breaks[1:] = (np.abs(np.diff(time) - step) > 0.5 * step) | (np.diff(log) != 0)
     stretch = np.cumsum(breaks).astype(np.intp)
-    measured = table[list(ACCELERATIONS)].to_numpy(float)
+    measured = table[ACCELERATIONS]
     error = acceleration_error(table, model)
     error[_ends(stretch, round(EDGE / step))] = np.nan
     commands = scaled_commands(table)
@@ -118,17 +118,15 @@ def scene(table: pd.DataFrame, model: str = "before") -> Scene:
         stretch,
         _blocks(stretch, step),
         log,
-        (table["part"] == "test").to_numpy(bool) if "part" in table else np.zeros(n, bool),
+        table["part"] == "test" if "part" in table else np.zeros(n, bool),
         commands,
         _since(commands, breaks, step),
     )
 
 
-def acceleration_error(series: pd.DataFrame, model: str = "before") -> Array:
+def acceleration_error(series: SeriesTable, model: str = "before") -> Array:
     """Modelled minus measured acceleration, shape (rows, 3) [m/s^2, m/s^2, rad/s^2], NaN where either is missing."""
-    return np.column_stack(
-        [series[f"{name}_{model}"].to_numpy(float) - series[name].to_numpy(float) for name in ACCELERATIONS]
-    )
+    return np.column_stack([series[f"{name}_{model}"] - series[name] for name in ACCELERATIONS])
 
 
 def mean_square(values: Array) -> Array:

@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 
-import pandas as pd
-
 from ...measurements.prepared_logs import Parts
 from ...physics.vehicle import Vehicle
 from ...residuals.residual import residual
 from ...residuals.series import Columns, in_order, named, stretches
+from ...residuals.series_table import SeriesTable
 from .candidate import candidates
 from .nuisance import CALIBRATED
 
@@ -26,7 +25,7 @@ def effects_between(before: Vehicle, after: Vehicle) -> list[str]:
 
 def effect_forces(
     before: Vehicle, after: Vehicle, parts: Parts, keys: Sequence[str], rest: str = OTHER
-) -> dict[str, pd.DataFrame]:
+) -> dict[str, SeriesTable]:
     """The force that each effect adds on the way from one vehicle to another, along all parts of the logs.
 
     The effects are put in one after the other, each with its values in `after`; the force of one is what the residual
@@ -62,12 +61,12 @@ def effect_forces(
     table = in_order(found)
     # What the rows have in common is in memory once.
     own = {name: {axis: table[f"{name} {axis}"] for axis in FORCES} for name in names}
-    return {name: pd.DataFrame({**{c: table[c] for c in _OF_ROWS}, **own[name]}, copy=False) for name in names}
+    return {name: SeriesTable({**{c: table[c] for c in _OF_ROWS}, **own[name]}) for name in names}
 
 
 def found_forces(
     nominal: Vehicle, corrected: Vehicle, parts: Parts, labels: Sequence[str | None]
-) -> dict[str, pd.DataFrame]:
+) -> dict[str, SeriesTable]:
     """The forces of what a discovery added, in its order; `labels` are those of its steps.
 
     What else was moved was calibrated, and is one entry.

@@ -23,6 +23,7 @@ from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.residual import same_filter
 from undertow.residuals.series import stretches
+from undertow.residuals.series_table import SeriesTable
 from undertow.workflows.run_folder.run_files import VIEWED
 
 BOAT = undertow.load_vehicle("blueboat")
@@ -169,7 +170,7 @@ def test_the_effects_add_up_to_the_difference_of_the_modelled_forces(run: undert
     assert keys == ["sway_quadratic_damping", "thrust_scale", "thruster_lag", "wake_memory", "yaw:u|r|"]
     forces = effect_forces(BOAT, other, parts, keys)
     assert list(forces) == keys
-    total = sum(table[["X", "Y", "N"]].to_numpy() for table in forces.values())
+    total = sum(table[["X", "Y", "N"]] for table in forces.values())
     wanted = [
         (motion.time, same_filter(modelled_force(other, motion) - modelled_force(BOAT, motion), motion, data))
         for data in map(parts.data, PARTS)
@@ -184,8 +185,8 @@ def test_what_is_no_effect_is_told_apart(run: undertow.Run) -> None:
     heavier = BOAT.with_values({"inertia_z": 9.0, "yaw_trim": 1.0})
     forces = effect_forces(BOAT, heavier, run.inputs.parts, effects_between(BOAT, heavier))
     assert list(forces) == ["yaw_trim", "other"]
-    assert forces["yaw_trim"]["N"].to_numpy() == pytest.approx(1.0, abs=1e-6)
-    assert forces["other"]["N"].abs().max() > 1.0
+    assert forces["yaw_trim"]["N"] == pytest.approx(1.0, abs=1e-6)
+    assert np.abs(forces["other"]["N"]).max() > 1.0
     assert effect_forces(BOAT, BOAT, run.inputs.parts, []) == {}
 
 
@@ -224,7 +225,7 @@ def test_a_number_that_is_not_finite_is_left_out(run: undertow.Run, tmp_path: Pa
     table = run.series.copy()
     table.loc[3, "u_after"] = np.inf
     table.loc[4, ["north_after", "psi_after", "X_residual"]] = np.nan
-    told = [Prediction("before", BOAT, table, "before"), Prediction("after", BOAT, table, "after")]
+    told = [Prediction(name, BOAT, SeriesTable.of(table), name) for name in ("before", "after")]
     found = Recording(write_series(tmp_path / "a.mcap", told, run.inputs.channels, run.inputs.parts, run.inputs.starts))
     assert set(found.messages["/predicted/after"][3]) == set(found.messages["/predicted/after"][2]) - {"u"}
     assert set(found.messages["/predicted/after"][4]) == set(found.messages["/predicted/after"][2]) - {"x", "psi"}

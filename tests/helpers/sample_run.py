@@ -14,6 +14,7 @@ from undertow.comparison.failing.places import failures
 from undertow.comparison.failing.rows import scene
 from undertow.comparison.failing.segments import segments
 from undertow.discovery.findings import Removal
+from undertow.residuals.series_table import SeriesTable
 
 RATE = 10
 NOMINAL = {"X_u": -15.0, "X_uu": 0.0, "N_r": -6.0, "N_rr": 0.0, "Y_v": -40.0, "Y_vv": 0.0, "stbd": 1.0}
@@ -28,7 +29,7 @@ EFFECTS = {
 
 def structure(series: pd.DataFrame, name: str, which: str) -> Structure:
     """What the error of a model is like."""
-    stage = scene(series, which)
+    stage = scene(SeriesTable.of(series), which)
     push = series[["newton_port", "newton_stbd"]].to_numpy()
     thrust = np.column_stack([push.sum(axis=1), 0.0 * push[:, 0], 0.3 * (push[:, 0] - push[:, 1])]) / 30.0
     removed = (Removal(effect="surge_quadratic_damping", share_removed=0.8, sentence="it removes 80 % of it"),)
@@ -115,7 +116,8 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
     ) * [33.5, 48.5, 8.5]
     folder.mkdir(parents=True, exist_ok=True)
     series.round(5).to_csv(folder / "series.csv", index=False)
-    places = {"nominal": failures(series, "before"), "corrected": failures(series, "after")}
+    table = SeriesTable.of(series)
+    places = {"nominal": failures(table, "before"), "corrected": failures(table, "after")}
     values = {"X_uu": -7.8, "N_rr": -8.3, "Y_vv": -74.0, "stbd_scale": 0.806}
     candidates = []
     for rank, (effect, (symbol, axis, form, unit, equation, family)) in enumerate(EFFECTS.items()):

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import pandas as pd
-
 from ...comparison.audit import Audit
 from ...comparison.facts import Comparison
 from ...discovery.discover import Discovery
@@ -12,8 +10,11 @@ from ...discovery.findings import Findings
 from ...discovery.settings import DiscoverySettings
 from ...measurements.prepared_logs import Inputs
 from ...physics.cards import Card
+from ...residuals.series_table import SeriesTable
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from ...reports.page.figures.plots import Plots
 
 
@@ -25,10 +26,15 @@ class Run(Card):
     discovery: Discovery
     findings: Findings
     comparison: Comparison
-    series: pd.DataFrame
+    table: SeriesTable
     settings: DiscoverySettings
     audit: Audit
     verb: tuple[str, ...] = ("discover",)
+
+    @property
+    def series(self) -> "pd.DataFrame":
+        """Measured and predicted motion, as `series.csv` holds it: SI units, one row per time step (10 Hz)."""
+        return self.table.frame()
 
     @property
     def plot(self) -> "Plots":

@@ -95,7 +95,7 @@ def _write_files(run: Run, folder: Path, called: Callable[[str], str]) -> None:
     run.discovery.nominal.save(folder / "nominal.yaml")
     run.discovery.corrected.save(folder / "model.yaml")
     with writing(folder / "series.csv") as stream:
-        run.series.to_csv(stream, index=False, lineterminator="\n")
+        run.table.write(stream)
     Standardisation.fit(run.inputs.parts.known).write(folder / "standardisation.json")
     write_json(folder / "inspection.json", Inspections(logs=run.inputs.inspections).to_dict())
     for name in _NAMING:
@@ -132,12 +132,12 @@ def _write_viewer_series(run: Run, path: Path, progress: Say | None, called: Cal
     found, parts = run.discovery, run.inputs.parts
     forces = found_forces(found.nominal, found.corrected, parts, [label for label, _ in found.steps])
     told = (
-        Prediction("before", found.nominal, run.series, "before"),
-        Prediction("after", found.corrected, run.series, "after", forces),
+        Prediction("before", found.nominal, run.table, "before"),
+        Prediction("after", found.corrected, run.table, "after", forces),
     )
     pace = Pace(progress, f"rows of {path.name}").told
     write_series(path, told, run.inputs.channels, parts, run.inputs.starts, pace, called)
-    logs = sorted(set(run.series["log"].tolist()))
+    logs = sorted(set(run.table["log"].tolist()))
     write_layouts(path.parent, path.name, views(logs, run.inputs.channels, forces))
     return []
 

@@ -12,6 +12,7 @@ from ....discovery.findings import FailingPlace
 from ....physics.frames import AXES
 from ....physics.in_words import NARROW, percent, share_removed, unit_text, words
 from ....residuals.scores import ACCELERATION_UNITS
+from ....residuals.series_table import SeriesTable
 from ...run_contents import RunFolder
 from ...wording import told_of, typeset
 from ..figures.failure_figures import by_heading, error_map, heat_steps, local_error, spectra
@@ -56,7 +57,7 @@ def _maps(series: pd.DataFrame, places: Sequence[FailingPlace]) -> Html:
     axis = AXES.index(places[0].axis) if places and places[0].axis in AXES else _worst_axis(series)
     longest = series[series["log"] == series["log"].value_counts(sort=False).idxmax()]
     errors = [local_error(longest, model, axis) for model in ("before", "after")]
-    bounds = heat_steps(float(scene(longest).spread[axis]), errors)
+    bounds = heat_steps(float(scene(SeriesTable.of(longest)).spread[axis]), errors)
     titles = ["before: the nominal model", "after: the corrected model"]
     alone = np.array_equal(*errors, equal_nan=True)
     if alone:

@@ -15,6 +15,7 @@ from ....measurements.statistics.running import running_mean
 from ....physics.frames import AXES
 from ....physics.in_words import unit_text
 from ....residuals.scores import ACCELERATION_UNITS
+from ....residuals.series_table import SeriesTable
 from ..markup import Html
 from .svg import HEAT, ROLES, STYLE, canvas, drawn, panel
 
@@ -45,7 +46,7 @@ def heat_steps(usual: float, errors: Sequence[Array]) -> Array:
 
 def local_error(series: pd.DataFrame, model: str, axis: int) -> Array:
     """Size of the acceleration error of a model on an axis about every row, (n,), NaN at the edges."""
-    stage = scene(series, model)
+    stage = scene(SeriesTable.of(series), model)
     error = stage.error[:, axis]
     rows = max(1, round(_SMOOTH / stage.step))
     size = np.sqrt(np.maximum(running_mean(np.square(np.nan_to_num(error)), rows), 0.0))
@@ -68,7 +69,7 @@ def error_map(series: pd.DataFrame, error: Array, bounds: Array, title: str, axi
     rows = np.arange(0, len(series), stride)
     # A thinned row bears the worst of the rows that it stands for.
     level = np.array([step[k : k + stride].max() for k in rows])
-    gap = np.flatnonzero(np.diff(scene(series).stretch[rows]) != 0)
+    gap = np.flatnonzero(np.diff(scene(SeriesTable.of(series)).stretch[rows]) != 0)
     with matplotlib.rc_context(STYLE):
         figure = canvas(width, height)
         axes = panel(figure, 52, 28, width - 58, height - 74)

@@ -8,6 +8,7 @@ from ....comparison.failing.bins import splits
 from ....comparison.failing.rows import acceleration_error, scene
 from ....physics.frames import AXES
 from ....residuals.scores import ACCELERATION_UNITS
+from ....residuals.series_table import SeriesTable
 
 _COLUMNS = ("by", "regime", "low", "high", "axis", "rows", "share_of_rows", "rmse", "unit", "share_of_error")
 """Of a table of regimes, which a log that never moved leaves without rows."""
@@ -30,11 +31,12 @@ def regime_table(series: pd.DataFrame, model: str = "before") -> pd.DataFrame:
         `share_of_rows`, `rmse` [`unit`] and `share_of_error` (of the squared error of that axis; sums to one over
         the regimes of a quantity). Regimes without rows are left out.
     """
-    error = scene(series, model).error
+    table = SeriesTable.of(series)
+    error = scene(table, model).error
     if not np.isfinite(error).any():
-        error = acceleration_error(series, model)  # stretches so short that they are all edge
+        error = acceleration_error(table, model)  # stretches so short that they are all edge
     records: list[dict[str, object]] = []
-    for split in splits(series):
+    for split in splits(table):
         squares, counts = _sums(error, split.codes, len(split.labels))
         for index, label in enumerate(split.labels):
             if not counts[index].any():

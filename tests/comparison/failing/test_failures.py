@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from undertow.comparison.failing import attribution
@@ -20,6 +19,7 @@ from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.series import series
+from undertow.residuals.series_table import SeriesTable
 from undertow.workflows.inputs import read_inputs
 
 HULL = load_vehicle("blueboat")
@@ -35,7 +35,7 @@ Found = tuple[tuple[FailingPlace, ...], tuple[Structure, ...]]
 """What `where_they_fail` finds: the places, and the structure of the errors."""
 
 
-def told(inputs: Inputs, after: Vehicle, judge: str = "test") -> tuple[Found, pd.DataFrame]:
+def told(inputs: Inputs, after: Vehicle, judge: str = "test") -> tuple[Found, SeriesTable]:
     """Where the nominal and another vehicle fail, and the series of both."""
     models = VehicleModel(inputs.vehicle, "nominal"), VehicleModel(after, "corrected", "symbolic")
     table = series(*models, inputs.parts, inputs.channels)
@@ -61,7 +61,7 @@ def two(folder: Path) -> Inputs:
 
 
 @pytest.fixture(scope="module")
-def told_of_two(two: Inputs) -> tuple[Found, pd.DataFrame]:
+def told_of_two(two: Inputs) -> tuple[Found, SeriesTable]:
     return told(two, apply_effects(HULL, TWO))
 
 
@@ -132,8 +132,8 @@ def test_an_effect_that_makes_the_error_worse_is_never_named(two: Inputs):
 
 
 def test_no_effect_is_named_for_a_place_without_held_out_rows(two: Inputs, told_of_two):
-    table = told_of_two[1].copy()
-    table.loc[table["part"] == "test", "part"] = "validation"
+    known = told_of_two[1].columns
+    table = SeriesTable({**known, "part": np.where(known["part"] == "test", "validation", known["part"])})
     models = VehicleModel(HULL, "nominal"), VehicleModel(apply_effects(HULL, TWO), "corrected")
     found = where_they_fail(table, *models, parts(two), "all")
     assert own(found, "nominal")
@@ -162,13 +162,13 @@ def test_the_worst_seconds_are_told_with_what_the_boat_was_doing(told_of_two):
     segments = found[1][0].segments
     assert 1 <= len(segments) <= 5
     for one in segments:
-        rows = table[(table["time"] >= one.begin) & (table["time"] <= one.end)]
+        rows = table.rows((table["time"] >= one.begin) & (table["time"] <= one.end))
         error = rows[{"surge": "u_dot", "sway": "v_dot", "yaw": "r_dot"}[one.axis] + "_before"]
         error = error - rows[{"surge": "u_dot", "sway": "v_dot", "yaw": "r_dot"}[one.axis]]
         assert one.rmse == pytest.approx(float(np.sqrt((error**2).mean())), rel=0.05)
         assert one.rmse_after is not None
         assert one.rmse_after < one.rmse
-        assert ("turning" in one.doing) == (abs(rows["r"].median()) > 0.1)
+        assert ("turning" in one.doing) == (abs(np.median(rows["r"])) > 0.1)
 
 
 def test_a_missing_force_is_slow_and_what_is_left_of_it_is_noise(told_of_two):
@@ -228,5 +228,5 @@ def test_rows_that_judge_are_the_part_unless_it_is_too_short(told_of_two):
     assert judged_rows(table, "test")[1] == "all"  # 36 s
     rows, name = judged_rows(table, "train")
     assert name == "train"
-    assert (table["part"].to_numpy()[rows] == "train").all()
+    assert (table["part"][rows] == "train").all()
     assert judged_rows(table, "all")[0].all()

@@ -13,6 +13,7 @@ from undertow.comparison.failing.lag import against_lag
 from undertow.comparison.failing.places import failures, worst_places
 from undertow.comparison.failing.rows import EDGE, Scene, scene
 from undertow.comparison.failing.segments import segments
+from undertow.residuals.series_table import SeriesTable
 
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
 
@@ -47,11 +48,11 @@ def table(seed: int = 0, seconds: float = 300.0, turns: float = 1.0) -> pd.DataF
 
 
 def at(rows: pd.DataFrame, model: str = "before") -> Scene:
-    return scene(rows, model)
+    return scene(SeriesTable.of(rows), model)
 
 
-def thrust_of(rows: pd.DataFrame) -> np.ndarray:
-    push = rows[["newton_port", "newton_stbd"]].to_numpy()
+def thrust_of(rows: SeriesTable) -> np.ndarray:
+    push = rows[["newton_port", "newton_stbd"]]
     return np.column_stack([push.mean(axis=1), 0.0 * push[:, 0], push[:, 0] - push[:, 1]]) / 20.0
 
 
@@ -79,30 +80,31 @@ def test_smooth_noise_is_no_failure_of_any_kind(seed: int):
 def test_a_planted_regime_is_found_in_words_that_hold(mask, words: str):
     rows = table(3)
     rows.loc[mask(rows), "u_dot_before"] += 1.0
-    worst = failures(rows)[0]
+    worst = failures(SeriesTable.of(rows))[0]
     assert (worst.axis, worst.where) == ("surge", words)
     assert worst.share_of_error > 0.8 > 2.0 * (worst.share_of_rows or 1.0)
-    assert failures(rows, "after") == []
+    assert failures(SeriesTable.of(rows), "after") == []
 
 
 def test_the_moment_after_a_command_change_is_a_regime():
     rows = table(4)
     since = at(rows).since
     rows.loc[since < 0.55, "r_dot_before"] += 1.0
-    assert failures(rows)[0].where == "within 0.5 s of a command change"
+    assert failures(SeriesTable.of(rows))[0].where == "within 0.5 s of a command change"
 
 
 def test_a_failure_of_one_half_of_the_log_alone_is_not_told():
     rows = table(5)
     rows.loc[(rows["u"] > 1.2) & (rows["time"] < 40.0), "u_dot_before"] += 1.0  # two visits prove nothing
     assert (at(rows).block[(rows["u"] > 1.2) & (rows["time"] < 40.0)]).size > 0
-    assert [place.where for place in failures(rows) if place.where.startswith("surge speed above")] == []
+    told = failures(SeriesTable.of(rows))
+    assert [place.where for place in told if place.where.startswith("surge speed above")] == []
 
 
 def test_a_log_of_seconds_names_no_place():
     rows = table(6, seconds=30.0)
     rows.loc[rows["u"] > 0.8, "u_dot_before"] += 1.0
-    assert failures(rows) == []
+    assert failures(SeriesTable.of(rows)) == []
 
 
 def test_rows_at_the_edges_of_a_stretch_do_not_count():

@@ -19,6 +19,7 @@ from undertow.reports.page.figures.svg import HEAT
 from undertow.reports.page.style import DARK, LIGHT
 from undertow.reports.run_contents import RunFolder
 from undertow.reports.terminal.failures_screen import failures_table, structure_list
+from undertow.residuals.series_table import SeriesTable
 from undertow.workflows.run_folder.read import read_run
 
 
@@ -181,7 +182,7 @@ def test_a_share_above_the_whole_is_no_percentage():
 
 @pytest.mark.parametrize(("times", "words"), [(1.0, "removes >\N{NO-BREAK SPACE}99"), (1.3, "removes more than all")])
 def test_an_effect_is_named_only_where_held_out_rows_saw_it(run: RunFolder, times: float, words: str):
-    stage = scene(run.series, "before")
+    stage = scene(SeriesTable.of(run.series), "before")
     square = np.square(stage.error)[None]
     one = Contributions(("munk_moment",), ("N_uv from 0 to -25",), times * square, square)
     everywhere = np.ones(len(run.series), bool)

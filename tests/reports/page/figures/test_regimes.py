@@ -9,6 +9,7 @@ import pytest
 from undertow.comparison.failing.bins import splits
 from undertow.comparison.failing.places import failures
 from undertow.reports.page.figures.regimes import regime_table
+from undertow.residuals.series_table import SeriesTable
 
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
 
@@ -56,28 +57,28 @@ def test_shares_of_a_perfect_model_are_those_of_the_rows(series):
     table = regime_table(series, "after")
     assert (table["rmse"] == 0.0).all()
     assert (table["share_of_error"] == table["share_of_rows"]).all()
-    assert failures(series, "after") == []
+    assert failures(SeriesTable.of(series), "after") == []
 
 
 def test_even_error_is_no_failure(series):
-    assert failures(series) == []
+    assert failures(SeriesTable.of(series)) == []
 
 
 def test_planted_failure_at_speed_is_found(series):
     ahead = (series["u"] > 1.4) & (series["newton_port"] + series["newton_stbd"] > 0.0)
     series.loc[ahead, "u_dot_before"] += 1.0
-    worst = failures(series)[0]
+    worst = failures(SeriesTable.of(series))[0]
     assert worst.axis == "surge"
     assert re.fullmatch(r"surge speed (above 1\.4|1\.4 to 1\.8) m/s, thrust ahead", worst.where)
     assert worst.share_of_error > 0.6 > 2.0 * (worst.share_of_rows or 1.0)
     assert worst.unit == "m/s^2"
-    assert failures(series, "after") == []
+    assert failures(SeriesTable.of(series), "after") == []
 
 
 def test_planted_failure_in_a_turn_astern_is_found(series):
     both = (series["newton_port"] < -2.0) & (series["newton_stbd"] < -2.0)
     series.loc[both & (series["r"] < -0.2) & (series["u"] < 0.0), "r_dot_after"] += 0.8
-    worst = failures(series, "after")[0]
+    worst = failures(SeriesTable.of(series), "after")[0]
     assert worst.axis == "yaw"
     assert "(to port)" in worst.where or "both thrusters astern" in worst.where
     assert worst.model == "after"
@@ -85,17 +86,17 @@ def test_planted_failure_in_a_turn_astern_is_found(series):
 
 def test_planted_failure_on_a_heading_is_found(series):
     series.loc[np.abs(series["psi"] - np.pi / 2.0) < 0.7, "v_dot_before"] += 1.0
-    worst = failures(series)[0]
+    worst = failures(SeriesTable.of(series))[0]
     assert (worst.axis, worst.where) == ("sway", "heading within 40 degrees of east")
 
 
 def test_few_places_are_named_and_none_twice(series):
     for name in ACCELERATIONS:
         series.loc[series["u"] > 1.4, f"{name}_before"] += 1.0
-    found = failures(series)
+    found = failures(SeriesTable.of(series))
     assert len(found) <= 4
     assert len({(place.axis, place.where) for place in found}) == len(found)
-    assert failures(series, limit=1) == found[:1]
+    assert failures(SeriesTable.of(series), limit=1) == found[:1]
 
 
 def test_rows_without_a_prediction_do_not_count(series):
@@ -120,20 +121,20 @@ def test_rows_without_a_prediction_do_not_count(series):
 )
 def test_commands_are_told_apart(series, port, stbd, speed, state):
     series.loc[0, ["newton_port", "newton_stbd", "u"]] = port, stbd, speed
-    command = splits(series)[2]
+    command = splits(SeriesTable.of(series))[2]
     assert command.labels[command.codes[0]] == state
 
 
 def test_pwm_is_counted_from_neutral(series):
     pwm = series.rename(columns={"newton_port": "pwm_port", "newton_stbd": "pwm_stbd"})
     pwm[["pwm_port", "pwm_stbd"]] = 1500.0 + 20.0 * pwm[["pwm_port", "pwm_stbd"]]
-    assert (splits(pwm)[2].codes == splits(series)[2].codes).all()
+    assert (splits(SeriesTable.of(pwm))[2].codes == splits(SeriesTable.of(series))[2].codes).all()
 
 
 def test_log_without_commands_has_one_state(series):
     bare = series.drop(columns=["newton_port", "newton_stbd"])
-    assert splits(bare)[2].labels == ("no command in the log",)
-    assert len(failures(bare)) == 0
+    assert splits(SeriesTable.of(bare))[2].labels == ("no command in the log",)
+    assert len(failures(SeriesTable.of(bare))) == 0
 
 
 def test_boat_at_rest_is_sorted_too(series):
