@@ -3,9 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
-
-import pandas as pd
+from typing import TYPE_CHECKING, ClassVar
 
 from ..comparison.facts import AuditRecord, Comparison, MadeFrom
 from ..discovery.findings import Findings
@@ -14,6 +12,9 @@ from ..measurements.inspection import Inspection
 from ..measurements.prepared_logs import Inputs
 from ..physics.cards import Card, Drawn
 from ..physics.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -48,7 +49,7 @@ class RunFolder(Card, Drawn):
     comparison: Comparison
     nominal: Vehicle
     corrected: Vehicle
-    series: pd.DataFrame
+    series: "pd.DataFrame"
     inspections: tuple[Inspection, ...]
     audit: AuditRecord | None
     record: MadeFrom

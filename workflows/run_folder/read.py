@@ -7,9 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...comparison.facts import AuditRecord, Comparison, MadeFrom
 from ...discovery.findings import Findings
@@ -30,6 +28,9 @@ from ...reports.terminal.progress import SHOWN
 from ...residuals.models.neural import is_network_folder
 from .moved_files import UNMOVED, Moved, logs_now, made_logs, made_map, map_now
 from .sizes import LARGEST, check_bounds
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
 SERIES_COLUMNS = (
@@ -194,7 +195,9 @@ def _vehicle(content: bytes, path: Path) -> Vehicle:
         raise RequestError(f"{path} is not valid YAML ({error}); {REMEDY}") from None
 
 
-def _series(content: bytes, path: Path) -> pd.DataFrame:
+def _series(content: bytes, path: Path) -> "pd.DataFrame":
+    import pandas as pd
+
     if content.count(b",") > _MOST_CELLS or content.find(b"\n", 0, _LONGEST_HEADER) < 0 < len(content):
         raise RequestError(f"{path}: expected at most {_MOST_CELLS} numbers in lines, got another table; {REMEDY}")
     del content  # of a long log, more than the numbers in it

@@ -1,7 +1,8 @@
 """Long CSV: a bag flattened to time, topic, field, value."""
 
 from ..base import Format, Head
-from .tables import is_long, read_text
+from .tables import is_long
+from .text_tables import read_text
 
 
 def _matches(head: Head) -> bool:

@@ -10,13 +10,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from ....physics.errors import LogError
 from ....physics.frames import Array
 from ....physics.reading import Plain
 from ..base import DEEPEST, Format, Head, Recording, Request, Stream
 from .matlab_elements import check_elements
+from .pandas_part import FramePart
 from .tables import wide_recording
 
 _TIMES = {"t": "t", "time": "time", "Time": "time", "tout": "time", "timestamp_ns": "timestamp_ns"}
@@ -84,8 +84,10 @@ def _since(start: int, part: Recording) -> Sequence[Stream]:
 
 def _table(table: _Table, where: str) -> Recording:
     """Cut a table as any wide table is cut, then name its streams by the struct that holds them."""
+    import pandas as pd
+
     frame = pd.DataFrame({table.name: table.time} | {str(k): value for k, value in enumerate(table.columns.values())})
-    found = wide_recording([frame], where)
+    found = wide_recording([FramePart(frame)], where)
     named = [
         replace(stream, topic=topic, field=name)
         for stream, (topic, name) in zip(found.streams, table.columns, strict=True)

@@ -7,6 +7,7 @@ from ....physics.errors import LogError
 from ....physics.printable import listed
 from ..base import EXPECTED, Format, Head, Name, Recording, Request, in_file
 from ..unpacking import check_unpacked, most_held
+from .pandas_part import FramePart
 from .tables import LONG, LONG_ROW, check_columns, is_long, is_wide, long_recording, time_column, wide_recording
 
 _NUMBER = 8
@@ -49,10 +50,11 @@ def _read(head: Head, request: Request) -> Recording:
         frame = table.read(columns=read).to_pandas(ignore_metadata=True, split_blocks=True, self_destruct=True)
     named = dict(zip(given, columns, strict=True))
     frame.columns = [named[str(name)] for name in frame.columns]
+    part = FramePart(frame)
     if is_long(columns):
-        return long_recording([frame], head.path)
+        return long_recording([part], head.path)
     unread = tuple(name for name in names if name.field not in wanted)
-    return wide_recording([frame], head.path, unread)
+    return wide_recording([part], head.path, unread)
 
 
 def _claimed(metadata: Any, columns: Sequence[str]) -> int:

@@ -1,7 +1,8 @@
 """Wide CSV: a row per time stamp, a column per channel."""
 
 from ..base import Format, Head
-from .tables import is_wide, read_text
+from .tables import is_wide
+from .text_tables import read_text
 
 
 def _matches(head: Head) -> bool:

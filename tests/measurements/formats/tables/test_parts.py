@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from undertow.measurements.formats.base import Recording, Request
+from undertow.measurements.formats.base import Recording, Request, read_head
 from undertow.measurements.formats.registry import read_recording
-from undertow.measurements.formats.tables import tables
+from undertow.measurements.formats.tables import arrow_part, pandas_part
+from undertow.physics.errors import LogError
 
 ROWS = 4000
 FIELDS = ("psi", "u", "x")
@@ -38,7 +39,7 @@ def test_the_size_of_the_parts_changes_nothing(text: str, packed: bool, tmp_path
     path = tmp_path / "log.csv"
     path.write_bytes(gzip.compress(text.encode()) if packed else text.encode())
     whole, told = read_recording(path), []
-    monkeypatch.setattr(tables, "_PART", 1000)
+    monkeypatch.setattr(pandas_part, "_PART", 1000)
     parts = read_recording(path, Request(progress=lambda done, total: told.append((done, total))))
     assert numbers(parts) == numbers(whole)
     assert (parts.notes, parts.start_ns) == (whole.notes, whole.start_ns)
@@ -63,7 +64,8 @@ def test_a_table_takes_little_more_memory_than_its_numbers(tmp_path: Path, monke
     path = tmp_path / "log.csv"
     rows = 100_000
     path.write_text("time,topic,field,value\n" + "".join(f"{k // 4},a,f{k % 4},{k}\n" for k in range(rows)))
-    monkeypatch.setattr(tables, "_PART", 40_000)
+    monkeypatch.setattr(pandas_part, "_PART", 40_000)
+    monkeypatch.setattr(arrow_part, "_SMALL", 0)
     read_recording(path)
     tracemalloc.start()
     try:
@@ -71,3 +73,44 @@ def test_a_table_takes_little_more_memory_than_its_numbers(tmp_path: Path, monke
         assert tracemalloc.get_traced_memory()[1] < 8 * 6 * rows  # time twice, value and row, and a part
     finally:
         tracemalloc.stop()
+
+
+PLAIN = {
+    "long": "time,topic,field,value\n0.1,/odom,u,1\n0.1,/odom,v,\n0.3,cmd,port,-2.5e-3\n\n0.2,cmd,port,inf\n",
+    "wide": "# a remark\nt,u,v,empty\n1700000000000000001,1,2.5,\n1700000000100000002,nan,1e400,\n",
+    "semicolons": "time;u;v\r\n0;1;2\r\n0.5;3;4\r\n",
+}
+ODD = {
+    "words": "t,u\n0,1\n1,off\n",
+    "no time": "t,u\n0,1\n,2\n2,3\n",
+    "a topic of numbers": "time,topic,field,value\n0,1,u,1\n1,1,u,2\n",
+    "no topic": "time,topic,field,value\n0,,u,1\n1,NA,u,2\n",
+    "instants": "time,u\n2024-01-01 00:00:00,1\n2024-01-01 00:00:01,2\n",
+    "hexadecimal": "t,u\n0,1\n1,0x10\n",
+    "truth": "t,u\n0,true\n1,false\n",
+    "quoted": 't,u\n0,"1"\n1,2\n',
+    "too many cells": "t,u\n0,1\n1,2,3\n",
+    "no rows": "t,u\n",
+    "too few cells": "t,u\n0\n",
+    "no times": "t,u\nnan,1\nnan,2\n",
+}
+
+
+@pytest.mark.parametrize("name", [*PLAIN, *ODD])
+def test_both_libraries_read_the_same_or_refuse_it_in_the_same_words(name: str, tmp_path: Path, monkeypatch):
+    path = tmp_path / "log.csv"
+    path.write_text({**PLAIN, **ODD}[name], newline="")
+    first = read(path)
+    if name in PLAIN:
+        head = read_head(path)
+        assert arrow_part.small_table(head, head.columns) is not None
+    monkeypatch.setattr(arrow_part, "_SMALL", 0)
+    assert first == read(path)
+
+
+def read(path: Path) -> object:
+    try:
+        found = read_recording(path)
+    except LogError as error:
+        return str(error)
+    return numbers(found), found.notes, found.start_ns
