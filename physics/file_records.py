@@ -54,7 +54,9 @@ class Record(BaseModel):
     of an earlier version lacks, or has as null, takes its default. The fields are written in their order here.
     """
 
-    model_config = ConfigDict(frozen=True, extra="ignore", validate_by_name=True, validate_by_alias=True)
+    model_config = ConfigDict(
+        frozen=True, extra="ignore", validate_by_name=True, validate_by_alias=True, defer_build=True
+    )
 
     SCHEMA: ClassVar[str] = ""
     """What the file says that it holds; empty for a part of a file."""

@@ -6,8 +6,6 @@ not. Beyond what training has seen the vehicle's own margin takes its place, as 
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
-from scipy.optimize import nnls
 
 from ...physics.errors import RequestError
 from ...physics.frames import Array
@@ -82,6 +80,8 @@ def sizes(vehicle: Vehicle, motion: Motion, said: Array) -> Array:
     1, the velocities relative to the water, thrusts, their changes from row to row, and the acceleration that a model
     said (n, 3): root mean squares about each row, in SI units.
     """
+    from scipy.ndimage import uniform_filter1d  # here, because it takes a tenth of a second
+
     seen = network_inputs(vehicle, motion, heading=False)
     change = np.diff(seen[:, 3:], axis=0, prepend=seen[:1, 3:])
     columns = np.column_stack([np.ones(len(seen)), seen, change, said])
@@ -91,6 +91,8 @@ def sizes(vehicle: Vehicle, motion: Motion, said: Array) -> Array:
 
 def least_known(motion: Motion, weight: Array, beyond: Array) -> tuple[Array, Array]:
     """The least weight (n,) and the largest distance beyond (n,) about each row: the filter carries errors inwards."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
     rows = _rows(motion)
     return minimum_filter1d(weight, rows, mode="nearest"), maximum_filter1d(beyond, rows, mode="nearest")
 
@@ -109,6 +111,8 @@ def calibrated(found: Array, error: Array, asked: Array, held: Array) -> Sizes:
     found, error : (n, sizes) and (n, 3) of the first
     asked, held : the same of the unseen ones, in the order of time
     """
+    from scipy.optimize import nnls
+
     unit = np.maximum(found.max(axis=0), 1e-12)
     margins = []
     for wrong, left in zip(np.abs(error).T, np.abs(held).T, strict=True):
