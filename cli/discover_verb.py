@@ -28,6 +28,9 @@ from .options import (
 if TYPE_CHECKING:
     from ..measurements.prepared_logs import Inputs
 
+_FORKED = ("numpy.fft", "numpy.ma", "undertow.exports.mcap_file")
+"""Modules that more than one process of a discovery asks for."""
+
 
 def discover(
     logs: Logs,
@@ -86,7 +89,7 @@ def tell_discovery(
     import time
 
     begun = time.perf_counter()
-    from ..measurements.statistics.second_processor import beside
+    from ..measurements.statistics.second_processor import beside, load_before_forks
 
     with beside(read) as reading:  # what checks, searches and tells is loaded while the logs are read
         check()
@@ -96,6 +99,7 @@ def tell_discovery(
         from ..workflows.discover_and_add import discover as find
         from ..workflows.run_folder.write import write_run
 
+        load_before_forks(_FORKED)
         pass_over_what_is_loaded()
         inputs = reading()
     run = find(inputs, DiscoverySettings(seed=seed, refit=refit), progress=progress)

@@ -12,6 +12,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TypeVar
@@ -81,6 +82,13 @@ def shared(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
     every = [*found, *others_found]
     every[::2], every[1::2] = found, others_found
     return every
+
+
+def load_before_forks(modules: Sequence[str]) -> None:
+    """Load modules that each forked process would load for itself; one that needs what is not installed is left out."""
+    for module in modules:
+        with suppress(ImportError):
+            import_module(module)
 
 
 def _can_fork() -> bool:
