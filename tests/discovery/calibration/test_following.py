@@ -1,5 +1,6 @@
 """A boat is followed row by row as it is in one go, under the laws; what changes rings, and nothing else does."""
 
+import gc
 from functools import cache
 from typing import Any
 
@@ -53,6 +54,20 @@ def test_pieces_of_any_size_give_what_the_whole_gives():
     assert [u.time for u in found] == pytest.approx(whole.time)
     assert np.array([u.values for u in found]) == pytest.approx(whole.values, rel=1e-6, abs=1e-9)
     assert np.array([u.deviation for u in found]) == pytest.approx(whole.deviation, rel=1e-6)
+
+
+def test_an_update_leaves_nothing_that_python_must_look_for():
+    # Forms and their columns that knew each other were taken away by the hundred, in 50 to 150 ms of one update.
+    motion, pool = world(), followed(HULL, followed_by_default(HULL))
+    follower = Follower(HULL, pool, known_beforehand([motion], HULL, pool, SETTINGS), SETTINGS)
+    follower.take(motion.slice(0, 100))
+    gc.collect()
+    gc.disable()
+    try:
+        in_pieces(follower, motion.slice(100, 200), (20,))
+        assert gc.collect() == 0
+    finally:
+        gc.enable()
 
 
 def test_after_a_gap_it_begins_a_new_stretch():
