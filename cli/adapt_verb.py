@@ -72,6 +72,7 @@ def adapt(
         from ..discovery.calibration.change_watch import AlarmSettings
         from ..discovery.calibration.following import Update
         from ..physics.errors import RequestError
+        from ..physics.garbage import clear_up
         from ..physics.vehicle import load_vehicle
         from ..workflows.follow_live import Begun, LiveSettings, Note, follow_live
 
@@ -90,6 +91,7 @@ def adapt(
                     complain(f"  {event.text}")
                 elif isinstance(event, Begun):
                     screen.begin(event, alarm_hours)
+                    clear_up()
                 elif isinstance(event, Update):
                     screen.tell(event)
         except KeyboardInterrupt as error:  # the way in which a log that has no end is left

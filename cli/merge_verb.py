@@ -18,5 +18,6 @@ def merge(
     """Join fleets in one folder; a log that is in several is there once."""
     with failing_clearly():
         from ..fleet.merging import merge_fleets
+
         merged = merge_fleets(fleets, out, force=force)
         say(f"{out}: {size_of(merged)}")

@@ -70,6 +70,19 @@ def test_an_update_leaves_nothing_that_python_must_look_for():
         gc.enable()
 
 
+@pytest.mark.parametrize("held", [0.06, 0.0])
+def test_intervals_hold_where_numbers_that_are_not_followed_are_off(held: float):
+    motion, settings = world(), AdaptSettings(held=held)
+    off = {"X_udot": 1.1 * HULL.value("X_udot"), "N_rdot": 0.9 * HULL.value("N_rdot")}
+    nominal = HULL.with_values(off)
+    pool = followed(nominal, followed_by_default(nominal))
+    found = Follower(nominal, pool, known_beforehand([motion], nominal, pool, settings), settings)
+    updates = [u for u in found.take(motion) if u.excited and u.time > 30.0]
+    truth = np.array([HULL.value(symbol) for symbol in found.symbols])
+    inside = np.mean([np.abs(u.values - truth) <= 1.96 * u.deviation for u in updates], axis=0)
+    assert inside.mean() > 0.95 if held else inside.min() < 0.5
+
+
 def test_after_a_gap_it_begins_a_new_stretch():
     motion, pool = world(), followed(HULL, followed_by_default(HULL))
     known = known_beforehand([motion], HULL, pool, SETTINGS)
