@@ -37,7 +37,7 @@ from undertow.discovery.calibration.following import (
 from undertow.discovery.calibration.forgetting_fit import AdaptSettings
 from undertow.discovery.calibration.rehearsed_alarms import Rehearsal
 from undertow.discovery.candidates.nuisance import calibratable
-from undertow.physics.garbage import collect_seldom
+from undertow.physics.garbage import clear_up, collect_seldom
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle
 from undertow.physics.worlds.world import NOISE, World, random_hull
@@ -101,6 +101,7 @@ def speed(names: tuple[str, ...], start: int) -> tuple[float, float, float]:
     growing.begin()
     for part in growing.motions():
         follower.take(part)
+    clear_up()  # as the verb does when it begins
     taken, spent = [], 0.0
     for line in lines[rows:]:
         before = time.process_time()

@@ -88,7 +88,7 @@ def wrecked(seed: int, scatter: Scatter) -> list[tuple[str, float, float, float,
     rng = np.random.default_rng([seed, 3])
     kinds = ("fouling", "fouling", "fouling", "propeller damage")
     happens = {boat: happening(kind, rng, rng.uniform(40.0, 120.0)) for boat, kind in enumerate(kinds)}
-    fleet, _, noisy = simulated(BOATS, HALF_YEAR, rng, happens, scatter)
+    fleet, own, noisy = simulated(BOATS, HALF_YEAR, rng, happens, scatter)
     days = boat_days(fleet)
     settings = WatchSettings(seed=seed)
     seen = fleet_changes(days, PARAMETERS, settings)
@@ -104,7 +104,7 @@ def wrecked(seed: int, scatter: Scatter) -> list[tuple[str, float, float, float,
         due = sharp = first
         if what.kind == "fouling":
             # Student's tails and memory are in no covariance: the oracle is one of the normal world.
-            columns = scatter.factors()
+            columns = own[boat][:, None] * scatter.factors()
             true = noisy[boat] * columns @ columns.T
             growth = [ray for ray in rays(PARAMETERS) if ray.cause is Cause.FOULING]
             family = [replace(ray, weight=1.0 / len(growth)) for ray in growth]

@@ -71,7 +71,8 @@ def adapt(
     with failing_clearly():
         from ..discovery.calibration.change_watch import AlarmSettings
         from ..discovery.calibration.following import Update
-        from ..physics.errors import RequestError
+        from ..physics.errors import LogError, RequestError
+        from ..physics.garbage import clear_up
         from ..physics.vehicle import load_vehicle
         from ..workflows.follow_live import Begun, LiveSettings, Note, follow_live
 
@@ -83,16 +84,17 @@ def adapt(
         earlier = earlier_files(targets, (Path(log), vehicle, channels, like), force=force)
         reading = Reading(frame, channels, namespace, as_is)
         screen = _Screen(every, as_json, values is not None)
-        stopped: KeyboardInterrupt | None = None
+        stopped: KeyboardInterrupt | LogError | None = None
         try:
             for event in follow_live(log, boat, effect or (), reading, settings, like):
                 if isinstance(event, Note):
                     complain(f"  {event.text}")
                 elif isinstance(event, Begun):
                     screen.begin(event, alarm_hours)
+                    clear_up()
                 elif isinstance(event, Update):
                     screen.tell(event)
-        except KeyboardInterrupt as error:  # the way in which a log that has no end is left
+        except (KeyboardInterrupt, LogError) as error:  # the ways in which a log that has no end is left, or ends badly
             stopped = error
         if screen.last is not None:
             screen.write(boat, out, values)

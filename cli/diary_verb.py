@@ -14,7 +14,7 @@ def diary(
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Page to write; without one, sentences only.")] = None,
     budget: Annotated[
         float, typer.Option("--false-alarms", help="Most false alarms expected of a boat in a year, over everything.")
-    ] = 0.5,
+    ] = 1.0,
     seed: SeedOption = 0,
     force: ForceOption = False,
     as_json: JsonOption = False,

@@ -1,13 +1,16 @@
 """The verb `fleet`: logs of many boats as one data set, made and added to."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..measurements.log_options import Reading
 from .console import complain, failing_clearly, print_json, progress, say
 from .options import AsIsOption, ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, VehicleOption
+
+if TYPE_CHECKING:
+    from ..fleet.fleet_folder import FleetIndex
 
 FleetOut = Annotated[Path, typer.Option("--out", "-o", help="Folder of the fleet, new or there already.")]
 
@@ -43,7 +46,7 @@ def fleet(
     with failing_clearly():
         from ..fleet.build_fleet import build_fleet
         from ..fleet.workers import Engine
-        from ..physics.in_words import listing, number
+        from ..physics.in_words import listing
 
         symbols = [symbol.strip() for text in follow or [] for symbol in text.split(",")]
         built = build_fleet(
@@ -67,8 +70,7 @@ def fleet(
             )
         else:
             index = built.index
-            boats = f"{len(index.boats)} boat{'s' * (len(index.boats) != 1)}"
-            say(f"{out}: {len(index.logs)} logs of {boats}, {number(index.hours)} h under way.")
+            say(f"{out}: {size_of(index)}")
             say(f"In this call: {built.read} read, {built.kept} there already, {len(built.skipped)} skipped.")
             if mixed := index.of_several_vehicles:
                 say(f"Logs of {listing(mixed)} were read with vehicles that differ: give all of them again for one.")
@@ -76,3 +78,11 @@ def fleet(
             complain(f"  skipped {one.log}: {one.problem}")
     if built.skipped:
         raise typer.Exit(1)
+
+
+def size_of(index: "FleetIndex") -> str:
+    """How much a fleet holds."""
+    from ..physics.in_words import counted, lasting
+
+    logs, boats = counted(len(index.logs), "log"), counted(len(index.boats), "boat")
+    return f"{logs} of {boats}, {lasting(index.hours)} under way."

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from .console import failing_clearly, say
-from .fleet_verb import FleetOut
+from .fleet_verb import FleetOut, size_of
 from .options import ForceOption
 
 
@@ -18,7 +18,6 @@ def merge(
     """Join fleets in one folder; a log that is in several is there once."""
     with failing_clearly():
         from ..fleet.merging import merge_fleets
-        from ..physics.in_words import number
 
         merged = merge_fleets(fleets, out, force=force)
-        say(f"{out}: {len(merged.logs)} logs of {len(merged.boats)} boats, {number(merged.hours)} h under way.")
+        say(f"{out}: {size_of(merged)}")

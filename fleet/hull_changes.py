@@ -37,12 +37,11 @@ class WatchSettings:
 
     Attributes
     ----------
-    budget : false alarms that are expected at most, a boat and year, over all parameters together; half of the one that
-        is promised, for rehearsals are of finite length
+    budget : false alarms that are expected at most, a boat and year, over all parameters together
     seed : of the rehearsal
     """
 
-    budget: float = 0.5
+    budget: float = 1.0
     seed: int = 0
 
     def __post_init__(self) -> None:

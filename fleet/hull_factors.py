@@ -6,7 +6,6 @@ kept, which are all that least squares, its sandwich covariance and a bootstrap 
 adds to the products is told beside them (errors in variables; Carroll et al. 2006, chapter 5).
 """
 
-import gc
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -38,8 +37,6 @@ LEAST_RATE = 4.5
 three, clean logs gave values 1 to 2 % wrong, with two 10 %, and at 1 Hz anything."""
 _HULL = ("X_u", "X_uu", "Y_v", "Y_vv", "N_r", "N_rr")
 """What fouling, damage and loads of a hull change."""
-_SWEPT = 8
-"""Pieces after which their memory is asked back: of so many it is some 10 MB, and to look takes less than one."""
 _WEAK = WeakSettings(copies=1)
 """One noisier copy: what noise adds to products is a sum over a whole log."""
 
@@ -159,9 +156,7 @@ def hull_factors(
         )
     every = (*symbols, *NUISANCES)
     blocks, noise, seconds = _Blocks(), np.zeros(()), 0.0
-    for count, piece in enumerate(pieces, start=1):
-        if count % _SWEPT == 0:
-            gc.collect()  # a form and its columns know each other, and a verb looks for such circles seldom
+    for piece in pieces:
         if (slowest := 1.0 / max(motion.time_step for motion in piece)) < LEAST_RATE:
             raise LogError(
                 f"expected motion at {LEAST_RATE:g} Hz or more, got {slowest:.3g} Hz: what a hull does between two "

@@ -19,8 +19,11 @@ from .day_scatter import DayScatter, day_scatter
 from .hull_changes import YEAR, WatchSettings, alarms, watched
 from .odd_days import taken_back
 
+AIM = 0.5
+"""Share of the budget that may ring in rehearsals: they are of finite length, and draw from days that were seen, whose
+tails are shorter than those of days to come. Of fleets with tails of six degrees of freedom, three quarters ring."""
 BOAT_YEARS = 30.0
-"""Rehearsed at least: with a budget of one alarm in two years, their number is then known to a quarter."""
+"""Rehearsed at least: with an aim of one alarm in two years, their number is then known to a quarter."""
 MOST_REPEATS = 40
 """Of the fleet: some boats with some weeks each are rehearsed for fewer years, and the count is less sure."""
 BLOCK = 7
@@ -46,7 +49,7 @@ def rehearsed_widening(
     repeats = int(np.clip(np.ceil(BOAT_YEARS / years), 1, MOST_REPEATS))
     fleets = [[_redrawn(boat, scatter, pool, rng) for boat in boats] for _ in range(repeats)]
     found = [day_scatter(fleet) for fleet in fleets]
-    most = settings.budget * years * repeats
+    most = AIM * settings.budget * years * repeats
 
     def kept(widening: float) -> bool:
         count = 0

@@ -15,3 +15,12 @@ def collect_seldom() -> None:
 def pass_over_what_is_loaded() -> None:
     """Look no more at what there is now, modules most of all; nor does a look then copy their pages in a fork."""
     gc.freeze()
+
+
+def clear_up() -> None:
+    """Take away the cycles that there are, and look no more at what is left.
+
+    Who must answer within milliseconds does so before: a look at all that is loaded takes 50 to 150 of them.
+    """
+    gc.collect()
+    gc.freeze()

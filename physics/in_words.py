@@ -54,6 +54,30 @@ def number(value: Any, digits: int = 3, *, minus: str = "-", blank: str = "n/a")
     return text.replace("-", minus)
 
 
+def counted(count: int, noun: str) -> str:
+    """A number of things.
+
+    Examples
+    --------
+    >>> counted(1, "log"), counted(0, "boat")
+    ('1 log', '0 boats')
+    """
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
+def lasting(hours: float) -> str:
+    """A time, in the unit that people would give it.
+
+    Examples
+    --------
+    >>> lasting(0.00804), lasting(0.5), lasting(42667.0)
+    ('29 s', '30 min', '42667 h')
+    """
+    if hours < 1.0 / 30.0:
+        return f"{3600.0 * hours:.0f} s"
+    return f"{60.0 * hours:.0f} min" if hours < 1.5 else f"{number(hours)} h"
+
+
 def share_removed(share: Any) -> str:
     """The share of an error that is removed: never all of it, and more than all where other effects add to it.
 

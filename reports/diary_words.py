@@ -114,8 +114,8 @@ def caution(diary: DiaryFacts) -> str:
         f" Its variance is taken {number(diary.widening, 2)} times larger, as rehearsals with it asked for."
     )  # fmt: skip
     return (
-        f"Alarms are set so that at most {diary.budget:g} false ones come on a boat in a year, over all parameters "
-        f"together, with the scatter that this fleet's days have.{wider} Intervals are at 95{NARROW}%."
+        f"Alarms are set for at most {diary.budget:g} false a boat and year, over all parameters together, with the "
+        f"scatter that this fleet's days have.{wider} Intervals are at 95{NARROW}%."
     )
 
 

@@ -96,8 +96,7 @@ class WeakForm(Balance):
         self._terms = TestedTerms(
             self.motions, velocities, self._kernels, claims, None if like is None else like._terms
         )
-        memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
-        self._near = Neighbourhood(self.balances, self._difference, memo, self._unit)
+        self._memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
         self.time = np.concatenate(times)
         # Of one block nothing is held out, so that it may be as short as a window that is followed live.
         alone = settings.blocks == 1 and self.time.size > 0
@@ -119,12 +118,12 @@ class WeakForm(Balance):
 
     def forget(self) -> None:
         """Keep no columns and no products: they are most of the memory of a search, and made again where asked for."""
-        self._near.memo.clear()
+        self._memo.clear()
         self._terms.forget()
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
-        """The same for every vehicle."""
-        return self._near
+        """The same for every vehicle; the form does not keep it, so that it is gone with the last who asked for it."""
+        return Neighbourhood(self.balances, self._difference, self._memo, self._unit)
 
     def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
         """The whole step: forces are all but linear, so it is never too long."""

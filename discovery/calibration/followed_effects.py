@@ -7,6 +7,7 @@ from ...physics.errors import RequestError
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..candidates.candidate import Candidate, candidates, measurable
+from ..candidates.nuisance import calibratable, nuisance_candidates
 
 _DAMPING = "_damping"
 """How the names of the effects of damping on an axis end."""
@@ -57,3 +58,10 @@ def followed(vehicle: Vehicle, names: Sequence[str], motions: Sequence[Motion] =
     if not found or len({c.key for c in found}) < len(found):
         raise RequestError(f"adapt: expected effects by name, each once, got {', '.join(names) or 'none'}")
     return tuple(found)
+
+
+def held_beside(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candidate, ...]:
+    """Candidates for the numbers that stand in the vehicle, are not followed, and move the force in proportion."""
+    held = [s for s in calibratable(vehicle) if s not in symbols]
+    bent = [s for s in held if vehicle.parameter(s).nonlinear or vehicle.parameter(s).grid]
+    return nuisance_candidates(vehicle, [s for s in held if s not in bent])

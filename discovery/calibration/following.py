@@ -23,6 +23,7 @@ from ..identifiability.rehearsal import plausible_amounts, rehearse
 from ..lawful.nearest_lawful import LawfulSet
 from ..search.floating import Search, SearchSettings
 from .change_watch import Alarm, AlarmSettings, ChangeWatch
+from .followed_effects import held_beside
 from .forgetting_fit import AdaptSettings, ForgettingFit
 from .rehearsed_alarms import rehearsed_widening
 
@@ -167,29 +168,35 @@ class Follower:
         self._vehicle, self._settings, self._noise, self._watch = vehicle, settings, known.noise, watch
         start = np.array([vehicle.value(symbol) for symbol in self.symbols])
         lower = np.minimum([p.lower for p in parameters], start)
+        held = held_beside(vehicle, self.symbols)
+        self._deviation = settings.held * np.abs([vehicle.value(c.symbols[0]) for c in held])
         self._limits = lower, np.maximum([p.upper for p in parameters], start)
         self._amounts, self._prior = known.amounts, settings.prior * known.amounts
-        self._rows = TestedRows(vehicle, pool, settings)
+        self._rows = TestedRows(vehicle, (*pool, *held), settings)
         import_module("scipy.ndimage")  # which an envelope that grows may ask for: no update waits until it is loaded
         self._hold(known.envelope)
-        self._fit = ForgettingFit(start, self._prior, settings, lambda values, of: self._lawful.nearest(values, of))
+        self._fit = ForgettingFit(start, self._prior, settings, self._nearest, len(held))
 
     def take(self, motion: Motion) -> list[Update]:
         """Follow the next rows of motion: an update for each test function that ends in them."""
         self._watch_envelope(motion)
-        times, columns, balances = self._rows.of(motion)
+        times, every, balances = self._rows.of(motion)
+        columns, held = np.split(every, [len(self.symbols)], axis=2)
         told = np.abs(columns * self._prior) >= self._settings.excitation * self._noise[:, None]
-        return [self._taken(*row) for row in zip(times.tolist(), columns, balances, told, strict=True)]
+        return [self._taken(*row) for row in zip(times.tolist(), columns, balances, told, held, strict=True)]
 
-    def _taken(self, time: float, columns: Array, balance: Array, told: np.ndarray) -> Update:
+    def _taken(self, time: float, columns: Array, balance: Array, told: np.ndarray, held: Array) -> Update:
         error = balance - columns @ self._fit.change
         rows, alarm = told.any(axis=1), None
         if rows.any():
             scale = self._noise[rows]
             scaled = columns[rows] / scale[:, None], balance[rows] / scale
-            self._fit.take(*scaled, np.asarray(told.any(axis=0)))
+            self._fit.take(*scaled, np.asarray(told.any(axis=0)), held[rows] * self._deviation / scale[:, None])
             alarm = None if self._watch is None else self._watch.take(time, *scaled)
         return Update(time, self._fit.value, self._fit.deviation, bool(rows.any()), balance, error, alarm)
+
+    def _nearest(self, values: Array, information: Array) -> Array:
+        return self._lawful.nearest(values, information)
 
     def _hold(self, envelope: Envelope) -> None:
         """Keep the laws over an envelope."""

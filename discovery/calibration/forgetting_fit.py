@@ -33,6 +33,8 @@ class AdaptSettings:
     surprise : time constant over which squared errors are averaged and held against what noise and deviations explain
         [s]; the ratio, if above 1, widens the deviations and hastens the forgetting
     hurry : most times that it hastens it; 1 for always the same forgetting
+    held : deviation of the numbers of the vehicle that are not followed, as a share of each: what they would move the
+        values by is a part of the deviations; 0 for a vehicle that is exact beside what is followed
     weak : test functions
 
     Raises
@@ -47,13 +49,14 @@ class AdaptSettings:
     prior: float = 1.0
     surprise: float = 3.0
     hurry: float = 10.0
+    held: float = 0.06
     weak: WeakSettings = field(default_factory=WeakSettings)
 
     def __post_init__(self) -> None:
         for name in ("forgetting", "materiality", "prior", "surprise"):
             if not getattr(self, name) > 0.0:
                 raise RequestError(f"adapt: expected {name} above 0, got {getattr(self, name):g}")
-        for name, least in (("excitation", 0.0), ("hurry", 1.0)):
+        for name, least in (("excitation", 0.0), ("hurry", 1.0), ("held", 0.0)):
             if not getattr(self, name) >= least:
                 raise RequestError(f"adapt: expected {name} of at least {least:g}, got {getattr(self, name):g}")
 
@@ -78,9 +81,10 @@ class ForgettingFit:
     change : (p,) change of each parameter from the start
     information : (p, p) inverse of their covariance, were the noise as expected
     surprise : (p,) mean square of recent errors of rows that inform each parameter, over what was expected; at least 1
+    leaning : (p, m) what a deviation of each parameter that is held moves the values by
     """
 
-    def __init__(self, start: Array, prior: Array, settings: AdaptSettings, nearest: Nearest) -> None:
+    def __init__(self, start: Array, prior: Array, settings: AdaptSettings, nearest: Nearest, held: int = 0) -> None:
         self._start, self._prior, self._nearest = start, prior, nearest
         self._rate = settings.weak.stride / settings.forgetting
         self._calmed = float(np.exp(-settings.weak.stride / settings.surprise))
@@ -88,6 +92,7 @@ class ForgettingFit:
         self.change = np.zeros(prior.size)
         self.information = np.diag(1.0 / prior**2)
         self.surprise = np.ones(prior.size)
+        self.leaning = np.zeros((prior.size, held))
 
     @property
     def value(self) -> Array:
@@ -97,9 +102,10 @@ class ForgettingFit:
     @property
     def deviation(self) -> Array:
         """Standard deviations of the values, (p,)."""
-        return np.sqrt(np.diag(np.linalg.inv(self.information)) * self.surprise)
+        rows = np.diag(np.linalg.inv(self.information)) * self.surprise
+        return np.sqrt(rows + (self.leaning**2).sum(axis=1))
 
-    def take(self, columns: Array, balance: Array, excited: np.ndarray) -> None:
+    def take(self, columns: Array, balance: Array, excited: np.ndarray, held: Array) -> None:
         """Take a row of each axis that informs.
 
         Parameters
@@ -107,6 +113,7 @@ class ForgettingFit:
         columns : (axes, p) force that a unit of each parameter adds, over the noise
         balance : (axes,) force that the model at the start misses, over the noise
         excited : (p,) True for a parameter that the rows excite, so that what was known of it fades
+        held : (axes, m) force that a deviation of each parameter that is held adds, over the noise
         """
         error = balance - columns @ self.change
         expected = 1.0 + np.diag(columns @ np.linalg.solve(self.information, columns.T))
@@ -118,5 +125,8 @@ class ForgettingFit:
         kept = np.where(excited, np.exp(-0.5 * self._rate * hurry), 1.0)
         faded = self.information * np.outer(kept, kept) + np.diag((1.0 - kept**2) / self._prior**2)
         self.information = faded + self._share * columns.T @ columns
-        moved = self.change + np.linalg.solve(self.information, self._share * columns.T @ error)
-        self.change = self._nearest(self._start + moved, self.information) - self._start
+        # What the held ones make of the balance moves the values as the balance does.
+        errors = np.column_stack([error, held - columns @ self.leaning])
+        steps = np.linalg.solve(self.information, self._share * columns.T @ errors)
+        self.change = self._nearest(self._start + self.change + steps[:, 0], self.information) - self._start
+        self.leaning = self.leaning + steps[:, 1:]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from urllib.parse import quote
 
-from ...physics.in_words import number, unit_text
+from ...physics.in_words import counted, lasting, unit_text
 from ..diary_facts import BoatRecord, DiaryFacts
 from ..diary_words import (
     boat_sentences,
@@ -124,7 +124,8 @@ def _boat(boat: BoatRecord, diary: DiaryFacts) -> Html:
     for one in boat.parameters:
         ends = [one.own.low, one.own.high]
         rows.append((plain(one.name), unit_text(fleet[one.name].unit), within(one.own.value, ends), interval(ends)))
-    facts = f"{boat.logs} logs on {boat.days} days, {number(boat.hours)} hours, {boat.first} to {boat.last}."
+    logs = f"{counted(boat.logs, 'log')} on {counted(boat.days, 'day')}"
+    facts = f"{logs}, {lasting(boat.hours)}, {boat.first} to {boat.last}."
     parts = (
         element("p", boat_sentences(boat)),
         figure(drawings, facts, cls="three"),

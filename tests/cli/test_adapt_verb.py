@@ -85,6 +85,17 @@ def test_what_was_followed_is_kept_when_it_is_interrupted(log: Path, tmp_path: P
     assert undertow.load_vehicle(tmp_path / "now.yaml").value("port_scale") == pytest.approx(0.6, abs=0.1)
 
 
+def test_what_was_followed_is_kept_when_the_log_breaks(log: Path, tmp_path: Path):
+    broken = tmp_path / "broken.csv"
+    lines = log.read_text().splitlines()
+    broken.write_text("\n".join([*lines, lines[len(lines) // 2], ""]))  # time runs back
+    result = call("adapt", broken, "--vehicle", "blueboat", *QUICK, *EFFECTS, "--out", tmp_path / "now.yaml")
+    assert result.exit_code == 2
+    assert "time runs backwards" in result.stderr
+    assert "Vehicle as it was followed" in result.stdout
+    assert undertow.load_vehicle(tmp_path / "now.yaml").value("port_scale") == pytest.approx(0.6, abs=0.1)
+
+
 def test_what_cannot_be_followed_is_refused(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     boat = ("adapt", log, "--vehicle", "blueboat")
@@ -96,6 +107,7 @@ def test_what_cannot_be_followed_is_refused(log: Path, tmp_path: Path, monkeypat
     refused(*boat, "-e", "surge_drag", match="unknown effect 'surge_drag'")
     refused(*boat, "--out", log, match="is read by this call")
     refused("adapt", "none.csv", "--vehicle", "blueboat", match="no such file; expected a CSV log, or - for")
+    refused("adapt", ".", "--vehicle", "blueboat", match="expected a CSV log, got a folder")
     refused("adapt", log, "--vehicle", "cybership2", match="wrong command kind: the vehicle wants rad_s_port")
     short = tmp_path / "short.csv"
     short.write_text("".join(log.read_text().splitlines(keepends=True)[:3000]))

@@ -16,7 +16,7 @@ from undertow.fleet.diary import diary_of
 from undertow.fleet.hull_estimates import Fleet, HullEstimate
 from undertow.physics.errors import RequestError
 from undertow.reports.diary_facts import Band, Cause, ChangeRecord, DiaryFacts, Moved
-from undertow.reports.diary_words import boat_sentences, change_sentence, verdict
+from undertow.reports.diary_words import boat_sentences, caution, change_sentence, verdict
 from undertow.reports.page.diary_page import diary_page
 
 PARAMETERS = ("X_u", "X_uu", "thrusters.port.scale", "thrusters.stbd.scale", "mass")
@@ -66,6 +66,7 @@ def test_the_sentences_say_it(diary: DiaryFacts):
     assert re.match(
         r"Propeller damage \(stbd\)\. Thrust of stbd (29|30|31) % less \(\d\d to \d\d %\) from 2026-05-30", told
     )
+    assert "at most 1 false a boat and year" in caution(diary)
     assert "On 2026-05-21 alone, mass was 4" in boat_sentences(diary.boats[2])
     same = boat_sentences(diary.boats[0])
     assert same.startswith(

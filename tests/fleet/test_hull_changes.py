@@ -1,5 +1,7 @@
 """The watch over hulls: its e-process, its alarms, and the names of what it finds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -122,11 +124,13 @@ def test_scatter_that_lasts_is_taken_wider(monkeypatch: pytest.MonkeyPatch):
     lasting = np.zeros((DAYS, 7))
     for day in range(1, DAYS):
         lasting[day] = 0.7 * lasting[day - 1] + 2.0 * SCATTER * rng.standard_normal(7)
-    settings = WatchSettings(budget=2.0)
+    settings = WatchSettings(budget=4.0)
     calm, moody = ([days_of(change, 1), days_of(change[::-1], 2, "two")] for change in (0.0 * lasting, lasting))
     ways = rays(PARAMETERS)
     at_rest = rehearsed_widening(calm, day_scatter(calm), ways, settings)
     assert rehearsed_widening(moody, day_scatter(moody), ways, settings) > at_rest
+    monkeypatch.setattr(rehearsed, "AIM", 1.0)
+    assert rehearsed_widening(calm, day_scatter(calm), ways, settings) < at_rest  # half of the budget may ring
 
 
 def test_logs_of_a_day_are_one_and_what_none_says_is_not_known():
@@ -141,6 +145,19 @@ def test_logs_of_a_day_are_one_and_what_none_says_is_not_known():
     assert boat.values[0, 0] == pytest.approx((1.1 * 1.0 + 0.9 * 4.0) / 5.0, rel=1e-3)
     assert boat.known.tolist() == [[True, False], [True, True]]
     assert boat.values[0, 1] == pytest.approx(1.5, rel=1e-3)
+
+
+def test_weed_is_found_as_soon_as_by_one_who_looks_for_nothing_else():
+    scatter, budget = SCATTER**2 * np.eye(7), WatchSettings()
+    assert budget.threshold == 365.25  # one false alarm a boat and year, as the page says
+    alone = [ray for ray in rays(PARAMETERS) if ray.cause is Cause.FOULING]
+    alone = [replace(ray, weight=1.0 / len(alone)) for ray in alone]
+    late = []
+    for seed in range(16):
+        boat = days_of(happened("fouling", 0.003), seed)
+        first, oracle = (alarms(watched(boat, scatter, w), budget.threshold)[0][0] for w in (rays(PARAMETERS), alone))
+        late.append(first - oracle)
+    assert np.mean(np.array(late) <= 1) > 0.9
 
 
 def test_a_budget_of_nothing_is_refused():

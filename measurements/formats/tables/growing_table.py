@@ -51,6 +51,10 @@ def growing_lines(name: str, follow: bool = False, idle: float | None = None) ->
         yield from _lines(_piped(), "standard input", False)
         return
     path = Path(name)
+    if path.is_dir():
+        raise LogError(
+            f"{path}: expected a CSV log, got a folder; name the file in it that grows, or - for standard input."
+        )
     if not path.is_file():
         raise LogError(f"{path}: no such file; expected a CSV log, or - for standard input. Check the path.")
     with path.open("rb") as file:

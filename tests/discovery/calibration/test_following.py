@@ -1,5 +1,6 @@
 """A boat is followed row by row as it is in one go, under the laws; what changes rings, and nothing else does."""
 
+import gc
 from functools import cache
 from typing import Any
 
@@ -53,6 +54,33 @@ def test_pieces_of_any_size_give_what_the_whole_gives():
     assert [u.time for u in found] == pytest.approx(whole.time)
     assert np.array([u.values for u in found]) == pytest.approx(whole.values, rel=1e-6, abs=1e-9)
     assert np.array([u.deviation for u in found]) == pytest.approx(whole.deviation, rel=1e-6)
+
+
+def test_an_update_leaves_nothing_that_python_must_look_for():
+    # Forms and their columns that knew each other were taken away by the hundred, in 50 to 150 ms of one update.
+    motion, pool = world(), followed(HULL, followed_by_default(HULL))
+    follower = Follower(HULL, pool, known_beforehand([motion], HULL, pool, SETTINGS), SETTINGS)
+    follower.take(motion.slice(0, 100))
+    gc.collect()
+    gc.disable()
+    try:
+        in_pieces(follower, motion.slice(100, 200), (20,))
+        assert gc.collect() == 0
+    finally:
+        gc.enable()
+
+
+@pytest.mark.parametrize("held", [0.06, 0.0])
+def test_intervals_hold_where_numbers_that_are_not_followed_are_off(held: float):
+    motion, settings = world(), AdaptSettings(held=held)
+    off = {"X_udot": 1.1 * HULL.value("X_udot"), "N_rdot": 0.9 * HULL.value("N_rdot")}
+    nominal = HULL.with_values(off)
+    pool = followed(nominal, followed_by_default(nominal))
+    found = Follower(nominal, pool, known_beforehand([motion], nominal, pool, settings), settings)
+    updates = [u for u in found.take(motion) if u.excited and u.time > 30.0]
+    truth = np.array([HULL.value(symbol) for symbol in found.symbols])
+    inside = np.mean([np.abs(u.values - truth) <= 1.96 * u.deviation for u in updates], axis=0)
+    assert inside.mean() > 0.95 if held else inside.min() < 0.5
 
 
 def test_after_a_gap_it_begins_a_new_stretch():
