@@ -41,6 +41,9 @@ ARM, COMPASS = "mount", "compass_constant"
 """Names of the corrections for a lever arm, and for a heading that lacks something."""
 _ROUNDS = 4
 """Searches with a better and better estimate."""
+_STAND_IN = 1.0 / 3.0
+"""Share of what stood unexplained that may be left beside such errors: what is left of a bad compass and was taken for
+an arm left three quarters, an arm that was there less than a sixth, of that which noise does not hide."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,12 +160,18 @@ def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) ->
         if np.abs(more).max() < _SETTLED[basis.sensed]:
             break
         estimate = estimate + more * _USUAL
-    if found is None or leaves_structure(best.search, best.state):  # a stand-in for what nothing here explains
+    if found is None or (leaves_structure(best.search, best.state) and _share_left(looked, best) > _STAND_IN):
         return None
     say("; ".join(error.sentence for error in found.findings))
     notes = (*filter(None, [basis.part]), *best.notes)
     best = replace(best, basis=replace(best.basis, part=basis.part), notes=notes)
     return BesideSensors(best, found, dict.fromkeys(unsure, f"{_A_LITTLE} more, the log would not ask for it"))
+
+
+def _share_left(before: Selected, after: Selected) -> float:
+    """The share of what one model leaves unexplained that another leaves, both on the force balance of the other."""
+    (_, earlier), (search, later) = (_on_forces(found.basis, found) for found in (before, after))
+    return search.unexplained(later.fit.held_out) / max(search.unexplained(earlier.fit.held_out), 1e-12)
 
 
 def _on_forces(basis: Basis, found: Selected) -> tuple[Search, State]:

@@ -319,7 +319,12 @@ class Scoring:
 
     def leaves_structure(self, error: Array) -> bool:
         """True when a mean square error (3,) is on some axis neither immaterial nor explained by sensor noise."""
-        return bool((np.sqrt(error) > np.maximum(np.sqrt(self.floor), _STRUCTURE * self.noise_error)).any())
+        return self.unexplained(error) > 0.0
+
+    def unexplained(self, error: Array) -> float:
+        """How much of a mean square error (3,) is more than that, in what would be neither, summed over the axes."""
+        least = np.maximum(self.floor, np.square(_STRUCTURE * self.noise_error))
+        return float(np.maximum(error / least - 1.0, 0.0).sum())
 
     def quick(self, scores: GramScores, change: dict[str, Option]) -> float:
         """Score of a neighbouring model about the columns at hand, without refinement."""

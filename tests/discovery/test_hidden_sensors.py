@@ -9,6 +9,7 @@ import pytest
 
 from undertow.discovery.discover import find_missing
 from undertow.discovery.hidden_sensors import HiddenErrors
+from undertow.measurements.log import read_log
 from undertow.physics.frames import earth_to_body
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
@@ -102,3 +103,21 @@ def test_effects_that_look_like_a_lever_arm_are_named_where_there_is_none(effect
     found = find_missing([sailed(symbols.get(effect, {effect: -4.0}))], HULL).findings
     assert found.missing == (effect,)
     assert not any(s.error in ("antenna_arm", "compass_deviation") for s in found.sensors)
+
+
+def test_an_arm_is_told_though_the_record_of_the_commands_leaves_a_little(tmp_path: Path):
+    """Switches between records leave a little more in yaw than is immaterial, with the arm and without it."""
+    hull = random_hull(HULL, np.random.default_rng([9204, 9]))
+    world = simulate_world(hull, {}, programme="rich", duration=240.0, noise="clean", seed=9204)
+    channels = read_log(world.write(tmp_path / "log.csv")).channels
+    table = {"t": channels["u"].time, **{name: channels[name].value for name in ("x", "y", "psi", "u", "v", "r")}}
+    table["u"] = table["u"] - 0.5 * table["r"]
+    for name in ("newton_port", "newton_stbd"):  # the nearest that was recorded
+        nearest = np.abs(channels[name].time[:, None] - table["t"]).argmin(axis=0)
+        table[name] = channels[name].value[nearest]
+    pd.DataFrame(table).round(9).to_csv(tmp_path / "log.csv", index=False)
+    inputs = read_inputs(tmp_path / "log.csv", hull)
+    found = find_missing(inputs.fitting, inputs.vehicle).findings
+    assert not found.missing
+    (arm,) = [s for s in found.sensors if s.error == "antenna_arm"]
+    assert [term.value for term in arm.terms] == pytest.approx([0.0, 0.5], abs=0.01)

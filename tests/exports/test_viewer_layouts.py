@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import pandas as pd
+import numpy as np
 import pytest
 from verbs import done
 
 import undertow
 from undertow.exports.viewer_layouts import FOXGLOVE, PLOTJUGGLER, plotjuggler_layout, views
+from undertow.residuals.series_table import SeriesTable
 
 EFFECTS = ["surge_quadratic_damping", "thruster_asymmetry"]
 
@@ -103,7 +104,7 @@ def test_both_show_the_same_and_are_small(run: Path) -> None:
 
 
 def test_an_axis_on_which_an_effect_does_nothing_does_not_show_it() -> None:
-    force = pd.DataFrame({"X": [0.0, 2.0], "Y": [0.0, 0.0], "N": [0.0, float("nan")]})
+    force = SeriesTable({"X": np.array([0.0, 2.0]), "Y": np.zeros(2), "N": np.array([0.0, np.nan])})
     (view,) = views([0], ["newton_port"], {"surge & <drag>": force})
     assert [len(plot.curves) for plot in view.forces] == [3, 2, 2]
     assert ElementTree.fromstring(plotjuggler_layout([view], "a & b.mcap")) is not None
