@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 
 from undertow.comparison.comparison import judge
-from undertow.comparison.facts import CALIBRATED, Best
+from undertow.comparison.facts import CALIBRATED, NOMINAL, Best
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.reason import Reason
@@ -90,7 +90,8 @@ def test_where_fitted_numbers_do_better_nothing_new_is_named(inputs: Inputs, fou
     folds = found.unseen.folds
     folded = inputs.in_folds(folds)
     fitted = VehicleModel(HULL, CALIBRATED, "physics", 1, 0.0, tuple((fold, linear) for fold in folds))
-    known: References = ([judge(fitted, folded.parts)], [])
+    nominal = VehicleModel(HULL, NOMINAL, "physics")
+    known: References = ([judge(model, folded.parts) for model in (nominal, fitted)], [])
     run = assess(folded, failing(found, -11.0), SETTINGS, lambda: known, said.append, earned=True)
     assert run.findings.missing == ()
     assert "than with nothing added and its own numbers fitted" in run.findings.reasons[0]
