@@ -1,8 +1,9 @@
 """Logs in object stores (S3, Google, Azure and their like), through obstore."""
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
+from fnmatch import fnmatchcase
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -23,6 +24,7 @@ def objects_below(url: str, suffixes: Collection[str]) -> list[tuple[str, str]]:
 
     Parameters
     ----------
+    url : an address, or a pattern of addresses: `*` is any part of a name, `**` any folders
     suffixes : usual endings of a log's name; what ends otherwise is passed over, unless it is the address itself
 
     Raises
@@ -31,17 +33,32 @@ def objects_below(url: str, suffixes: Collection[str]) -> list[tuple[str, str]]:
         when the store cannot be asked, or nothing is there.
     """
     root, key = _parted(url)
+    pattern = "*" in key
+    prefix = key.partition("*")[0].rpartition("/")[0] if pattern else key.rstrip("/")
     with _telling(url):
         store = _store(root)
-        listed = [one for many in _obstore().list(store, prefix=key.rstrip("/") or None) for one in many]
+        listed = [one for many in _obstore().list(store, prefix=prefix or None) for one in many]
         # A list with a prefix gives what is below it; the object of that name itself is asked for.
-        listed += [] if not key or key.endswith("/") or listed else [_obstore().head(store, key)]
+        listed += [] if not key or key.endswith("/") or listed or pattern else [_obstore().head(store, key)]
     known = {one["path"]: f"{one['size']}-{one.get('e_tag')}-{one['last_modified'].isoformat()}" for one in listed}
     endings = tuple(suffixes)
-    found = [(f"{root}/{p}", known[p]) for p in sorted(known) if p == key or p.lower().endswith(endings)]
+    if pattern:
+        found = [p for p in sorted(known) if _meets(p.split("/"), key.split("/"))]
+    else:
+        found = [p for p in sorted(known) if p == key or p.lower().endswith(endings)]
     if not found:
-        raise LogError(f"{url}: expected logs at this address, got {len(known)} objects and none of them a log")
-    return found
+        told = "meets the pattern" if pattern else "is a log"
+        raise LogError(f"{url}: expected logs at this address, got {len(known)} objects and none that {told}")
+    return [(f"{root}/{p}", known[p]) for p in found]
+
+
+def _meets(key: Sequence[str], pattern: Sequence[str]) -> bool:
+    """Whether the parts of a key meet those of a pattern, whose `**` stands for any number of parts."""
+    if not pattern:
+        return not key
+    if pattern[0] == "**":
+        return any(_meets(key[skipped:], pattern[1:]) for skipped in range(len(key) + 1))
+    return bool(key) and fnmatchcase(key[0], pattern[0]) and _meets(key[1:], pattern[1:])
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from pathlib import Path
 from ..discovery.balance.base import WeakSettings
 from ..measurements.log_digests import log_digests
 from ..measurements.log_options import Reading
+from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import LogError
 from ..physics.vehicle import Vehicle
 from ..workflows.compress import in_pieces
@@ -58,6 +59,7 @@ class LogAnswer:
     problem: str = ""
 
 
+@single_threaded
 def factors_of(task: LogTask) -> LogAnswer:
     """Read a log and make its factors, unless they are there; what is wrong with the log is told, not raised."""
     path = Path(task.place)

@@ -20,8 +20,6 @@ _TRIES = 2
 """Times that a task may take its worker with it, alone, before it is given up: once may be the system's doing."""
 _AHEAD = 3
 """Tasks that are handed out for each worker: one at work, and enough waiting that it never waits itself."""
-_OF_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-"""Variables of linear algebra: as many workers as processors leave none for threads of theirs."""
 _LOOK = 1.0
 """Seconds after which a worker looks again whether its parent is there."""
 _PATIENCE = "10s"
@@ -128,8 +126,7 @@ def _pool(engine: Engine, tasks: int) -> Iterator[tuple[Executor, int]]:
     from joblib.externals.loky import ProcessPoolExecutor, cpu_count
 
     count = min(engine.workers or cpu_count(), tasks)
-    threads = dict.fromkeys(_OF_THREADS, "1")
-    pool = ProcessPoolExecutor(max_workers=count, env=threads, initializer=end_with, initargs=(os.getpid(),))
+    pool = ProcessPoolExecutor(max_workers=count, initializer=end_with, initargs=(os.getpid(),))
     try:
         yield pool, _AHEAD * count
     except BaseException:

@@ -53,6 +53,9 @@ def test_logs_are_listed_and_read_by_their_bytes(bucket: Path, tmp_path: Path):
     assert [(s.boat, s.place) for s in found] == [("ada", f"s3://fleet/2026/ada/2026-05-0{n}.csv") for n in (3, 4)]
     (one,) = find_sources(["s3://fleet/2026/ada/2026-05-03.csv"])
     assert one == found[0]
+    for pattern in ("2026/*/2026-05-*.csv", "**/*.csv", "2026/**/2026*"):
+        assert find_sources([f"s3://fleet/{pattern}"]) == found
+    assert find_sources(["s3://fleet/*/ada/*-0[3].csv"]) == (one,)
     alone = Engine(workers=1)
     done = build_fleet("s3://fleet/2026/", HULL, tmp_path / "fleet", engine=alone, progress=None)
     assert (done.read, done.kept) == (2, 0)
@@ -66,5 +69,7 @@ def test_logs_are_listed_and_read_by_their_bytes(bucket: Path, tmp_path: Path):
 def test_what_is_not_there_is_told(bucket: Path):
     with pytest.raises(undertow.LogError, match="expected logs at this address, got 0 objects|cannot be read"):
         find_sources(["s3://fleet/none/"])
+    with pytest.raises(undertow.LogError, match="got 3 objects and none that meets the pattern"):
+        find_sources(["s3://fleet/2026/*.csv"])
     with pytest.raises(undertow.LogError, match="s3://nowhere/x.csv: cannot be read .*look at the address"):
         find_sources(["s3://nowhere/x.csv"])
