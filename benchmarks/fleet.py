@@ -15,7 +15,6 @@ import argparse
 import gzip
 import json
 import os
-import platform
 import shutil
 import signal
 import sys
@@ -28,8 +27,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from growth_of_fleets import by_boats, by_logs, in_a_child, largest_memory, of_boats, of_logs
-from marked_section import write_section
-from measured import Figures
+from measured import Figures, measure_parts
 from public_size import of_a_cluster, streamed
 
 import undertow
@@ -242,24 +240,8 @@ def main() -> int:
         "a data set of public size": (chosen.share > 0.0, lambda f: public(f, chosen.share, chosen.keep)),
         "workers": (chosen.logs > 0, lambda f: with_workers(f, chosen.logs, chosen.minutes)),
     }
-    broken = False
-    for name, (wanted, measure) in parts.items():
-        if wanted:
-            figures = Figures()
-            measure(figures)
-            broken |= figures.broken
-            if chosen.table:
-                write_section(chosen.table, f"fleets, {name}", section(name, figures))
-    return int(broken)
-
-
-def section(name: str, figures: Figures) -> str:
-    """A part of docs/performance.md."""
-    where = f"{os.cpu_count()} cores (Python {platform.python_version()}, {platform.system()})"
-    head = (f"## Fleets: {name}", "", f"`python benchmarks/fleet.py`, {where}.", "")
-    return "\n".join(
-        (*head, "| what | figure | asked | |", "| --- | --- | --- | --- |", *map(figures.line, figures.rows))
-    )
+    asked = {name: measure for name, (wanted, measure) in parts.items() if wanted}
+    return int(measure_parts(asked, chosen.table, "Fleets", "benchmarks/fleet.py"))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,14 @@
-"""Measured figures beside what is asked of them, as rows of a table."""
+"""Measured figures beside what is asked of them, as rows of a table, part by part of a page."""
 
+import os
+import platform
+import timeit
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import NamedTuple
+
+from marked_section import write_section
 
 
 class Row(NamedTuple):
@@ -49,3 +56,34 @@ class Figures:
     def broken(self) -> bool:
         """Whether a limit is broken."""
         return any(map(self.breaks, self.rows))
+
+
+def measure_parts(
+    parts: Mapping[str, Callable[[Figures], None]], page: Path | None, kind: str, script: str, how: str = ""
+) -> bool:
+    """Measure part by part, and write each into a section of its own as soon as it is there.
+
+    Parameters
+    ----------
+    parts : what measures each part, by its name
+    page : whose sections are written anew; None for none
+    kind : begins the names of the sections, such as Fleets
+    how : what is said of how it was measured, in sentences
+
+    Returns
+    -------
+    whether a limit is broken
+    """
+    broken = False
+    for name, measure in parts.items():
+        figures = Figures()
+        loop = min(timeit.repeat("for i in range(10_000_000): x = i + i", number=1, repeat=3))
+        measure(figures)
+        broken |= figures.broken
+        if page is not None:
+            where = f"{os.cpu_count()} cores (Python {platform.python_version()}, {platform.system()})"
+            told = f"`python {script}`, {where}; ten million additions in Python took {loop:.2f} s just before."
+            rows = ("| what | figure | asked | |", "| --- | --- | --- | --- |", *map(figures.line, figures.rows))
+            text = "\n".join((f"## {kind}: {name}", "", f"{told} {how}".strip(), "", *rows))
+            write_section(page, f"{kind.lower()}, {name}", text, "# How long it takes")
+    return broken

@@ -1,35 +1,38 @@
 """How long the command line takes and how much memory, imports included, against what is asked of it.
 
-    python benchmarks/speed.py [--growth MINUTES]... [--rows 1000000] [--networks] [--compression]
+    python benchmarks/speed.py [--no-answers] [--growth MINUTES ...] [--rows 1000000] [--networks] [--compression]
         [--rollouts] [--table docs/performance.md]
 
-Each figure is the better of two runs of the command line, each in a process of its own, and the largest memory of
-these. `--growth` adds `discover` on logs of that many minutes with the exponent of its time, `--rows` adds `inspect` of
-a log of that many rows, `--networks` a comparison of seven models, `--compression` factors against pysindy, LAPACK and
-BLAS (see `compression.py`), `--rollouts` a batch of rollouts against other ways (see `rollouts.py`). Exit code 1 where
-a limit is broken.
+Each figure is the best of some runs of the command line (five of an answer and of the demo), each in a process of its
+own, and the largest memory of these: the speed of a machine changes as others use it. `--growth` adds `discover` on
+logs of that many minutes with the exponent of its time, `--rows` adds `inspect` of a log of that many rows,
+`--networks` a comparison of seven models, `--compression` factors against pysindy, LAPACK and BLAS (see
+`compression.py`), `--rollouts` a batch of rollouts against other ways (see `rollouts.py`). What is left out keeps its
+section of the page. Exit code 1 where a limit is broken.
 """
 
 import argparse
 import json
 import os
-import platform
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 from compression import DRAWS, against_lapack, against_pysindy
-from marked_section import write_section
-from measured import Figures
+from measured import Figures, measure_parts
 from rollouts import against_others
 
 UNDERTOW = [sys.executable, "-m", "undertow"]
 HIDDEN = ("surge_quadratic_damping=-6", "thruster_asymmetry=0.8", "steady_current=0.2,-0.1", "sway_lift=8")
 RATE = 20.0
+HOW = (
+    "Times of the command line are wall times, imports included, the best of five runs of an answer and of the demo "
+    "and of two of a comparison, and memory is the largest that a run held."
+)
 
 
 def run(arguments: Sequence[str], folder: Path) -> tuple[float, float]:
@@ -63,13 +66,13 @@ def answers(figures: Figures, folder: Path) -> None:
     for hidden, limit, memory in ((False, 2.0, None), (True, 4.0, 300.0)):
         what = f"discover, 5 min at 20 Hz, {'four effects' if hidden else 'nothing'} hidden"
         words = ["discover", log_of(folder, 5.0, hidden), "-v", "blueboat", "--out", f"run{hidden}", "--force"]
-        seconds, peak = best([*words, "--no-report"], folder)
+        seconds, peak = best([*words, "--no-report"], folder, 5)
         figures.tell(f"{what}, without page", seconds, limit, "s")
         figures.tell("the same, memory", peak, memory, "MB")
-        figures.tell(f"{what}: what the page adds", best(words, folder)[0] - seconds, 3.0, "s")
+        figures.tell(f"{what}: what the page adds", best(words, folder, 5)[0] - seconds, 3.0, "s")
         if hidden:
             shares(figures, folder, words[1])
-    figures.tell("demo", best(["demo", "--force"], folder)[0], 6.0, "s")
+    figures.tell("demo", best(["demo", "--force"], folder, 5)[0], 6.0, "s")
     figures.tell("undertow --help", best(["--help"], folder, 3)[0], 0.3, "s")
     begun = [_import(folder) for _ in range(3)]
     figures.tell("import undertow, beside Python itself", min(begun), 0.05, "s")
@@ -123,23 +126,10 @@ def networks(figures: Figures, folder: Path) -> None:
     figures.tell("compare, 4 min, corrected, LSTM, TCN and the references", best(words, folder)[0], 15.0, "s")
 
 
-def page(figures: Figures) -> str:
-    """The section of docs/performance.md that is written here."""
-    return "\n".join(
-        (
-            "Written by `python benchmarks/speed.py --table docs/performance.md`; do not edit. Wall time of the "
-            "command line, imports included, the better of two runs, and the largest memory that a run held, on "
-            f"{os.cpu_count()} cores (Python {platform.python_version()}, {platform.system()}).\n",
-            "| what | figure | asked | |",
-            "| --- | --- | --- | --- |",
-            *map(figures.line, figures.rows),
-        )
-    )
-
-
 def main() -> int:
     """Measure, print, and say by the exit code whether the limits hold."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--answers", action=argparse.BooleanOptionalAction, default=True)
     parser.add_argument("--growth", type=float, nargs="+", default=[], metavar="MINUTES")
     parser.add_argument("--rows", type=int, default=0)
     parser.add_argument("--networks", action="store_true")
@@ -147,23 +137,23 @@ def main() -> int:
     parser.add_argument("--rollouts", action="store_true")
     parser.add_argument("--table", type=Path)
     chosen = parser.parse_args()
-    figures = Figures()
-    with tempfile.TemporaryDirectory() as scratch:
-        answers(figures, Path(scratch))
-        if chosen.growth:
-            growth(figures, Path(scratch), chosen.growth)
-        if chosen.rows:
-            inspection(figures, Path(scratch), chosen.rows)
-        if chosen.networks:
-            networks(figures, Path(scratch))
-    if chosen.compression:
+
+    def compression(figures: Figures) -> None:
         against_lapack(figures)
         against_pysindy(figures, [10_000, 100_000, 1_000_000], DRAWS)
-    if chosen.rollouts:
-        against_others(figures)
-    if chosen.table:
-        write_section(chosen.table, "speed", page(figures), "# How long it takes")
-    return int(figures.broken)
+
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        parts: dict[str, tuple[bool, Callable[[Figures], None]]] = {
+            "an answer": (chosen.answers, lambda f: answers(f, folder)),
+            "longer and longer logs": (bool(chosen.growth), lambda f: growth(f, folder, chosen.growth)),
+            "a look at a long log": (chosen.rows > 0, lambda f: inspection(f, folder, chosen.rows)),
+            "a comparison with networks": (chosen.networks, lambda f: networks(f, folder)),
+            "compression": (chosen.compression, compression),
+            "rollouts": (chosen.rollouts, against_others),
+        }
+        asked = {name: measure for name, (wanted, measure) in parts.items() if wanted}
+        return int(measure_parts(asked, chosen.table, "Speed", "benchmarks/speed.py", HOW))
 
 
 if __name__ == "__main__":

@@ -82,6 +82,8 @@ def standing(effects: Mapping[str, FoundEffect], name: str) -> str:
 def compared(effect: FoundEffect, values: Values) -> list[dict[str, Any]]:
     """Found and true value of each parameter of an effect that is rightly called missing, and whether 95 % covers it.
 
+    *Told* is whether there is an interval: a gain of a thrust curve that the log never asks for has none.
+
     Errors are relative to the true value; those of an earth-fixed vector (current, wind) to its length.
     """
     if effect.verdict != "missing":
@@ -96,6 +98,7 @@ def compared(effect: FoundEffect, values: Values) -> list[dict[str, Any]]:
                 "value": term.value,
                 "truth": true,
                 "error": abs(term.value - true) / (length or abs(true)),
+                "told": term.ci95 is not None,
                 "covered": term.ci95 is not None and term.ci95.lower <= true <= term.ci95.upper,
             }
         )

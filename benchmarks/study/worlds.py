@@ -57,8 +57,8 @@ PARTS = {
     "triples": Part("three effects, rich, field", 3, 12, 60),
     "nothing": Part("nothing, all programmes, all noise", 0, 9, 100, ALL, ("field", "rough", "clean")),
     "waves": Part("nothing but waves, all programmes", 0, 9, 100, ALL, ("field", "rough"), waves=True),
-    "gentle": Part("one effect, gentle, field", 1, 14, 56, programmes=("gentle",)),
-    "zigzag": Part("one effect, zigzag, field", 1, 14, 28, programmes=("zigzag",)),
+    "gentle": Part("one effect, gentle, field", 1, 14, 104, programmes=("gentle",)),
+    "zigzag": Part("one effect, zigzag, field", 1, 14, 104, programmes=("zigzag",)),
 }
 
 

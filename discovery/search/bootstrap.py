@@ -37,8 +37,8 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
     """95 % intervals of every free parameter of a model, by symbol; none for one whose limits leave it no room.
 
     Blocks are drawn with replacement and the model is fitted to each draw from the blocks' Gram matrices; the interval
-    is the estimate -+ t standard deviations, with blocks - 1 degrees of freedom, cut at the physical limits (Efron and
-    Tibshirani 1993, chapters 8 and 12).
+    is the estimate -+ t standard deviations, cut at the physical limits (Efron and Tibshirani 1993, chapters 8 and 12).
+    The degrees of freedom of n blocks and p parameters are n - p; draws of blocks scatter by what a fit takes up.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
     pull = (counts @ right) * scale
     changes = np.linalg.solve(normal, pull[..., None])[..., 0] * scale
     spread = changes.std(axis=0, ddof=1) * np.sqrt(scores.blocks / (scores.blocks - 1))
-    reach = student(scores.blocks - 1, 0.975) * spread
+    reach = student(max(scores.blocks - columns.size, 1), 0.975) * spread
     size = {int(column): float(r) for column, r in zip(columns, reach, strict=True)}
     for option in chosen:
         rows = zip(option.symbols, option.start, option.free, option.lower, option.upper, strict=True)

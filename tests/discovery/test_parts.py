@@ -16,6 +16,7 @@ from undertow.discovery.found_effects import FoundEffect
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.reason import Reason
+from undertow.discovery.search import bootstrap
 from undertow.discovery.search.bootstrap import block_bootstrap
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
@@ -114,6 +115,14 @@ def test_the_seed_decides_the_interval(draggy: Motion):
     first, again, other = (block_bootstrap(scores, chosen, seed) for seed in (0, 0, 1))
     assert first == again
     assert first != other
+
+
+def test_each_parameter_takes_a_degree_of_freedom_from_an_interval(draggy: Motion, monkeypatch: pytest.MonkeyPatch):
+    scores, chosen = refit_of(draggy, "surge_quadratic_damping")
+    asked = []
+    monkeypatch.setattr(bootstrap, "student", lambda freedom, _: asked.append(freedom) or 2.0)
+    block_bootstrap(scores, chosen, 0)
+    assert asked == [scores.blocks - sum(len(set(o.free) - {-1}) for o in chosen)]
 
 
 def test_rollouts_object_to_a_wrong_force_and_not_to_the_right_one(draggy: Motion):
