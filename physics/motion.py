@@ -39,6 +39,8 @@ class Motion(Card):
     air : (n, 2) velocity of the air over ground, towards north and east [m/s], from an anemometer; None where there is
         none, and the air is then taken to be still
     derived : which velocities are derivatives of positions or of the heading, so that their noise is no white one
+    understated : by how much third differences understate the square of white noise on each velocity, for readings that
+        were averaged onto the time base; see `understated_noise`
     command_step : time between two records of the commands [s]; 0 where it is not known
     out_of_step : by how much its columns may be out of step with each other, as far as the log's reader can tell [s]
     minutes : (n,) since the first row of the log [min], by which what changes in a log is told; of `time` where it is
@@ -61,6 +63,7 @@ class Motion(Card):
     past: Array | None = None
     air: Array | None = None
     derived: tuple[bool, bool, bool] = (False, False, False)
+    understated: tuple[float, float, float] = (1.0, 1.0, 1.0)
     command_step: float = 0.0
     out_of_step: float = 0.0
     minutes: Array = _OF_TIME

@@ -74,7 +74,8 @@ class WeakForm(Balance):
         self.noise = np.zeros(3) if self.claimed else sensor_noise(self.motions)
         rng = np.random.default_rng(_NOISE_SEED)
         copies = settings.copies if (self.noise > LEAST_NOISE).any() else 0
-        drawn = [[drawn_noise(m, self.noise, rng) for m in self.motions] for _ in range(copies)]
+        drawn = [[drawn_noise(m, self.noise, rng) for m in self.motions] for _ in range(0, copies, 2)]
+        drawn = [[sign * part for part in one] for one in drawn for sign in (1.0, -1.0)][:copies]
         velocities = [
             np.stack([m.velocity, *(m.velocity + noise[k] for noise in drawn)]) for k, m in enumerate(self.motions)
         ]
@@ -195,7 +196,9 @@ class WeakForm(Balance):
     def balances(self, vehicle: Vehicle) -> Array:
         """The balance, and that of copies of the log with the sensor noise added once more, (1 + copies, tests, 3).
 
-        The difference between a copy and the log shows what noise does to a column, and so to a model's score.
+        The difference between a copy and the log shows what noise does to a column, and so to a model's score. Copies
+        come in pairs of opposite noise, whose mean differs from the log only by what bends: noise on r makes a mean of
+        |r| r.
         """
         return self._terms.balances(vehicle).transpose(1, 2, 0)
 

@@ -174,8 +174,10 @@ def _carriers(column: Array, block: NDArray[np.int64]) -> float:
 def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> _Fit:
     """Least squares of the last column on the others, cleared of noise, with the errors of whole blocks."""
     gram = rows.T @ rows
-    if noise:
-        gram = gram - sum(copy.T @ copy for copy in noise) / len(noise)
+    if len(noise) == 1:
+        gram = gram - noise[0].T @ noise[0]
+    elif noise:  # pairs of opposite noise tell what bends, too
+        gram = 2.0 * gram - sum((rows + copy).T @ (rows + copy) for copy in noise) / len(noise)
     size = np.sqrt(np.diag(rows.T @ rows)[:-1])
     size = np.where(size > 0.0, size, 1.0)
     curve = gram[:-1, :-1] / (size[:, None] * size) + RIDGE * np.eye(size.size)

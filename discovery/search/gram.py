@@ -72,7 +72,7 @@ class GramScores:
     reaches the balance, so an effect could seem to help by letting less of it through. What the noise adds is known
     from noisier copies of the log, and counts as for the model at hand (errors-in-variables; Carroll et al. 2006,
     chapter 5). Normal equations are cleared likewise, or noise on a column would pull its coefficient towards zero
-    (ibid., eq. 3.8).
+    (ibid., eq. 3.8), and noise in a modulus would pass for another drag.
 
     Parameters
     ----------
@@ -94,9 +94,7 @@ class GramScores:
         self.scale[-1] = 1.0
         unit = 1.0 / (self.scale[:, None] * self.scale)
         self.gram = gram * unit
-        self.noise = None
-        if noise.shape[0]:
-            self.noise = sum((_grams(part, edges) for part in noise), np.zeros(())) * (unit / noise.shape[0])
+        self.noise = _added(columns, noise, edges) * unit if noise.shape[0] else None
         self._sum_up()
 
     def drawn(self, counts: np.ndarray) -> "GramScores":
@@ -126,8 +124,7 @@ class GramScores:
             edges = np.array([0, rows.size])
             other.gram[k] = _grams(columns[rows], edges)[0] * unit
             if other.noise is not None:
-                parts = [_grams(part[rows], edges)[0] for part in noise]
-                other.noise[k] = sum(parts, np.zeros(())) * (unit / noise.shape[0])
+                other.noise[k] = _added(columns[rows], noise[:, rows], edges)[0] * unit
         other._sum_up()
         return other
 
@@ -311,6 +308,18 @@ def share_taken(total: Array, blur: Array) -> float:
         worst = float(np.linalg.eigvalsh(root.T @ (blur * (size[:, None] * size[None, :])) @ root).max())
         return min(1.0, _MOST_NOISE / max(worst, 1e-300))
     return 1.0
+
+
+def _added(columns: Array, noise: Array, edges: np.ndarray) -> Array:
+    """What sensor noise adds to the Gram matrices of columns: those of noisier copies have as much more.
+
+    That counts where copies come in pairs of opposite noise; one alone tells the squares of its noise, and by chance
+    what it has in common with the columns.
+    """
+    if noise.shape[0] == 1:
+        return _grams(noise[0], edges)
+    every = sum((_grams(columns + part, edges) for part in noise), np.zeros(()))
+    return every / noise.shape[0] - _grams(columns, edges)
 
 
 def _grams(columns: Array, edges: np.ndarray) -> Array:

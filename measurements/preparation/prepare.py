@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...physics.averages import area_average
+from ...physics.averages import area_average, understated_noise
 from ...physics.errors import LogError, RequestError, expect
 from ...physics.frames import Array, body_to_earth, earth_to_body
 from ...physics.motion import RUN_UP, Motion
@@ -257,6 +257,7 @@ def motion_on(log: Log, vehicle: Vehicle | None, recipe: Recipe, span: Span, gri
         run_up=commands[:steps_back] if steps_back else None,
         air=air,
         derived=_derived(log, part, step),
+        understated=_understated(part, grid),
         command_step=command_step(channels),
         out_of_step=log.out_of_step,
         minutes=(grid - reference(log).time[0]) / 60.0,
@@ -271,6 +272,12 @@ def _derived(log: Log, part: dict[str, tuple[Array, Array]], step: float) -> tup
 
     place, heading = at_pace("x"), at_pace("psi")
     return "u" not in part and place, "v" not in part and place, "r" not in part and heading
+
+
+def _understated(part: dict[str, tuple[Array, Array]], grid: Array) -> tuple[float, float, float]:
+    """See `Motion.understated`; of velocities that are derivatives nothing is known."""
+    u, v, r = (understated_noise(part[name][0], grid) if name in part else 1.0 for name in ("u", "v", "r"))
+    return u, v, r
 
 
 def _body_velocity(part: dict[str, tuple[Array, Array]], grid: Array, heading: Array) -> tuple[Array, Array]:

@@ -49,7 +49,11 @@ def drawn_noise(motion: Motion, level: Array, rng: np.random.Generator) -> Array
 
 
 def sensor_noise(motions: Sequence[Motion]) -> Array:
-    """White noise on u, v [m/s] and r [rad/s], (3,): root mean square over the motions, weighted by their rows."""
+    """White noise on u, v [m/s] and r [rad/s], (3,): root mean square over the motions, weighted by their rows.
+
+    It is that of the readings before they were put on even times, which is what an average over seconds meets.
+    """
     levels = np.array([[noise_level(m.velocity[:, axis]) or 0.0 for axis in range(3)] for m in motions])
+    squares = levels**2 * np.array([motion.understated for motion in motions])
     rows = np.array([m.time.size for m in motions], dtype=float)
-    return np.sqrt((levels**2 * rows[:, None]).sum(axis=0) / rows.sum())
+    return np.sqrt((squares * rows[:, None]).sum(axis=0) / rows.sum())

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..averages import area_average
+from ..averages import area_average, understated_noise
 from ..errors import RequestError
 from ..extras import how_to_install
 from ..file_marks import in_stamps, parquet_data, remark
@@ -82,6 +82,7 @@ class SimulatedLog:
         columns = [np.interp(time, stamps, column) for column in self.odometry.T]
         state = np.column_stack(columns)
         commands = area_average(self.command_time, self.commands, time, time_step)
+        told = understated_noise(stamps, time)
         air = None
         if self.wind is not None:
             ahead, starboard = (np.interp(time, stamps, column) for column in self.wind.T)
@@ -95,6 +96,7 @@ class SimulatedLog:
             self.truth.thrusters,
             self.truth.source,
             air=air,
+            understated=(told, told, told),
         )
 
     def write(self, path: str | os.PathLike[str]) -> Path:

@@ -217,15 +217,15 @@ def test_the_noise_of_derived_speeds_is_that_of_differences():
     place = size * rng.standard_normal(motion.time.size)
     velocity = motion.velocity.copy()
     velocity[:, 0] += np.gradient(place, step)
-    noisy = replace(motion, velocity=velocity)
+    noisy = replace(motion, velocity=velocity, derived=(True, True, False))
     level = sensor_noise([noisy])
-    drawn = drawn_noise(replace(noisy, derived=(True, True, False)), level, rng)[:, 0]
+    drawn = drawn_noise(noisy, level, rng)[:, 0]
     assert drawn.std() == pytest.approx(np.gradient(place, step).std(), rel=0.1)
     assert np.cumsum(step * drawn).std() < 2.0 * size  # white noise would have wandered thirty times as far
     # What passes the test functions is as much as of the noise in the log itself, and less than of white noise.
     white, colored = (
         Search(WeakForm([m], WeakSettings()), HULL, candidates(HULL), SearchSettings()).noise_error[0]
-        for m in (noisy, replace(noisy, derived=(True, True, False)))
+        for m in (replace(noisy, derived=(False, False, False)), noisy)
     )
     clean = WeakForm([motion], WeakSettings()).balance(HULL)[:, 0]
     left = np.sqrt(((WeakForm([noisy], WeakSettings()).balance(HULL)[:, 0] - clean) ** 2).mean())
