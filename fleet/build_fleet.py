@@ -36,6 +36,7 @@ from .workers import Engine, WorkerLost, mapped
 PathLike = str | os.PathLike[str]
 _DAY = 86400.0
 """Seconds of a day."""
+_STAYS = " What an earlier call read of it stays in the fleet."
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ class FleetBuilt:
     index : of the folder as it is now
     read : logs that were read in this call
     kept : logs that were there already, unchanged
-    skipped : logs of this call that are not in the data set, and why
+    skipped : logs of this call that could not be read, or count already, and why
     """
 
     index: FleetIndex
@@ -72,7 +73,7 @@ def build_fleet(
 
     A log whose bytes, vehicle and settings are as they were is not read again, so that an interrupted call goes on
     where it was. One that cannot be read is named, and the others are as if it were not there. Logs of earlier calls
-    stay. The folder does not depend on who worked, nor in which order.
+    stay, also one that cannot be read any more. The folder does not depend on who worked, nor in which order.
 
     Parameters
     ----------
@@ -152,12 +153,12 @@ def _built(
             made.add(told.key)
         log = _log_of(folder, source, task, told)
         if isinstance(log, SkippedLog):
-            skipped.append(log)
+            skipped.append(log.but(problem=f"{log.problem}{_STAYS}") if source.place in known else log)
         else:
             found[source.place] = log
         pace.told(done, len(left))
     now = {source.place for source in sources}
-    others = [log for log in earlier.logs if log.log not in now]
+    others = [log for log in earlier.logs if log.log not in found]
     digests = {log.sha256 for log in found.values()}
     # Of the same bytes, a log of earlier calls has moved where it is there no more; else it is the one that counts.
     still = [log for log in others if log.sha256 in digests and os.path.exists(log.log)]

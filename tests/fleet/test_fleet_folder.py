@@ -157,6 +157,11 @@ def test_a_vehicle_that_changed_is_told(logs: Path, tmp_path: Path):
     assert read_fleet(tmp_path / "fleet").nominal[-1] == HULL.mass  # three logs against one, in whatever order
     done = build_fleet(logs / "ada", heavier, tmp_path / "fleet", engine=ALONE, progress=None)
     assert (done.read, done.index.of_several_vehicles) == (1, ())
+    before = [log.factors for log in done.index.logs]
+    done = build_fleet(logs / "ada", "otter", tmp_path / "fleet", engine=ALONE, progress=None)
+    assert [log.factors for log in done.index.logs] == before  # no vehicle of these logs: what they said stays
+    assert {"What an earlier call read of it stays" in one.problem for one in done.skipped} == {True}
+    assert len(read_fleet(tmp_path / "fleet", by="log").estimates) == 4
     (tmp_path / "m.csv").write_text(f"log,vehicle\n{first},none.yaml\n")
     with pytest.raises(undertow.VehicleError, match="2026-05-03.csv, by the manifest: .*none.yaml"):
         built(tmp_path / "m.csv", tmp_path / "fleet")
@@ -179,8 +184,9 @@ def test_fleets_are_merged(fleet: Path, logs: Path, tmp_path: Path):
         merge_fleets([fleet, tmp_path / "other"], tmp_path / "none")
     with pytest.raises(undertow.RequestError, match="expected two fleets or more, got 1"):
         merge_fleets([fleet], tmp_path / "none")
-    with pytest.raises(undertow.RequestError, match="expected the folder of a fleet"):
-        merge_fleets([fleet, logs], tmp_path / "none")
+    for name, got in (("", "one without fleet.json"), ("none", "no such folder"), ("bo/broken.csv", "a file")):
+        with pytest.raises(undertow.RequestError, match=f"expected the folder of a fleet, got {got}; 'undertow fleet"):
+            merge_fleets([fleet, logs / name], tmp_path / "none")
 
 
 def test_nothing_of_the_users_is_lost(fleet: Path, logs: Path, tmp_path: Path):
