@@ -112,3 +112,4 @@ def test_what_cannot_be_followed_is_refused(log: Path, tmp_path: Path, monkeypat
     short = tmp_path / "short.csv"
     short.write_text("".join(log.read_text().splitlines(keepends=True)[:3000]))
     refused("adapt", short, "--vehicle", "blueboat", match=r"expected at least 60 s of log under way .* got \d+\.\d s")
+    refused("adapt", log, "--vehicle", "blueboat", match=r"expected at least 60 s of log under way .* got 5\d\.\d s")
