@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import RendererAgg
 from verbs import done, refused
 
 import undertow.fleet.read_fleet as reading
@@ -15,9 +16,12 @@ import undertow.fleet.rehearsed_widening as rehearsed
 from undertow.fleet.diary import diary_of
 from undertow.fleet.hull_estimates import Fleet, HullEstimate
 from undertow.physics.errors import RequestError
+from undertow.physics.in_words import NARROW
 from undertow.reports.diary_facts import Band, Cause, ChangeRecord, DiaryFacts, Moved
 from undertow.reports.diary_words import boat_sentences, caution, change_sentence, verdict
 from undertow.reports.page.diary_page import diary_page
+from undertow.reports.page.figures import diary_figures
+from undertow.reports.page.figures.diary_figures import strip
 
 PARAMETERS = ("X_u", "X_uu", "thrusters.port.scale", "thrusters.stbd.scale", "mass")
 NOMINAL = np.array([-15.0, -8.0, 1.0, 1.0, 30.0])
@@ -74,6 +78,17 @@ def test_the_sentences_say_it(diary: DiaryFacts):
     )
 
 
+def test_sizes_are_told_as_they_are():
+    def told(value: float, low: float, high: float) -> str:
+        moved = Moved(parameter="X_uu", part="drag ahead", share=Band(value=value, low=low, high=high))
+        days = dict.fromkeys(("alarm", "first", "earliest", "latest"), "2026-05-30")
+        return change_sentence(ChangeRecord(causes=(Cause.UNNAMED,), moved=(moved,), **days)).replace(NARROW, " ")
+
+    assert told(0.997, 0.9, 1.1).startswith("Quadratic drag ahead 100 % more (90 to 110 %) from")
+    assert "25 % less (24.8 to 25.2 %)" in told(-0.25, -0.252, -0.248)
+    assert "4 % less (-2.0 to 10 %)" in told(-0.04, -0.1, 0.02)  # the other way is within it
+
+
 def test_two_causes_are_told_as_two():
     change = ChangeRecord(
         causes=(Cause.PAYLOAD, Cause.BATTERY),
@@ -92,6 +107,19 @@ def test_the_page_is_whole_and_quiet(diary: DiaryFacts):
     assert "bo &amp; co" in page
     assert 'id="boat-bo%20%26%20co"' in page
     assert re.findall(r"(?:src|href)=\"(?!#|data:)[^\"]*\"", page) == []
+
+
+def test_names_in_the_strip_do_not_lie_over_each_other(diary: DiaryFacts, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(diary_figures, "drawn", lambda figure, _: figure)
+    boat = diary.changed[0]
+    days = (("2026-05-16", "2026-05-22"), ("2026-05-26", "2026-06-01"), ("2026-06-02", "2026-06-09"))
+    several = [boat.changes[0].but(first=f, earliest=f, latest=f, alarm=a, goes_on=True) for f, a in days]
+    changed = boat.but(changes=tuple(several))
+    (axes,) = strip(diary, [changed]).axes  # type: ignore[attr-defined]
+    drawer = RendererAgg(2000, 200, 72)
+    boxes = [text.get_window_extent(drawer) for text in axes.texts if "%" in text.get_text()]
+    assert len(boxes) >= 2
+    assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
 
 
 def test_the_verb_writes_a_page_and_prints_facts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
