@@ -105,6 +105,7 @@ def test_what_cannot_be_followed_is_refused(log: Path, tmp_path: Path, monkeypat
     refused(*boat, "--alarm-hours", "0", match="expected hours of the alarm above 0, got 0")
     refused(*boat, "-e", "thruster_lag", match="linear in its parameters, but it is not in lag")
     refused(*boat, "-e", "surge_drag", match="unknown effect 'surge_drag'")
+    refused(*boat, "-e", "port_scale", match="unknown effect 'port_scale': did you mean 'thruster_asymmetry'")
     refused(*boat, "--out", log, match="is read by this call")
     refused("adapt", "none.csv", "--vehicle", "blueboat", match="no such file; expected a CSV log, or - for")
     refused("adapt", ".", "--vehicle", "blueboat", match="expected a CSV log, got a folder")
