@@ -30,6 +30,7 @@ from .fleet_folder import (
 )
 from .hull_factors import HullFactors
 from .log_sources import LogSource, find_sources
+from .object_store import is_url
 from .one_log import LogAnswer, LogTask, factors_of, key_of
 from .workers import Engine, WorkerLost, mapped
 
@@ -167,7 +168,8 @@ def _built(
         first = once.setdefault(log.sha256, log)
         if first is not log:
             skipped.append(SkippedLog(log=log.log, boat=log.boat, problem=f"it has the same bytes as {first.log}"))
-    waiting = [log for log in earlier.skipped if log.log not in now]
+    there = [log for log in earlier.skipped if is_url(log.log) or os.path.exists(log.log)]
+    waiting = [log for log in there if log.log not in now]
     index = index_of([*once.values(), *(log for log in others if log.sha256 not in digests)], [*skipped, *waiting])
     given = [log.factors for log in once.values() if log.log in now]
     read = sum(key in made or key not in before for key in given)  # of equal bytes one is read, or both at a time

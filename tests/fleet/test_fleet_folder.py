@@ -143,8 +143,10 @@ def test_the_same_bytes_count_once_and_a_log_without_a_day_is_named(logs: Path, 
     assert twice.log == str(tmp_path / "one" / "2026-05-03.csv")
     copy.rename(tmp_path / "another" / "2026-05-04.csv")
     (tmp_path / "one" / "2026-05-03.csv").unlink()
+    (tmp_path / "one" / "undated.csv").unlink()
     done = built(tmp_path / "another", tmp_path / "fleet")
     assert ([one.boat for one in done.index.logs], done.skipped) == (["another"], ())
+    assert not [one.log for one in done.index.skipped if "undated" in one.log]  # it is not there any more
 
 
 def test_a_vehicle_that_changed_is_told(logs: Path, tmp_path: Path):
