@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ..physics.in_words import MINUS, NARROW, listing, number, percent
+from ..physics.in_words import MINUS, NARROW, counted, listing, number, percent
 from .diary_facts import BoatRecord, Cause, ChangeRecord, DiaryFacts, Moved
 
 PART = {Cause.FOULING: "drag ahead", Cause.CLEANING: "drag ahead", Cause.PAYLOAD: "mass", Cause.BATTERY: "thrust"}
@@ -117,13 +117,18 @@ def verdict(diary: DiaryFacts) -> str:
 
 
 def caution(diary: DiaryFacts) -> str:
-    """Under which budget alarms were raised, and how scatter was taken."""
+    """Under which budget alarms were raised, how scatter was taken, and which logs say nothing."""
     wider = "" if diary.widening == 1.0 else (
         f" Its variance is taken {number(diary.widening, 2)} times larger, as rehearsals with it asked for."
     )  # fmt: skip
+    count = len(diary.missing)
+    lacks = "" if not count else (
+        f" {counted(count, 'log')} given to this fleet {'is' if count == 1 else 'are'} not in it: "
+        "its fleet.json says why."
+    )  # fmt: skip
     return (
         f"Alarms are set for at most {diary.budget:g} false a boat and year, over all parameters together, with the "
-        f"scatter that this fleet's days have.{wider} Intervals are at 95{NARROW}%."
+        f"scatter that this fleet's days have.{wider} Intervals are at 95{NARROW}%.{lacks}"
     )
 
 

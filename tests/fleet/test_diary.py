@@ -70,7 +70,10 @@ def test_the_sentences_say_it(diary: DiaryFacts):
     assert re.match(
         r"Propeller damage \(stbd\)\. Thrust of stbd (29|30|31) % less \(\d\d to \d\d %\) from 2026-05-30", told
     )
-    assert "at most 1 false a boat and year" in caution(diary)
+    assert caution(diary).startswith("Alarms are set for at most 1 false a boat and year")
+    assert caution(diary).endswith("%.")
+    lacking = caution(diary.but(missing=("bo/2026-06-20.csv",)))
+    assert lacking.endswith(" 1 log given to this fleet is not in it: its fleet.json says why.")
     assert "On 2026-05-21 alone, mass was 4" in boat_sentences(diary.boats[2])
     same = boat_sentences(diary.boats[0])
     assert same.startswith(

@@ -62,6 +62,7 @@ def test_boats_days_and_values_are_told(fleet: Path):
         assert abs(one.values[at] - true) < 4.0 * np.sqrt(one.covariance[at, at])
     assert bo.hours == pytest.approx(2 * ada.hours, rel=0.1)
     assert len(read_fleet(fleet, by="log").estimates) == 4
+    assert [Path(log).name for log in found.missing] == ["broken.csv"]
 
 
 def test_a_broken_log_changes_nothing_of_the_others(fleet: Path, logs: Path, tmp_path: Path):
