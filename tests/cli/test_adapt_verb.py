@@ -37,6 +37,7 @@ def test_a_log_is_followed_and_its_change_rings(log: Path, tmp_path: Path):
     assert "ALARM thrust of port (port_scale) went from" in told
     assert "1 alarm." in told
     assert "noise and size of the forces from" in result.stderr
+    assert "(1 times" not in result.stderr  # nothing is told of a variance that is as it is
     now = undertow.load_vehicle(tmp_path / "now.yaml")
     assert now.value("port_scale") == pytest.approx(0.6, abs=0.1)
     assert now.value("Y_v") == HULL.value("Y_v")
