@@ -161,7 +161,8 @@ def _plain_date(day: float) -> str:
 
 def _dates(axes: Axes, most: int) -> None:
     axes.xaxis_date()
-    locator = AutoDateLocator(minticks=2, maxticks=most)
+    first, last = axes.get_xlim()
+    locator = AutoDateLocator(minticks=4 if last - first > 7.0 else 2, maxticks=most)  # two months are no scale
     axes.xaxis.set_major_locator(locator)
     formats = ["%Y", "%b", "%d %b", "%H:%M", "%H:%M", "%S.%f"]
     axes.xaxis.set_major_formatter(ConciseDateFormatter(locator, formats=formats, show_offset=False))
