@@ -118,9 +118,10 @@ class _Screen:
         from ..reports.following_words import heading
 
         self.begun = begun
+        wider = "" if begun.widening == 1.0 else f", taken with {begun.widening:.3g} times its variance"
         complain(
             f"  noise and size of the forces from {begun.seconds:.0f} s under way; one false alarm in {hours:g} h is "
-            f"allowed, for noise like that ({begun.widening:.3g} times its variance taken)"
+            f"allowed, for noise like that{wider}"
         )
         if not self._json:
             for text in heading(begun.symbols, begun.units):

@@ -30,12 +30,14 @@ from .fleet_folder import (
 )
 from .hull_factors import HullFactors
 from .log_sources import LogSource, find_sources
+from .object_store import is_url
 from .one_log import LogAnswer, LogTask, factors_of, key_of
 from .workers import Engine, WorkerLost, mapped
 
 PathLike = str | os.PathLike[str]
 _DAY = 86400.0
 """Seconds of a day."""
+_STAYS = " What an earlier call read of it stays in the fleet."
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +49,7 @@ class FleetBuilt:
     index : of the folder as it is now
     read : logs that were read in this call
     kept : logs that were there already, unchanged
-    skipped : logs of this call that are not in the data set, and why
+    skipped : logs of this call that could not be read, or count already, and why
     """
 
     index: FleetIndex
@@ -72,7 +74,7 @@ def build_fleet(
 
     A log whose bytes, vehicle and settings are as they were is not read again, so that an interrupted call goes on
     where it was. One that cannot be read is named, and the others are as if it were not there. Logs of earlier calls
-    stay. The folder does not depend on who worked, nor in which order.
+    stay, also one that cannot be read any more. The folder does not depend on who worked, nor in which order.
 
     Parameters
     ----------
@@ -152,12 +154,12 @@ def _built(
             made.add(told.key)
         log = _log_of(folder, source, task, told)
         if isinstance(log, SkippedLog):
-            skipped.append(log)
+            skipped.append(log.but(problem=f"{log.problem}{_STAYS}") if source.place in known else log)
         else:
             found[source.place] = log
         pace.told(done, len(left))
     now = {source.place for source in sources}
-    others = [log for log in earlier.logs if log.log not in now]
+    others = [log for log in earlier.logs if log.log not in found]
     digests = {log.sha256 for log in found.values()}
     # Of the same bytes, a log of earlier calls has moved where it is there no more; else it is the one that counts.
     still = [log for log in others if log.sha256 in digests and os.path.exists(log.log)]
@@ -166,7 +168,8 @@ def _built(
         first = once.setdefault(log.sha256, log)
         if first is not log:
             skipped.append(SkippedLog(log=log.log, boat=log.boat, problem=f"it has the same bytes as {first.log}"))
-    waiting = [log for log in earlier.skipped if log.log not in now]
+    there = [log for log in earlier.skipped if is_url(log.log) or os.path.exists(log.log)]
+    waiting = [log for log in there if log.log not in now]
     index = index_of([*once.values(), *(log for log in others if log.sha256 not in digests)], [*skipped, *waiting])
     given = [log.factors for log in once.values() if log.log in now]
     read = sum(key in made or key not in before for key in given)  # of equal bytes one is read, or both at a time

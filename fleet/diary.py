@@ -70,6 +70,7 @@ def diary_of(fleet: Fleet, name: str = "fleet", settings: WatchSettings | None =
         fleet=name,
         budget=settings.budget,
         widening=seen.widening,
+        missing=fleet.missing,
         parameters=tuple(
             FleetParameter(
                 name=parameter,

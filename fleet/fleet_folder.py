@@ -56,7 +56,7 @@ class FleetLog(Record):
 
 
 class SkippedLog(Record):
-    """A log that is not in the data set, and why."""
+    """A log that could not be read when it was last given, or that counts already, and why."""
 
     log: str
     boat: str
@@ -105,9 +105,9 @@ def read_index(folder: Path) -> FleetIndex:
     try:
         return FleetIndex.read(read_json(path), path, _REMEDY)
     except OSError as error:
-        raise RequestError(
-            f"{folder}: expected the folder of a fleet, got {error.strerror or error} for {path}; {_REMEDY}"
-        ) from None
+        what = "a file" if folder.is_file() else f"one without {INDEX}" if folder.is_dir() else "no such folder"
+        got = f"{path}: {error.strerror or error}" if path.is_file() else what
+        raise RequestError(f"{folder}: expected the folder of a fleet, got {got}; {_REMEDY}") from None
     except ValueError as error:
         if isinstance(error, RequestError):
             raise

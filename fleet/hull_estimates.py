@@ -36,8 +36,10 @@ class Fleet:
     parameters : names of the parameters ("X_uu", "thrusters.port.scale"...)
     nominal : their nominal values (p,)
     estimates : in order of time
+    missing : logs that were given and are not among them
     """
 
     parameters: tuple[str, ...]
     nominal: Array
     estimates: tuple[HullEstimate, ...]
+    missing: tuple[str, ...] = ()

@@ -60,7 +60,9 @@ def read_fleet(folder: str | os.PathLike[str], *, by: Literal["day", "log"] = "d
     ]
     ordered = sorted(estimates, key=lambda one: (one.time, one.boat, one.source))
     usual = [min(counts, key=lambda value: (-counts[value], value)) for counts in nominal.values()]
-    return Fleet(parameters, np.array(usual), tuple(ordered))
+    there = {log.log for log in index.logs}
+    missing = tuple(sorted({one.log for one in index.skipped} - there))
+    return Fleet(parameters, np.array(usual), tuple(ordered), missing)
 
 
 def parameter_name(symbol: str) -> str:

@@ -500,7 +500,20 @@ def effect_named(name: str) -> Effect:
     """
     if name in BY_NAME:
         return BY_NAME[name]
-    near = get_close_matches(name, BY_NAME, n=1, cutoff=0.0)
+    near = _owners(name) or get_close_matches(name, BY_NAME, n=1, cutoff=0.0)
     raise RequestError(
         f"unknown effect {name!r}: did you mean {near[0]!r}? The catalogue has: {', '.join(sorted(BY_NAME))}"
     )
+
+
+def _owners(symbol: str) -> list[str]:
+    """Effects of which something is a symbol, that of every thruster last.
+
+    Examples
+    --------
+    >>> _owners("X_uu"), _owners("port_scale"), _owners("drag")
+    (['surge_quadratic_damping'], ['thruster_asymmetry'], [])
+    """
+    exact = [effect.name for effect in EFFECTS if symbol in effect.symbols]
+    ends = [(effect.name, one.removeprefix("{thruster}")) for effect in EFFECTS for one in effect.symbols]
+    return exact or [name for name, end in ends if end.startswith("_") and symbol.endswith(end)]

@@ -134,6 +134,7 @@ class DiaryFacts(Card, Record):
     widening : by which the covariance of the days' scatter was taken wider, so that rehearsals kept the budget
     parameters : over the fleet
     boats : by name
+    missing : logs that were given to the fleet and are not in it
     """
 
     SCHEMA: ClassVar[str] = "undertow.diary/1"
@@ -143,6 +144,7 @@ class DiaryFacts(Card, Record):
     widening: Number
     parameters: tuple[FleetParameter, ...]
     boats: tuple[BoatRecord, ...]
+    missing: tuple[str, ...] = ()
 
     @property
     def changed(self) -> tuple[BoatRecord, ...]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ..physics.in_words import MINUS, NARROW, listing, number, percent
+from ..physics.in_words import MINUS, NARROW, counted, listing, number, percent
 from .diary_facts import BoatRecord, Cause, ChangeRecord, DiaryFacts, Moved
 
 PART = {Cause.FOULING: "drag ahead", Cause.CLEANING: "drag ahead", Cause.PAYLOAD: "mass", Cause.BATTERY: "thrust"}
@@ -63,10 +63,18 @@ def change_sentence(change: ChangeRecord) -> str:
 
 def _sized(moved: Moved) -> tuple[str, str, str, str]:
     """A parameter, how far it moved, whether that is more or less, and from where to where it may be."""
-    least, largest = sorted((abs(moved.share.low), abs(moved.share.high)))
-    span = f"{number(100.0 * least, 2)} to {number(100.0 * largest, 2)}{NARROW}%"
-    more = "more" if moved.share.value > 0.0 else "less"
-    return plain(moved.parameter), percent(abs(moved.share.value)), more, span
+    share = moved.share
+    ends = (share.low, share.high) if share.value > 0.0 else (-share.high, -share.low)
+    low, high = (number(100.0 * end, 2) for end in ends)
+    if low == high:
+        low, high = (number(100.0 * end, 3) for end in ends)
+    span = f"{low} to {high}{NARROW}%"
+    return plain(moved.parameter), _percent(abs(share.value)), "more" if share.value > 0.0 else "less", span
+
+
+def _percent(share: float, minus: str = "-") -> str:
+    """A change as a whole percentage: a drag that doubles is 100 % more, which `percent` does not say of a share."""
+    return percent(round(share, 2) or share, minus=minus)
 
 
 def odd_sentence(boat: BoatRecord) -> str:
@@ -81,7 +89,7 @@ def odd_sentence(boat: BoatRecord) -> str:
 def unchanged_sentence(boat: BoatRecord) -> str:
     """That nothing changed, and what a week of logs would have shown."""
     days = "only day" if boat.days == 1 else f"{boat.days} days"
-    seen = [f"{v.part} by {percent(v.share)}" for v in boat.visible]
+    seen = [f"{v.part} by {_percent(v.share)}" for v in boat.visible]
     if not seen:
         return f"Nothing changed on the {days} that it logged; that is too little to say what would have shown."
     return f"Nothing changed on the {days} that it logged; a week would have shown a change of {listing(seen)}."
@@ -109,13 +117,18 @@ def verdict(diary: DiaryFacts) -> str:
 
 
 def caution(diary: DiaryFacts) -> str:
-    """Under which budget alarms were raised, and how scatter was taken."""
+    """Under which budget alarms were raised, how scatter was taken, and which logs say nothing."""
     wider = "" if diary.widening == 1.0 else (
         f" Its variance is taken {number(diary.widening, 2)} times larger, as rehearsals with it asked for."
     )  # fmt: skip
+    count = len(diary.missing)
+    lacks = "" if not count else (
+        f" {counted(count, 'log')} given to this fleet {'is' if count == 1 else 'are'} not in it: "
+        "its fleet.json says why."
+    )  # fmt: skip
     return (
         f"Alarms are set for at most {diary.budget:g} false a boat and year, over all parameters together, with the "
-        f"scatter that this fleet's days have.{wider} Intervals are at 95{NARROW}%."
+        f"scatter that this fleet's days have.{wider} Intervals are at 95{NARROW}%.{lacks}"
     )
 
 
@@ -127,7 +140,7 @@ def signed(share: float) -> str:
     >>> signed(0.31), signed(-0.31)
     ('+31\N{NO-BREAK SPACE}%', '−31\N{NO-BREAK SPACE}%')
     """
-    return f"{'+' if share > 0 else ''}{percent(share, minus=MINUS)}"
+    return f"{'+' if share > 0 else ''}{_percent(share, MINUS)}"
 
 
 def first_told(boats: Sequence[BoatRecord]) -> list[BoatRecord]:

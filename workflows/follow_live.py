@@ -149,9 +149,10 @@ def follow_live(
         for motion in motions:
             yield from follower.take(motion)
     if follower is None:
+        got = max(growing.seconds, sum(motion.duration for motion in gathered))  # a growing log forgets its beginning
         raise LogError(
             f"{growing.table.where}: expected at least {settings.run_in:g} s of log under way for the run-in, got "
-            f"{growing.seconds:.1f} s. Record longer, give --run-in less, or --like an earlier log of this boat."
+            f"{got:.1f} s. Record longer, give --run-in less, or --like an earlier log of this boat."
         )
     if growing.table.skipped > 1:
         yield Note(f"{growing.table.skipped} rows could not be read and were skipped")

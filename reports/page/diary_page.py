@@ -26,8 +26,8 @@ VERB = "diary"
 BOATS = "All boats over their days"
 STRIP = (
     "A line a boat, a tick for each day with a log. A bar begins with a change, with the days on which it may have "
-    "begun as a thin line; the dot is the day on which the logs told it. Its name and size stand beside it. A ring is "
-    "a single odd day."
+    "begun as a thin line; the dot is the day on which the logs told it. Its name and size stand beside it where there "
+    "is room. A ring is a single odd day."
 )
 COURSE = (
     "Dots are days, lines their 95 % intervals with the scatter of days; the grey band holds the boats of this fleet, "

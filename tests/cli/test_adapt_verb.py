@@ -37,6 +37,7 @@ def test_a_log_is_followed_and_its_change_rings(log: Path, tmp_path: Path):
     assert "ALARM thrust of port (port_scale) went from" in told
     assert "1 alarm." in told
     assert "noise and size of the forces from" in result.stderr
+    assert "(1 times" not in result.stderr  # nothing is told of a variance that is as it is
     now = undertow.load_vehicle(tmp_path / "now.yaml")
     assert now.value("port_scale") == pytest.approx(0.6, abs=0.1)
     assert now.value("Y_v") == HULL.value("Y_v")
@@ -105,6 +106,7 @@ def test_what_cannot_be_followed_is_refused(log: Path, tmp_path: Path, monkeypat
     refused(*boat, "--alarm-hours", "0", match="expected hours of the alarm above 0, got 0")
     refused(*boat, "-e", "thruster_lag", match="linear in its parameters, but it is not in lag")
     refused(*boat, "-e", "surge_drag", match="unknown effect 'surge_drag'")
+    refused(*boat, "-e", "port_scale", match="unknown effect 'port_scale': did you mean 'thruster_asymmetry'")
     refused(*boat, "--out", log, match="is read by this call")
     refused("adapt", "none.csv", "--vehicle", "blueboat", match="no such file; expected a CSV log, or - for")
     refused("adapt", ".", "--vehicle", "blueboat", match="expected a CSV log, got a folder")
@@ -112,3 +114,4 @@ def test_what_cannot_be_followed_is_refused(log: Path, tmp_path: Path, monkeypat
     short = tmp_path / "short.csv"
     short.write_text("".join(log.read_text().splitlines(keepends=True)[:3000]))
     refused("adapt", short, "--vehicle", "blueboat", match=r"expected at least 60 s of log under way .* got \d+\.\d s")
+    refused("adapt", log, "--vehicle", "blueboat", match=r"expected at least 60 s of log under way .* got 5\d\.\d s")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import RendererAgg
 from verbs import done, refused
 
 import undertow.fleet.read_fleet as reading
@@ -15,9 +16,12 @@ import undertow.fleet.rehearsed_widening as rehearsed
 from undertow.fleet.diary import diary_of
 from undertow.fleet.hull_estimates import Fleet, HullEstimate
 from undertow.physics.errors import RequestError
+from undertow.physics.in_words import NARROW
 from undertow.reports.diary_facts import Band, Cause, ChangeRecord, DiaryFacts, Moved
 from undertow.reports.diary_words import boat_sentences, caution, change_sentence, verdict
 from undertow.reports.page.diary_page import diary_page
+from undertow.reports.page.figures import diary_figures
+from undertow.reports.page.figures.diary_figures import strip
 
 PARAMETERS = ("X_u", "X_uu", "thrusters.port.scale", "thrusters.stbd.scale", "mass")
 NOMINAL = np.array([-15.0, -8.0, 1.0, 1.0, 30.0])
@@ -66,12 +70,26 @@ def test_the_sentences_say_it(diary: DiaryFacts):
     assert re.match(
         r"Propeller damage \(stbd\)\. Thrust of stbd (29|30|31) % less \(\d\d to \d\d %\) from 2026-05-30", told
     )
-    assert "at most 1 false a boat and year" in caution(diary)
+    assert caution(diary).startswith("Alarms are set for at most 1 false a boat and year")
+    assert caution(diary).endswith("%.")
+    lacking = caution(diary.but(missing=("bo/2026-06-20.csv",)))
+    assert lacking.endswith(" 1 log given to this fleet is not in it: its fleet.json says why.")
     assert "On 2026-05-21 alone, mass was 4" in boat_sentences(diary.boats[2])
     same = boat_sentences(diary.boats[0])
     assert same.startswith(
         "Nothing changed on the 40 days that it logged; a week would have shown a change of drag ahead"
     )
+
+
+def test_sizes_are_told_as_they_are():
+    def told(value: float, low: float, high: float) -> str:
+        moved = Moved(parameter="X_uu", part="drag ahead", share=Band(value=value, low=low, high=high))
+        days = dict.fromkeys(("alarm", "first", "earliest", "latest"), "2026-05-30")
+        return change_sentence(ChangeRecord(causes=(Cause.UNNAMED,), moved=(moved,), **days)).replace(NARROW, " ")
+
+    assert told(0.997, 0.9, 1.1).startswith("Quadratic drag ahead 100 % more (90 to 110 %) from")
+    assert "25 % less (24.8 to 25.2 %)" in told(-0.25, -0.252, -0.248)
+    assert "4 % less (-2.0 to 10 %)" in told(-0.04, -0.1, 0.02)  # the other way is within it
 
 
 def test_two_causes_are_told_as_two():
@@ -92,6 +110,19 @@ def test_the_page_is_whole_and_quiet(diary: DiaryFacts):
     assert "bo &amp; co" in page
     assert 'id="boat-bo%20%26%20co"' in page
     assert re.findall(r"(?:src|href)=\"(?!#|data:)[^\"]*\"", page) == []
+
+
+def test_names_in_the_strip_do_not_lie_over_each_other(diary: DiaryFacts, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(diary_figures, "drawn", lambda figure, _: figure)
+    boat = diary.changed[0]
+    days = (("2026-05-14", "2026-05-20"), ("2026-05-23", "2026-05-29"))
+    several = tuple(boat.changes[0].but(first=f, earliest=f, latest=f, alarm=a, goes_on=True) for f, a in days)
+    for last, told in (("2026-05-29", "13 May"), ("2026-06-30", "15 May")):
+        (axes,) = strip(diary, [boat.but(changes=several, first="2026-05-01", last=last)]).axes  # type: ignore[attr-defined]
+        assert told in {label.get_text() for label in axes.get_xticklabels()}  # days, and of which month
+        drawer = RendererAgg(2000, 200, 72)
+        one, other = (text.get_window_extent(drawer) for text in axes.texts if "%" in text.get_text())
+        assert not one.overlaps(other)
 
 
 def test_the_verb_writes_a_page_and_prints_facts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -62,6 +62,7 @@ def test_boats_days_and_values_are_told(fleet: Path):
         assert abs(one.values[at] - true) < 4.0 * np.sqrt(one.covariance[at, at])
     assert bo.hours == pytest.approx(2 * ada.hours, rel=0.1)
     assert len(read_fleet(fleet, by="log").estimates) == 4
+    assert [Path(log).name for log in found.missing] == ["broken.csv"]
 
 
 def test_a_broken_log_changes_nothing_of_the_others(fleet: Path, logs: Path, tmp_path: Path):
@@ -143,8 +144,10 @@ def test_the_same_bytes_count_once_and_a_log_without_a_day_is_named(logs: Path, 
     assert twice.log == str(tmp_path / "one" / "2026-05-03.csv")
     copy.rename(tmp_path / "another" / "2026-05-04.csv")
     (tmp_path / "one" / "2026-05-03.csv").unlink()
+    (tmp_path / "one" / "undated.csv").unlink()
     done = built(tmp_path / "another", tmp_path / "fleet")
     assert ([one.boat for one in done.index.logs], done.skipped) == (["another"], ())
+    assert not [one.log for one in done.index.skipped if "undated" in one.log]  # it is not there any more
 
 
 def test_a_vehicle_that_changed_is_told(logs: Path, tmp_path: Path):
@@ -157,6 +160,11 @@ def test_a_vehicle_that_changed_is_told(logs: Path, tmp_path: Path):
     assert read_fleet(tmp_path / "fleet").nominal[-1] == HULL.mass  # three logs against one, in whatever order
     done = build_fleet(logs / "ada", heavier, tmp_path / "fleet", engine=ALONE, progress=None)
     assert (done.read, done.index.of_several_vehicles) == (1, ())
+    before = [log.factors for log in done.index.logs]
+    done = build_fleet(logs / "ada", "otter", tmp_path / "fleet", engine=ALONE, progress=None)
+    assert [log.factors for log in done.index.logs] == before  # no vehicle of these logs: what they said stays
+    assert {"What an earlier call read of it stays" in one.problem for one in done.skipped} == {True}
+    assert len(read_fleet(tmp_path / "fleet", by="log").estimates) == 4
     (tmp_path / "m.csv").write_text(f"log,vehicle\n{first},none.yaml\n")
     with pytest.raises(undertow.VehicleError, match="2026-05-03.csv, by the manifest: .*none.yaml"):
         built(tmp_path / "m.csv", tmp_path / "fleet")
@@ -179,8 +187,9 @@ def test_fleets_are_merged(fleet: Path, logs: Path, tmp_path: Path):
         merge_fleets([fleet, tmp_path / "other"], tmp_path / "none")
     with pytest.raises(undertow.RequestError, match="expected two fleets or more, got 1"):
         merge_fleets([fleet], tmp_path / "none")
-    with pytest.raises(undertow.RequestError, match="expected the folder of a fleet"):
-        merge_fleets([fleet, logs], tmp_path / "none")
+    for name, got in (("", "one without fleet.json"), ("none", "no such folder"), ("bo/broken.csv", "a file")):
+        with pytest.raises(undertow.RequestError, match=f"expected the folder of a fleet, got {got}; 'undertow fleet"):
+            merge_fleets([fleet, logs / name], tmp_path / "none")
 
 
 def test_nothing_of_the_users_is_lost(fleet: Path, logs: Path, tmp_path: Path):

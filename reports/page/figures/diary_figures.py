@@ -17,8 +17,8 @@ from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 
 LINE, LEFT, WIDTH, RIGHT, FOOT = 26, 120, 1060, 24, 34
 """Height of a boat, left edge, width of the strip and room at its right, height of its dates [px]."""
-_ROOM = 0.25
-"""Share of the strip that the name of a change takes."""
+_LETTER = 6.0
+"""Width of a letter in the name of a change, with what stands about it [px]."""
 _DOT = "a1.7 1.7 0 1 0 3.4 0a1.7 1.7 0 1 0-3.4 0"
 """A dot, from its left end."""
 WIDE, TALL, _LEFT = 330, 168, 46
@@ -40,9 +40,7 @@ def strip(diary: DiaryFacts, boats: Sequence[BoatRecord]) -> Html:
             for k, change in enumerate(boat.changes):
                 end = _at(boat.changes[k + 1].first) if k + 1 < len(boat.changes) else _at(boat.last)
                 _bar(axes, row, change, end)
-                free = (k + 1 == len(boat.changes)) or end - _at(change.first) > _ROOM * (last - first)
-                beside = free and _at(change.first) < last - 0.38 * (last - first)
-                _name(axes, row, change, left=not beside)
+            _names(axes, row, boat.changes, (first, last))
             axes.annotate(
                 _short(boat.boat, 16), (0, row), (-8, 0), ha="right", va="center", textcoords="offset points",
                 xycoords=axes.get_yaxis_transform(), weight="bold" if boat.changes else "normal",
@@ -62,13 +60,27 @@ def _bar(axes: Axes, row: int, change: ChangeRecord, end: float) -> None:
     axes.plot(_at(change.alarm), row, "o", color=ROLES["before"], ms=5.5)
 
 
-def _name(axes: Axes, row: int, change: ChangeRecord, *, left: bool) -> None:
-    """The name and size of a change, on whichever side of its beginning there is room, clear of its marks."""
+def _names(axes: Axes, row: int, changes: Sequence[ChangeRecord], ends: tuple[float, float]) -> None:
+    """The names and sizes of changes, on whichever side of their marks there is room; the latest first."""
     beside: Look = {"textcoords": "offset points", "va": "center", "size": 10.5}
     box = {"boxstyle": "square,pad=0.15", "facecolor": ROLES["surface"], "edgecolor": "none", "alpha": 0.85}
-    text = f"{causes_words(change)} {signed(telling(change).share.value)}"
-    place = _at(change.earliest) if left else max(_at(change.alarm), _at(change.latest))
-    axes.annotate(text, (place, row), (-9 if left else 9, 0), ha="right" if left else "left", bbox=box, **beside)
+    taken: list[tuple[float, float]] = []
+    for change in reversed(changes):
+        text = f"{causes_words(change)} {signed(telling(change).share.value)}"
+        wide = _LETTER * (len(text) + 2) * (ends[1] - ends[0]) / (WIDTH - LEFT - RIGHT)
+        right, left = max(_at(change.alarm), _at(change.latest)), _at(change.earliest)
+        places = {"left": (right, right + wide), "right": (left - wide, left)}
+        free = [
+            (low >= ends[0] and high <= ends[1], side)
+            for side, (low, high) in places.items()
+            if all(high <= begin or low >= end for begin, end in taken)
+        ]
+        if not free or (taken and not any(inside for inside, _ in free)):
+            continue  # a name over another would hide both; the sentences have it
+        side = next((side for inside, side in free if inside), "right")
+        place = right if side == "left" else left
+        axes.annotate(text, (place, row), (9 if side == "left" else -9, 0), ha=side, bbox=box, **beside)
+        taken.append(places[side])
 
 
 def course(boat: BoatRecord, one: BoatParameter, fleet: FleetParameter) -> Html:
@@ -149,9 +161,11 @@ def _plain_date(day: float) -> str:
 
 def _dates(axes: Axes, most: int) -> None:
     axes.xaxis_date()
-    locator = AutoDateLocator(minticks=2, maxticks=most)
+    first, last = axes.get_xlim()
+    locator = AutoDateLocator(minticks=4 if last - first > 7.0 else 2, maxticks=most)  # two months are no scale
     axes.xaxis.set_major_locator(locator)
-    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator, show_offset=False))
+    formats = ["%Y", "%b", "%d %b", "%H:%M", "%H:%M", "%S.%f"]
+    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator, formats=formats, show_offset=False))
 
 
 def _at(day: str) -> float:
