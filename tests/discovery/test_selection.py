@@ -17,12 +17,13 @@ from undertow.discovery.search.equivalent_thruster_scales import in_plain_words,
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
 from undertow.discovery.settings import DiscoverySettings
+from undertow.measurements.statistics.white_noise import sensor_noise
 from undertow.physics.effects import PARAMETERS
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.typical_effects import typical_effect
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.worlds.typical_effects import random_hull, typical_effect
+from undertow.physics.worlds.world import NOISE, World, simulate_world
 
 HULL = load_vehicle("blueboat")
 
@@ -35,6 +36,14 @@ def world(hidden: dict[str, float], duration: float = 120.0, noise: str = "field
 def searched(motion: Motion, nominal: Vehicle = HULL, terms: tuple[str, ...] = ()) -> Search:
     pool = (*candidates(nominal), *(term_candidate(term, nominal) for term in terms))
     return Search(WeakForm([motion], WeakSettings()), nominal, pool, SearchSettings())
+
+
+def test_noise_as_large_as_the_motion_is_no_effect():
+    """Of a boat that turns gently, noise in the modulus of its yaw rate passed for a centre of gravity elsewhere."""
+    otter = random_hull(load_vehicle("otter"), np.random.default_rng([700006, 5]))
+    motion = World(otter, "gentle", 250.0, 700006).run(NOISE["rough"]).motion(0.05)
+    assert sensor_noise([motion]) == pytest.approx([0.04, 0.04, 0.015], rel=0.05)
+    assert find_missing([motion], otter).findings.missing == ()
 
 
 def test_noise_on_a_column_does_not_pull_its_coefficient_towards_zero():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.physics.averages import area_average
+from undertow.physics.averages import area_average, understated_noise
 
 
 @pytest.mark.parametrize("hold", [True, False])
@@ -33,3 +33,20 @@ def test_area_average_keeps_constants_the_range_and_the_area_of_a_pulse() -> Non
     saturated = np.where(np.arange(time.size) % 200 < 100, 35.0, -0.1)
     average = area_average(time, saturated, 0.05 * np.arange(20_000, dtype=float), 0.05)
     assert (average.min(), average.max()) == (-0.1, 35.0)
+
+
+@pytest.mark.parametrize(("jitter", "shift"), [(0.0, 0.0), (0.08, 0.0), (0.3, 0.2), (0.0, 0.3)])
+def test_noise_of_readings_is_told_from_differences_on_the_grid(jitter: float, shift: float):
+    rng = np.random.default_rng(1)
+    time = np.arange(400_000.0) + np.clip(jitter * rng.standard_normal(400_000), -0.45, 0.45)
+    grid = np.arange(10.0, 399_990.0) + shift
+    rows = np.interp(grid, time, rng.standard_normal(time.size))
+    told = np.var(np.diff(rows, 3)) / 20.0
+    met = rows.var() + 2.0 * sum(np.mean(rows[:-lag] * rows[lag:]) for lag in (1, 2, 3))
+    assert told * understated_noise(time, grid) == pytest.approx(met, rel=0.02)
+    assert jitter + shift == 0.0 or told < 0.9 * met
+
+
+def test_readings_faster_than_the_grid_share_no_noise():
+    time, grid = np.arange(0.0, 100.0, 0.2), np.arange(2.0, 98.0) + 0.1
+    assert understated_noise(time, grid) == pytest.approx(1.0)
