@@ -1,6 +1,7 @@
 """How honestly the hull diary pools boats, and how soon it finds what happens to them, under its false-alarm budget.
 
-    python benchmarks/hull_diary.py [--seeds tuning|reporting] [--pooled N] [--years N] [--repeats N] [--jobs N]
+    python benchmarks/hull_diary.py [--seeds tuning|reporting] [--pooled N] [--years N] [--repeats N] [--named N]
+        [--jobs N] [--table docs/performance.md]
 
 Fleets are simulated at the level of what their logs say: a day has one to three logs of 5 to 30 minutes with the
 covariance that such logs have, and a scatter beyond it that no covariance tells: load, battery, waves, boats noisier
@@ -8,7 +9,7 @@ and quieter, of normal law, with the tails of Student's t of 6 degrees, or remem
 Boats log on seven days of ten and lie in harbour for three weeks. The scatter is estimated, never given.
 
 Pooled: fleets of 3 to 20 boats with 10 to 40 days; intervals of boats and of the fleet's mean against the truth.
-False alarms: fleets of twenty boats to which nothing happens, a year each.
+False alarms: fleets of twenty boats to which nothing happens, a year each (of which harbours take a little).
 Found: twenty boats over half a year, three foul and one loses a propeller blade (a fifth to two fifths of its thrust).
 The blade is found when the alarm comes with the logs of the first logged day or within a day after. Weed begins with
 nothing, so nobody knows it within a day of its first: it is found when the alarm comes no later than one logged day, or
@@ -21,11 +22,12 @@ import argparse
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
-from measured import Figures
+from measured import Figures, measure_parts
 from study.fleets import DAY, PARAMETERS, START, Scatter, happening, simulated
 
 from undertow.fleet.boat_days import boat_days
@@ -192,24 +194,35 @@ def main() -> int:
     parser.add_argument("--seeds", choices=SEEDS, default="tuning")
     for name, usual in (("pooled", 60), ("years", 60), ("repeats", 6), ("named", 3), ("jobs", 1)):
         parser.add_argument(f"--{name}", type=int, default=usual)
+    parser.add_argument("--table", type=Path)
     given = parser.parse_args()
-    start, figures = SEEDS[given.seeds], Figures()
-    print("| what | measured | asked | |\n| --- | --- | --- | --- |")
-    if given.pooled:
+    start = SEEDS[given.seeds]
+
+    def intervals(figures: Figures) -> None:
         rows = _each(given.jobs, pooled, [(start + k,) for k in range(given.pooled)])
         tell_pooled(figures, [row for row in rows if np.isfinite(row[1])])
-    for kind, scatter in SCATTERS.items():
-        if given.repeats:
+
+    def found(figures: Figures) -> None:
+        for kind, scatter in SCATTERS.items():
             tell_found(figures, kind, _joined(_each(given.jobs, wrecked, _seeds(start, given.repeats, scatter))))
-    for kind, scatter in SCATTERS.items():
-        counts = Counter(_joined(_each(given.jobs, named, _seeds(start, given.named, scatter))))
-        for what in NAMED:
-            of = sorted((called, n) for (happened, called), n in counts.items() if happened == what)
-            if of:
-                print(f"| {what}, scatter {kind} | {', '.join(f'{called}: {n}' for called, n in of)} | | |", flush=True)
-    if given.years:
+
+    def names(figures: Figures) -> None:
+        for kind, scatter in SCATTERS.items():
+            counts = Counter(_joined(_each(given.jobs, named, _seeds(start, given.named, scatter))))
+            for (happened, called), times in sorted(counts.items()):
+                figures.tell(f"{happened}, scatter {kind}: called {called}", times, None, "")
+
+    def alarms_of_nothing(figures: Figures) -> None:
         tell_quiet(figures, _each(given.jobs, quiet, [(start + k,) for k in range(-(-given.years // BOATS))]))
-    return int(figures.broken)
+
+    parts: dict[str, tuple[int, Callable[[Figures], None]]] = {
+        "pooled intervals": (given.pooled, intervals),
+        "what is found": (given.repeats, found),
+        "what it is called": (given.named, names),
+        "false alarms": (given.years, alarms_of_nothing),
+    }
+    asked = {name: measure for name, (wanted, measure) in parts.items() if wanted}
+    return int(measure_parts(asked, given.table, "Diary", "benchmarks/hull_diary.py", f"Seeds: {given.seeds}."))
 
 
 def _seeds(start: int, count: int, scatter: Scatter) -> list[tuple[Any, ...]]:
