@@ -7,7 +7,7 @@ import numpy as np
 
 from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.derive import smooth
-from ..measurements.statistics.white_noise import drawn_noise, noise_level, sensor_noise
+from ..measurements.statistics.white_noise import drawn_noise, noise_level, noise_on_rows
 from ..physics.frames import AXES, Array
 from ..physics.motion import Motion
 from ..physics.simulation import rollout
@@ -117,7 +117,7 @@ def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> 
     data = parts[0]
     motions, raw = ([m for part in parts for m in getattr(part, kind)] for kind in ("motions", "raw"))
     own = [residual(vehicle, motion, data) for motion in motions]
-    level, rng = sensor_noise(raw), np.random.default_rng([seed, 17])
+    level, rng = noise_on_rows(raw), np.random.default_rng([seed, 17])
     changes = [
         _error(vehicle, _noisy(motion, level, data, rng), data) - (was.measured - was.modelled)
         for _ in range(_DRAWS)

@@ -49,11 +49,20 @@ def drawn_noise(motion: Motion, level: Array, rng: np.random.Generator) -> Array
 
 
 def sensor_noise(motions: Sequence[Motion]) -> Array:
-    """White noise on u, v [m/s] and r [rad/s], (3,): root mean square over the motions, weighted by their rows.
+    """White noise on readings of u, v [m/s] and r [rad/s], (3,): what an average over many rows meets.
 
-    It is that of the readings before they were put on even times, which is what an average over seconds meets.
+    Readings that were averaged onto even times had more of it than rows show, see `Motion.understated`.
     """
+    return _joined(motions, np.array([motion.understated for motion in motions]))
+
+
+def noise_on_rows(motions: Sequence[Motion]) -> Array:
+    """White noise on rows of u, v [m/s] and r [rad/s], (3,): what differences of neighbours meet."""
+    return _joined(motions, np.ones((len(motions), 3)))
+
+
+def _joined(motions: Sequence[Motion], understated: Array) -> Array:
+    """Root mean square over the motions, weighted by their rows."""
     levels = np.array([[noise_level(m.velocity[:, axis]) or 0.0 for axis in range(3)] for m in motions])
-    squares = levels**2 * np.array([motion.understated for motion in motions])
     rows = np.array([m.time.size for m in motions], dtype=float)
-    return np.sqrt((squares * rows[:, None]).sum(axis=0) / rows.sum())
+    return np.sqrt((levels**2 * understated * rows[:, None]).sum(axis=0) / rows.sum())

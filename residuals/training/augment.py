@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ...measurements.preparation.dataset import DataSet
-from ...measurements.statistics.white_noise import sensor_noise
+from ...measurements.statistics.white_noise import noise_on_rows
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
@@ -66,7 +66,7 @@ def seen_noise(data: DataSet, settings: TrainingSettings, remembers: bool) -> Ar
     """White noise (3,) that is drawn onto the velocities that a network sees [m/s, m/s, rad/s]."""
     wanted = settings.augmentation
     noise = np.array([wanted.speed_noise, wanted.speed_noise, wanted.yaw_rate_noise])
-    own = settings.sensor_noise * sensor_noise(data.raw) if remembers else 0.0
+    own = settings.sensor_noise * noise_on_rows(data.raw) if remembers else 0.0
     return np.hypot(noise, own)
 
 
