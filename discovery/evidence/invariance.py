@@ -20,7 +20,7 @@ from ..candidates.linearisation import Linearisation, Option
 from ..found_effects import Part
 from ..search.bootstrap import Interval
 from ..search.floating import Search, State
-from ..search.gram import RIDGE, GramScores
+from ..search.gram import RIDGE, GramScores, added_by_noise
 
 _UNEVEN = "a cause has one size all over a log, and this has not"
 _LEAST_SHARE = 0.15
@@ -174,10 +174,8 @@ def _carriers(column: Array, block: NDArray[np.int64]) -> float:
 def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> _Fit:
     """Least squares of the last column on the others, cleared of noise, with the errors of whole blocks."""
     gram = rows.T @ rows
-    if len(noise) == 1:
-        gram = gram - noise[0].T @ noise[0]
-    elif noise:  # pairs of opposite noise tell what bends, too
-        gram = 2.0 * gram - sum((rows + copy).T @ (rows + copy) for copy in noise) / len(noise)
+    if noise:
+        gram = gram - added_by_noise(rows[:, None], np.stack(noise)[:, :, None], np.array([0, len(rows)]))[0, 0]
     size = np.sqrt(np.diag(rows.T @ rows)[:-1])
     size = np.where(size > 0.0, size, 1.0)
     curve = gram[:-1, :-1] / (size[:, None] * size) + RIDGE * np.eye(size.size)

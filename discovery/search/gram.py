@@ -94,7 +94,7 @@ class GramScores:
         self.scale[-1] = 1.0
         unit = 1.0 / (self.scale[:, None] * self.scale)
         self.gram = gram * unit
-        self.noise = _added(columns, noise, edges) * unit if noise.shape[0] else None
+        self.noise = added_by_noise(columns, noise, edges) * unit if noise.shape[0] else None
         self._sum_up()
 
     def drawn(self, counts: np.ndarray) -> "GramScores":
@@ -124,7 +124,7 @@ class GramScores:
             edges = np.array([0, rows.size])
             other.gram[k] = _grams(columns[rows], edges)[0] * unit
             if other.noise is not None:
-                other.noise[k] = _added(columns[rows], noise[:, rows], edges)[0] * unit
+                other.noise[k] = added_by_noise(columns[rows], noise[:, rows], edges)[0] * unit
         other._sum_up()
         return other
 
@@ -310,11 +310,17 @@ def share_taken(total: Array, blur: Array) -> float:
     return 1.0
 
 
-def _added(columns: Array, noise: Array, edges: np.ndarray) -> Array:
-    """What sensor noise adds to the Gram matrices of columns: those of noisier copies have as much more.
+def added_by_noise(columns: Array, noise: Array, edges: np.ndarray) -> Array:
+    """What sensor noise adds to the Gram matrices of columns, (blocks, a, p, p): those of noisier copies have more.
 
     That counts where copies come in pairs of opposite noise; one alone tells the squares of its noise, and by chance
     what it has in common with the columns.
+
+    Parameters
+    ----------
+    columns : (tests, a, p)
+    noise : (copies, tests, a, p) what each copy has more, at least one
+    edges : (blocks + 1,) first row of each block, and the end
     """
     if noise.shape[0] == 1:
         return _grams(noise[0], edges)
@@ -323,9 +329,9 @@ def _added(columns: Array, noise: Array, edges: np.ndarray) -> Array:
 
 
 def _grams(columns: Array, edges: np.ndarray) -> Array:
-    """Gram matrix of each block's rows on each axis, (blocks, 3, p, p), from columns (tests, 3, p)."""
+    """Gram matrix of each block's rows on each axis, (blocks, a, p, p), from columns (tests, a, p)."""
     ordered = np.ascontiguousarray(columns.transpose(1, 2, 0))  # no copy where they were laid out so
-    gram = np.zeros((edges.size - 1, 3, columns.shape[2], columns.shape[2]))
+    gram = np.zeros((edges.size - 1, ordered.shape[0], columns.shape[2], columns.shape[2]))
     for k, (start, stop) in enumerate(pairwise(edges)):
         rows = ordered[:, :, start:stop]
         np.matmul(rows, rows.swapaxes(1, 2), out=gram[k])
