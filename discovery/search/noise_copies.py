@@ -1,6 +1,7 @@
 """Copies of what a model leaves, of the same colour and size, that follow nothing of the log.
 
 Phases are drawn anew, the same for all axes, within blocks of the size that the rest has there (Theiler et al. 1992).
+A mean has no phase, and a constant force is no noise: the mean of a copy is drawn from the slowest waves of the rest.
 """
 
 from collections.abc import Iterator
@@ -16,6 +17,8 @@ REHEARSALS = 999
 """Copies: where none of them looks as good as the log, that is 1 in 1,000."""
 _NUMBERS = 500_000
 """Numbers of the copies that are worked on at a time, in single precision: 2 MB."""
+_SLOWEST = 4
+"""Slowest waves of a rest that tell how large the mean of noise of its colour is."""
 _LEAST_SIZE = 0.1
 """Least size of the rest in a block, as a share of its size in the whole log: no block is without noise."""
 
@@ -42,20 +45,30 @@ class NoiseCopies:
         step = max(1, _NUMBERS // (3 * left.shape[0]))
         for start in range(0, REHEARSALS, step):
             turned = spectrum * self._turns[start : start + step]
+            slowest = spectrum[..., 1 : _SLOWEST + 1]
+            slowest = slowest * self._means[start : start + step, : slowest.shape[-1]]
+            turned[..., 0] = np.sqrt(2.0 / max(slowest.shape[-1], 1)) * slowest.real.sum(axis=-1)
             drawn = np.asarray(np.fft.irfft(turned, self._length, axis=2), np.float32)[:, :, :places]
             drawn = drawn.reshape(self._rows, 3, -1, places).transpose(1, 2, 3, 0)
             yield drawn.reshape(3, drawn.shape[1], -1) * size.T[:, None]
 
     @cached_property
     def _turns(self) -> NDArray[np.complex64]:
-        """By how much each frequency is turned in each copy, (copies, frequencies); what has no phase changes sign."""
+        """By how much each frequency is turned in each copy, (copies, frequencies); the fastest may have a sign only."""
         found = np.empty((REHEARSALS, self._length // 2 + 1), np.complex64)
-        rng, alone = np.random.default_rng([self._seed, REHEARSALS]), [0, -1] if self._length % 2 == 0 else [0]
+        rng = np.random.default_rng([self._seed, REHEARSALS])
         for copy in found:
             angles = rng.random(copy.size, dtype=np.float32)
-            angles[alone] = np.round(angles[alone]) / 2.0
+            if self._length % 2 == 0:
+                angles[-1] = np.round(angles[-1]) / 2.0
             np.exp(np.complex64(2j * np.pi) * angles, out=copy)
         return found
+
+    @cached_property
+    def _means(self) -> NDArray[np.complex64]:
+        """By how much the slowest waves are turned that the mean of each copy is made of, (copies, waves)."""
+        angles = np.random.default_rng([self._seed, REHEARSALS, _SLOWEST]).random((REHEARSALS, _SLOWEST))
+        return np.asarray(np.exp(2j * np.pi * angles), np.complex64)
 
     def _sizes(self, left: Single) -> Single:
         """Root mean square of the rest in the block of each test, (tests, 3)."""

@@ -69,6 +69,12 @@ def test_noise_with_a_colour_is_rehearsed_with_it():
     assert rehearsals.chance("yaw_trim").better > 20
 
 
+def test_a_constant_force_is_no_noise():
+    """Of the rest without it, copies have the noise alone: its mean is the force itself, and has no phase to be drawn."""
+    assert rehearsed(9, {"sway_trim": -3.0}, active=("sway_trim",), seconds=120.0).chance("sway_trim").none
+    assert rehearsed(9, {}, active=("sway_trim",), seconds=120.0).chance("sway_trim").better > 20
+
+
 def test_the_same_seed_rehearses_the_same():
     one, two = (rehearsed(7, {}, active=("sway_lift",)).chance("sway_lift") for _ in range(2))
     assert one == two
