@@ -54,7 +54,7 @@ class NoiseCopies:
 
     @cached_property
     def _turns(self) -> NDArray[np.complex64]:
-        """By how much each frequency is turned in each copy, (copies, frequencies); the fastest may have a sign only."""
+        """By how much each frequency is turned in each copy, (copies, frequencies); the fastest has a sign only."""
         found = np.empty((REHEARSALS, self._length // 2 + 1), np.complex64)
         rng = np.random.default_rng([self._seed, REHEARSALS])
         for copy in found:

@@ -70,7 +70,7 @@ def test_noise_with_a_colour_is_rehearsed_with_it():
 
 
 def test_a_constant_force_is_no_noise():
-    """Of the rest without it, copies have the noise alone: its mean is the force itself, and has no phase to be drawn."""
+    """Of the rest without it, copies have the noise alone: its mean is the force itself."""
     assert rehearsed(9, {"sway_trim": -3.0}, active=("sway_trim",), seconds=120.0).chance("sway_trim").none
     assert rehearsed(9, {}, active=("sway_trim",), seconds=120.0).chance("sway_trim").better > 20
 
