@@ -151,7 +151,8 @@ def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) ->
         other = select(begun, lambda text: None)
         search, state = _on_forces(begun, other)
         paid = looked.search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-        if (basis.rolls and other.basis.rolls) or state.score + paid > worth:
+        both_roll = basis.rolls and other.basis.rolls
+        if (both_roll and _share_left(looked, other) > _STAND_IN) or state.score + paid > worth:
             break
         best, found, worth = other, errors, state.score + paid
         beside = min(_beside(search, state), _beside(search), key=Beside.worth)

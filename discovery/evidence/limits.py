@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ...physics.motion import Motion
+from ...physics.possible_hulls import impossible
 from ...physics.vehicle import Vehicle
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
@@ -57,12 +58,15 @@ def doubts(
     intervals : 95 % intervals of total values by symbol
     """
     together = one_too_many(nominal, kept)
+    before, after = (impossible(vehicle.values, vehicle.thrusters) for vehicle in (nominal, estimate))
+    no_hull = {key: why for key, why in after.items() if key not in before}
     found = {}
     for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
         why = "; ".join(
             filter(None, (_of(candidate, symbol, nominal, estimate, intervals) for symbol in candidate.symbols))
         )
         why = why or _of_nothing(candidate, nominal, intervals)
+        why = "; ".join(no_hull[symbol] for symbol in candidate.symbols if symbol in no_hull) or why
         if candidate.key in together:
             why = _TOGETHER
         if why:

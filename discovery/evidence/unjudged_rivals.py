@@ -26,7 +26,7 @@ def beside_unjudged(forces: Search, state: State, kept: Sequence[str], unjudged:
     unjudged : candidates that need what may be wrong
     """
     unjudged = [candidate for candidate in unjudged if _axes(candidate)]
-    named = [c for c in forces.pool if c.kind is Kind.EFFECT and c.key in kept and c.key in state.active and _axes(c)]
+    named = [c for c in forces.pool if c.kind is Kind.EFFECT and c.key in kept and c.key in state.active]
     if not unjudged or not named:
         return {}
     wide = Search(forces.balance, forces.nominal, (*forces.pool, *unjudged), forces.settings)
@@ -35,6 +35,7 @@ def beside_unjudged(forces: Search, state: State, kept: Sequence[str], unjudged:
     score = wide.quick(scores, now)
     found: dict[str, list[str]] = {}
     for rival in unjudged:
+        # What drifts otherwise than the model says moves surge and yaw, too: thrust can stand in for it.
         alike = [c.key for c in named if _axes(c) <= _axes(rival)]
         for group in [[key] for key in alike] + [alike] * (len(alike) > 1):
             gone = {key: linear.options[key][1] for key in group}

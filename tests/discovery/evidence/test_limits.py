@@ -42,6 +42,14 @@ def test_an_estimate_outside_its_own_interval_is_in_doubt():
     assert doubts(POOL, PAPER, estimate, SCALES[:1], {"thrust_scale": Interval(2.1, 2.4)}) == {}
 
 
+def test_a_centre_of_gravity_that_no_such_hull_has_is_in_doubt():
+    far = PAPER.with_values({"x_g": -0.9})
+    found = doubts(POOL, PAPER, far, ("cg_offset",), {"x_g": Interval(-0.91, -0.89)})
+    assert "17.82 kg m^2 of inertia about it at least" in found["cg_offset"]
+    near = PAPER.with_values({"x_g": -0.1})
+    assert doubts(POOL, PAPER, near, ("cg_offset",), {"x_g": Interval(-0.11, -0.09)}) == {}
+
+
 def test_a_common_scale_beside_all_thrusters_own_is_one_too_many():
     estimate = PAPER.with_values({"thrust_scale": 1.2, "port_scale": 1.1, "stbd_scale": 0.9})
     assert set(doubts(POOL, PAPER, estimate, SCALES, {})) == set(SCALES)

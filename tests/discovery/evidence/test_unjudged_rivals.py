@@ -37,6 +37,11 @@ def test_what_truly_damps_yaw_is_not_doubted(name: str, size: float, noise: str)
     assert doubts({name: size}, (name,), noise) == {}
 
 
+def test_thrust_that_stands_in_for_what_drifts_otherwise_is_doubted_and_weak_thrust_is_not():
+    assert "sway lift" in doubts({"sway_lift": 15.0}, ("thrust_scale",), "field")["thrust_scale"]
+    assert doubts({"thrust_scale": 0.9}, ("thrust_scale",), "field") == {}
+
+
 def test_nothing_is_doubted_where_nothing_was_left_out():
     log = simulate_world(HULL, {"yaw_quadratic_damping": -6.0}, duration=60.0, seed=4).motion()
     forces = Search(WeakForm([log], WeakSettings()), HULL, candidates(HULL), SearchSettings())
