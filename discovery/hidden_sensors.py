@@ -17,6 +17,7 @@ from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.stage import Stage
 from .basis import LEAVES, Basis, choose
+from .candidates.candidate import Kind
 from .findings import SensorError
 from .found_effects import FoundTerm
 from .search.beside_errors import Beside, best_beside
@@ -116,16 +117,23 @@ def beside_sensors(looked: Selected, say: Callable[[str], None]) -> BesideSensor
     if basis.forces.claimed:
         return BesideSensors(looked)
     earned, doubts = _earned(search, looked.state)
-    if basis.rolls:
-        # Where no model and no errors explain a log, rollouts judge whatever the sensors did.
-        estimate = _asked(basis) if basis.why == LEAVES else None
-    else:
-        estimate = _beside(search).errors * _USUAL if earned >= _ASKS else None
+    estimate = None
+    # Where no model and no errors explain a log, rollouts judge whatever the sensors did.
+    if basis.why == LEAVES if basis.rolls else _crowded(search, looked.state):
+        estimate = _asked(basis)
+    if estimate is None and not basis.rolls and earned >= _ASKS:
+        estimate = _beside(search).errors * _USUAL
     if estimate is not None:
         corrected = _corrected(looked, estimate, say)
         if corrected is not None:
             return corrected
     return BesideSensors(looked, None, doubts)
+
+
+def _crowded(search: Search, state: State) -> bool:
+    """Whether a model has so much in it that an error of the sensors would earn nothing more."""
+    named = search.named(state.active)
+    return bool(search.of_kind(named, Kind.TERM)) or len(named) >= search.settings.large
 
 
 def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:

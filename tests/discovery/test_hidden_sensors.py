@@ -65,13 +65,15 @@ def test_a_lever_arm_is_found_under_noise_where_no_effect_leaves_it_white():
     assert {term.symbol: term.value for term in arm.terms} == pytest.approx({"arm_x": 0.0, "arm_y": 0.5}, abs=0.05)
 
 
-@pytest.mark.parametrize(("seed", "effect"), [(9206, "sway_lift"), (9208, None)], ids=["lift", "nothing"])
+@pytest.mark.parametrize(
+    ("seed", "effect"), [(9206, "sway_lift"), (9208, None), (9107, "cg_offset")], ids=["lift", "nothing", "balance"]
+)
 def test_a_lever_arm_is_found_where_a_dozen_effects_explain_it_to_white_noise(seed: int, effect: str | None):
     """The errors earn little beside so many effects, and rollouts may judge what is left: forces compare the two."""
     rng = np.random.default_rng([seed, 9])
     hull = random_hull(HULL, rng)
     effects = {} if effect is None else typical_effect(effect, hull, rng)
-    programme = {9206: "zigzag", 9208: "gentle"}[seed]
+    programme = {9206: "zigzag", 9208: "gentle", 9107: "gentle"}[seed]
     world = simulate_world(hull, effects, programme=programme, duration=240.0, noise="field", seed=seed)
     found = find_missing([measured(world.motion(0.05), HiddenErrors(0.6, 0.0, 0.0))], hull).findings
     assert found.missing == (() if effect is None else (effect,))
