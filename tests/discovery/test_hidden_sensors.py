@@ -109,8 +109,12 @@ def test_effects_that_look_like_a_lever_arm_are_named_where_there_is_none(effect
 
 @pytest.mark.parametrize(
     ("seed", "programme", "noise", "effect", "arm"),
-    [(9204, "rich", "clean", None, (0.0, 0.5)), (9104, "zigzag", "field", "sway_lift", (0.6, 0.0))],
-    ids=["nothing", "lift"],
+    [
+        (9204, "rich", "clean", None, (0.0, 0.5)),
+        (9104, "zigzag", "field", "sway_lift", (0.6, 0.0)),
+        (9109, "rich", "field", "surge_quadratic_damping", (0.6, 0.0)),
+    ],
+    ids=["nothing", "lift", "drag"],
 )
 def test_an_arm_is_told_though_the_record_of_the_commands_leaves_a_little(
     seed: int, programme: str, noise: str, effect: str | None, arm: tuple[float, float], tmp_path: Path
