@@ -9,52 +9,31 @@ reporting seeds writes its table to `docs/hidden_effects.md`.
 """
 
 import argparse
-import json
 import os
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
 
-from joblib import Parallel, delayed
 from study.figures import exact, table
-from study.fingerprint import fingerprint
 from study.judging import judge
+from study.resumed import Kept, kept, resumed
 from study.worlds import PARTS, SEEDS
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLE = ROOT / "docs" / "hidden_effects.md"
-PACKAGES = ("physics", "measurements", "discovery")
-"""Packages whose source decides the results."""
 
 
-def kept(path: Path, made_by: str) -> list[dict[str, Any]]:
-    """Records of an earlier run, if the same source made them."""
-    if not path.is_file():
-        return []
-    stored = json.loads(path.read_text(encoding="utf-8"))
-    return stored["records"] if stored["source"] == made_by else []
-
-
-def run_part(part: str, seeds: str, logs: int, folder: Path, jobs: int) -> list[dict[str, Any]]:
-    """Run what is not yet kept of a part; write the results every few logs."""
-    made_by, path = fingerprint(PACKAGES), folder / f"{part}.json"
-    records = kept(path, made_by)[:logs]
+def run_part(part: str, seeds: str, logs: int, folder: Path, jobs: int) -> Kept:
+    """Run what is not yet kept of a part; results are written every few logs."""
     start, block = SEEDS[seeds]
-    first = start + block * list(PARTS).index(part)
-    todo = (delayed(judge)(part, n, first + n) for n in range(len(records), logs))
-    judged = cast("Iterator[dict[str, Any]]", Parallel(n_jobs=jobs, return_as="generator")(todo))
-    for record in judged:
-        records.append(record)
+    runs = resumed(folder / f"{part}.json", logs, jobs, judge, part, start + block * list(PARTS).index(part))
+    records = next(runs)
+    for records in runs:
+        record = records[-1]
         said = "exact" if exact(record) else f"named {', '.join(record['missing'] + record['unnamed']) or 'nothing'}"
         hidden = ", ".join(record["hidden"]) or "nothing"
         print(f"{part} {len(records)}/{logs}, seed {record['seed']}: {hidden}: {said}", flush=True)
-        if len(records) % 10 == 0 or len(records) == logs:
-            folder.mkdir(parents=True, exist_ok=True)
-            draft = path.with_suffix(".part")
-            draft.write_text(json.dumps({"source": made_by, "records": records}, allow_nan=False), encoding="utf-8")
-            draft.replace(path)
     return records
 
 
@@ -74,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     results = {}
     for part in given.part or PARTS:
         logs = min(given.logs, getattr(PARTS[part], given.size))
-        stored = kept(folder / f"{part}.json", fingerprint(PACKAGES)) if given.tell else []
+        stored = kept(folder / f"{part}.json") if given.tell else []
         records = stored if given.tell else run_part(part, given.seeds, logs, folder, given.jobs)
         if records:
             results[part] = records

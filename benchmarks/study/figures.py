@@ -95,7 +95,8 @@ INTRODUCTION = f"""
 Each log is 300 s of a random sister of `blueboat`, `otter` or `blueboat_paper` (masses, added masses and damping each
 varied by up to a third), with random effects of the catalogue hidden in it. Their size is random too, but large enough
 that each alone changes 10 s rollouts by 3 %. A free thrust curve is never hidden beside a scale of all or of astern
-thrust, which are special cases of it. Odometry comes at 20 Hz, commands at 10 Hz. Field noise is 0.015 m/s and
+thrust, which are special cases of it, nor another mass beside added mass where the centre of gravity is the origin:
+there only their sums act. Odometry comes at 20 Hz, commands at 10 Hz. Field noise is 0.015 m/s and
 0.006 rad/s, rough noise 0.04 m/s and 0.015 rad/s (standard deviations), with noise on heading and position, jitter of
 the time stamps and 1 % dropouts. Waves are a JONSWAP band of 0.3 to 0.8 Hz with a significant orbital velocity of
 {WAVES[0]:g} to {WAVES[1]:g} m/s, which the sensors see and no force of the model makes.

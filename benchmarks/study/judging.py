@@ -27,9 +27,9 @@ HORIZON = 10.0
 """Length of the held-out rollouts [s]."""
 
 
-def judge(part: str, number: int, seed: int) -> dict[str, Any]:
-    """Draw a log, let discovery look at it, and compare what it says with the truth."""
-    case = draw(PARTS[part], number, seed)
+def judge(part: str, first: int, number: int) -> dict[str, Any]:
+    """Draw a log of a part whose seeds begin with the first, let discovery look at it, and compare with the truth."""
+    case = draw(PARTS[part], number, first + number)
     pieces = divided(case, number % BY_FILE == BY_FILE - 1)
     fitting = (*pieces.train.motions, *pieces.validation.motions)
     begun = time.perf_counter()

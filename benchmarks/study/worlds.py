@@ -28,6 +28,9 @@ WAVES = (0.05, 0.2)
 BY_FILE = 10
 """Every tenth log goes through a file and the reader, as a user's would; the others straight to the motion."""
 
+ADDED = ("surge_added_mass", "sway_added_mass")
+"""Of these and the mass of a hull whose centre of gravity is its origin, only the two sums act."""
+
 Values = dict[str, float]
 
 
@@ -86,6 +89,8 @@ def draw(part: Part, number: int, seed: int) -> Case:
             names = [EFFECTS[number % len(EFFECTS)].name]
         if any(other in effect_named(name).includes for name in names for other in names):
             continue  # a general effect beside a special case of it: no log could tell
+        if (nominal.x_g, nominal.y_g) == (0.0, 0.0) and "mass_offset" in names and set(names) & set(ADDED):
+            continue  # only the sums of masses act on such a hull: the two are another two
         try:
             sizes = [(name, typical_effect(name, nominal, rng)) for name in names]
             hidden = {label(name, list(values)): values for name, values in sizes}

@@ -24,6 +24,9 @@ _SLACK = 0.05
 """Share of an interval's width by which an estimate may lie beyond its end: rounding, and steps of a profile."""
 
 
+_WIDER = 0.5
+"""Share of an interval's width by which it is wider on either side where one name in a thousand may be wrong: four
+standard deviations, of estimates that a dozen blocks give."""
 _CLEARLY = 2.0
 """Times the misalignment that a lag or a delay must exceed to be believed."""
 _TIMES = ("lag", "delay")
@@ -82,13 +85,20 @@ def of_differences(pool: Sequence[Candidate], kept: Sequence[str], motions: Sequ
 
 
 def _of_nothing(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> str:
-    """Doubt about an effect of which every interval contains the value in the file."""
+    """Doubt about an effect of which every interval contains the value in the file, or nearly does."""
     sizes = [p.symbol for p in candidate.parameters if not p.grid] or candidate.symbols
     known = [(symbol, intervals[symbol]) for symbol in sizes if symbol in intervals]
-    if not known or not all(low <= nominal.value(symbol) <= high for symbol, (low, high) in known):
-        return ""
     names = " and ".join(symbol for symbol, _ in known)
-    return f"what the vehicle file says lies within the 95 % interval of {names}"
+    for more, within in ((0.0, "within"), (_WIDER, "near")):
+        if known and all(_holds(interval, nominal.value(symbol), more) for symbol, interval in known):
+            return f"what the vehicle file says lies {within} the 95 % interval of {names}"
+    return ""
+
+
+def _holds(interval: Interval, value: float, more: float) -> bool:
+    """Whether an interval that is wider by a share of its width on either side contains a value."""
+    beyond = more * (interval.upper - interval.lower)
+    return interval.lower - beyond <= value <= interval.upper + beyond
 
 
 def _of(

@@ -65,7 +65,8 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     columns = FormColumns(search, state, seen, judge.blind)
     rest = RestBesideForms(columns)
     rivals = {}
-    for group in _in_question(search, there):
+    groups = list(_in_question(search, there))
+    for group in groups:
         if len(group) > 1 and not judge.forces:
             continue  # which law of a speed it is, the balance of such a log cannot tell
         one = RestBesideForms(columns, group).in_one(columns.same(group))
@@ -82,6 +83,9 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
         changes[key] = change.share
         if change.share > much:
             rivals[key] = Rival(*_given_way(columns, key, change, found))
+    for group in groups:  # of one law no part is right where another is not
+        given = next((rivals[key] for key in group if key in rivals), None)
+        rivals |= {} if given is None else {key: given for key in group if key not in rivals}
     return OtherForms(tuple(found), rivals, changes)
 
 

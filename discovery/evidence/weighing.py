@@ -25,6 +25,13 @@ SURE = 0.9
 """Confidence from which an effect is called missing."""
 TELL_APART = 5.0
 """Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
+CERTAINLY = float(np.log(40 / 0.001))
+"""The same where white noise lets every instant count: what is wrong beats the truth by so much in at most one log in
+exp(10.6), and one of some forty that are wrong does in one in a thousand."""
+_NEARLY_ALL = 0.95
+"""Share of block resamples in which it must beat another: a part of the log may speak for it, and the rest not."""
+_NEAR = 4.0
+"""Times of that in which a rival is fitted and not only foretold."""
 PERHAPS = 0.5
 """Confidence from which an effect is possible: more resamples are for it than against it."""
 _DRAWS = 2000
@@ -168,10 +175,11 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     shapes = [option for key in others for option in linear.options[key] if option.present]
     quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes])
     best = {key: min(q for q, option in zip(quick, shapes, strict=True) if option.key == key) for key in others}
+    clear = CERTAINLY if search.balance.forces else TELL_APART
     for key in others:
-        if key in alike or best[key] < state.score + 4.0 * TELL_APART:
+        if key in alike or best[key] < state.score + _NEAR * clear:
             start = search.replace(state, candidate.key, key, linear, scores)
-            if start.score < state.score + TELL_APART:
+            if start.score < state.score + clear or not _in_every_part(search, start, state, model.seed):
                 rivals.append(key)
     # A scale of thrust beside a free curve of it is another curve.
     rivals += [c.key for c in search.pool if c.key in now and candidate.effect.name in c.effect.includes]
@@ -192,6 +200,13 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         _at_limit(search, candidate, now[candidate.key]),
         chance=model.rehearsals.chance(candidate.key),
     )
+
+
+def _in_every_part(search: Search, rival: State, state: State, seed: int) -> bool:
+    """Whether a model beats a rival on a force balance whatever blocks of the log are drawn; of rollouts not asked."""
+    if not search.balance.forces:
+        return True
+    return share_of_resamples(search, rival.fit, state.fit, 0.0, seed, matters=True) >= _NEARLY_ALL
 
 
 def _not_selected(model: _Model, candidate: Candidate, whole: Fit) -> Evidence:

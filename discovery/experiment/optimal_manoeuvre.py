@@ -14,12 +14,12 @@ from math import erfc, inf, sqrt
 import numpy as np
 
 from ...physics.worlds.trials import TRIALS, Trial, in_words
-from ..evidence.weighing import TELL_APART
+from ..evidence.weighing import CERTAINLY, TELL_APART
 from .changed_steps import Bounds, Limit, Steps, changed, first_manoeuvres, shorter
 from .open_question import OpenQuestion, Rehearsed
 
 ENOUGH = 4.0 * TELL_APART
-"""Log-likelihood to reach: the question is then settled even if the effect is half as large as the log says."""
+"""Log-likelihood to reach: nine manoeuvres of ten then settle the question, see `chance`."""
 _POPULATION, _PARENTS = 48, 12
 """Manoeuvres of a generation, and how many of them have descendants."""
 _GENERATIONS, _PATIENCE = 24, 7
@@ -68,9 +68,9 @@ def chance(gain: float) -> float:
     """The probability that a true model is told from another, from which it parts by a log-likelihood.
 
     The log-likelihood ratio of two models that differ by a known signal in white noise is normal, of mean G and
-    variance 2 G (Van Trees 1968, section 2.6); it tells them apart from `TELL_APART` on.
+    variance 2 G (Van Trees 1968, section 2.6); it is named from `CERTAINLY` on.
     """
-    return 0.5 * erfc((TELL_APART - gain) / (2.0 * sqrt(gain))) if gain > 0.0 else 0.0
+    return 0.5 * erfc((CERTAINLY - gain) / (2.0 * sqrt(gain))) if gain > 0.0 else 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,7 +64,7 @@ def test_a_study_goes_on_where_it_was(study: ModuleType, slice_of_it: Path, monk
     monkeypatch.setattr(study, "judge", refuse)
     study.main(options(slice_of_it))
     assert (slice_of_it / "table.md").read_bytes() == page
-    monkeypatch.setattr(study, "fingerprint", lambda packages: "another source")
+    monkeypatch.setattr(sys.modules["study.resumed"], "fingerprint", lambda packages: "another source")
     with pytest.raises(AssertionError, match="seed 0 was judged again"):
         study.main(options(slice_of_it))
 

@@ -101,3 +101,12 @@ def test_what_moves_alike_and_was_told_apart_all_the_same_is_said_to_be():
     assert "surge quadratic damping fits held-out data clearly better than any of the others alone" in text
     assert text.count("a mixture of them may fit as well as one") == 1
     assert str(_facts(told)).count("a mixture of them may fit as well as one") == 2
+
+
+def test_an_effect_that_is_hardly_beyond_the_value_in_the_file_is_in_doubt():
+    nominal = PAPER.value("X_uu")
+    less = PAPER.with_values({"X_uu": nominal - 2.0})
+    beside, far = Interval(nominal - 3.9, nominal - 0.1), Interval(nominal - 2.5, nominal - 1.5)
+    named = ("surge_quadratic_damping",)
+    assert "lies near the 95 % interval of X_uu" in doubts(POOL, PAPER, less, named, {"X_uu": beside})[named[0]]
+    assert doubts(POOL, PAPER, less, named, {"X_uu": far}) == {}

@@ -10,7 +10,7 @@ import pytest
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.weighing import TELL_APART
+from undertow.discovery.evidence.weighing import CERTAINLY, TELL_APART
 from undertow.discovery.experiment import optimal_manoeuvre
 from undertow.discovery.experiment.changed_steps import Bounds, Limit, kept
 from undertow.discovery.experiment.open_question import OpenQuestion, Rehearsed, ask
@@ -128,12 +128,12 @@ def test_hopeless_is_what_nothing_that_was_tried_would_tell():
 
 
 def test_its_probability_is_that_of_a_normal_ratio():
-    assert chance(TELL_APART) == pytest.approx(0.5)
+    assert chance(CERTAINLY) == pytest.approx(0.5)
     assert chance(0.0) == 0.0
     rng = np.random.default_rng(0)
     drawn = rng.normal(ENOUGH, np.sqrt(2.0 * ENOUGH), 200_000)
-    assert chance(ENOUGH) == pytest.approx((drawn > TELL_APART).mean(), abs=2e-3)
-    assert Driven(TRIALS[0], (TELL_APART, 0.0), 0.0, 0.0).probability == pytest.approx(0.25)
+    assert chance(ENOUGH) == pytest.approx((drawn > CERTAINLY).mean(), abs=2e-3)
+    assert Driven(TRIALS[0], (CERTAINLY, 0.0), 0.0, 0.0).probability == pytest.approx(0.25)
 
 
 def test_steps_are_rounded_within_thrust_and_time():

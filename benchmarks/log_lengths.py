@@ -1,0 +1,154 @@
+"""What a short log can tell: how often an effect is named in it that five minutes name, and how often a wrong one is.
+
+Random hulls with one effect of the catalogue (each in turn) or none are driven for five minutes; then discovery gets a
+piece of each log, from a random moment on. A short piece may show too little of an effect, and honest answers are then
+"undecided" and "nothing"; a wrong name is never one. Results are kept in a folder, as those of `hidden_effects.py` are.
+
+    python benchmarks/log_lengths.py [--logs 100] [--seeds tuning|reporting] [--jobs N] [--tell]
+        [--table docs/log_lengths.md]
+
+Exit code 1 where more than one piece in a hundred got a wrong name.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from study.judging import standing
+from study.resumed import bound, in_a_table, kept, resumed
+from study.worlds import ALL, DURATION, STEP, Part, draw, label
+
+from undertow.discovery.discover import find_missing
+from undertow.physics.effects import EFFECTS
+from undertow.physics.errors import RequestError
+
+ROOT = Path(__file__).resolve().parents[1]
+FIRST = {"tuning": 220_000, "reporting": 230_000}
+LENGTHS = (20.0, 30.0, 45.0, 60.0, 90.0, 120.0, DURATION)
+HIDDEN = Part("one effect, all programmes", 1, 0, 0, ALL, ("field",))
+NOTHING = Part("nothing, all programmes", 0, 0, 0, ALL, ("field",))
+NONE_IN = 5
+"""Every so many logs one has nothing hidden."""
+MOST = 0.01
+INTRODUCTION = """Random sisters of the shipped vehicles with one hidden effect (each of the catalogue in turn) or none,
+field noise, rich, zigzag and gentle programmes. Each log is of five minutes; discovery gets a piece of it, from a
+random moment on, and the whole. Wrong: what is called missing, an unnamed term included, is not hidden. Right where the
+whole log is: the hidden effect is named in the piece, of those that it is named of in the whole log. Open: it is named, or
+stands with those that the piece cannot tell from another, or is called possible."""
+
+
+def judge(first: int, number: int) -> dict[str, Any]:
+    """What is said of one log, whole and in pieces."""
+    nothing = number % NONE_IN == NONE_IN - 1
+    # One number further each time all effects had their turn, lest each meets one programme alone.
+    turn = number + number // len(EFFECTS)
+    case = draw(NOTHING if nothing else HIDDEN, turn, first + number)
+    whole = case.log.motion(STEP)
+    rng, answers = np.random.default_rng([first + number, 6]), {}
+    for length in LENGTHS:
+        rows = min(round(length / STEP) + 1, whole.time.size)
+        begin = int(rng.integers(0, whole.time.size - rows + 1))
+        try:
+            findings = find_missing([whole.slice(begin, begin + rows)], case.nominal).findings
+        except RequestError as error:
+            answers[f"{length:g}"] = {"verdict": "refused", "why": str(error)[:200], "missing": [], "standing": {}}
+            continue
+        effects = {label(e.effect, [t.symbol for t in e.terms]): e for e in findings.candidates}
+        answers[f"{length:g}"] = {
+            "verdict": findings.verdict,
+            "missing": [name for name, e in effects.items() if e.verdict == "missing"]
+            + [term.symbol for term in findings.unnamed],
+            "standing": {name: standing(effects, name) for name in case.hidden},
+        }
+    return {**case.setting, "hidden": list(case.hidden), "answers": answers}
+
+
+def wrong(record: Mapping[str, Any], length: float) -> list[str]:
+    """What is named of a piece and not hidden."""
+    return [name for name in record["answers"][f"{length:g}"]["missing"] if name not in record["hidden"]]
+
+
+def right(record: Mapping[str, Any], length: float) -> bool:
+    """Whether exactly what is hidden is named of a piece."""
+    return record["answers"][f"{length:g}"]["missing"] == record["hidden"]
+
+
+def curve(records: Sequence[Mapping[str, Any]]) -> list[tuple[object, ...]]:
+    """A row for each length."""
+    rows: list[tuple[object, ...]] = []
+    hiding = [r for r in records if r["hidden"] and right(r, DURATION)]
+    for length in LENGTHS:
+        told = [r["answers"][f"{length:g}"] for r in records]
+        false = sum(bool(wrong(r, length)) for r in records)
+        same = sum(right(r, length) for r in hiding)
+        seen = sum(all(s != "no evidence" for s in r["answers"][f"{length:g}"]["standing"].values()) for r in hiding)
+        open_ends = sum(answer["verdict"] == "undecided" for answer in told)
+        refused = sum(answer["verdict"] == "refused" for answer in told)
+        most = bound(false, len(records), 0.95)
+        shares = [f"{hits / max(len(hiding), 1):.0%}" for hits in (same, seen)]
+        rows.append((f"{length:g} s", len(records), false, f"{most:.1%}", *shares, open_ends, refused))
+    return rows
+
+
+def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
+    """The study as a page in Markdown."""
+    short = [(r, length) for r in records for length in LENGTHS if length < DURATION]
+    false = [(r, length) for r, length in short if wrong(r, length)]
+    share = len(false) / max(len(short), 1)
+    head = (
+        "length",
+        "logs",
+        "wrong",
+        "95 % sure below",
+        "right where the whole log is",
+        "open",
+        "undecided",
+        "refused",
+    )
+    rows = [
+        f"- {length:g} s of seed {r['seed']} ({r['vehicle']}, {r['programme']}): {', '.join(wrong(r, length))} for "
+        f"{', '.join(r['hidden']) or 'nothing'}"
+        for r, length in false
+    ]
+    parts = [
+        "# Short logs: what they can tell",
+        f"Written by `{command}`; do not edit. {INTRODUCTION}",
+        f"**{len(false)} of {len(short)} pieces of 20 to 120 s got a wrong name**: {share:.1%} (at most {MOST:.0%}); "
+        f"with 95 % confidence it is below {bound(len(false), len(short), 0.95):.1%}.",
+        in_a_table(head, curve(records)),
+        "\n".join(rows),
+    ]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the study and print its page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--logs", type=int, default=100)
+    parser.add_argument("--seeds", choices=FIRST, default="reporting")
+    parser.add_argument("--jobs", type=int, default=min(4, os.cpu_count() or 1))
+    parser.add_argument("--tell", action="store_true", help="run nothing, only tell what is kept")
+    parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "log_lengths", help="where results are kept")
+    parser.add_argument("--table", type=Path)
+    given = parser.parse_args(arguments)
+    path = given.folder / f"{given.seeds}.json"
+    records = kept(path)[: given.logs]
+    if not given.tell:
+        for records in resumed(path, given.logs, given.jobs, judge, FIRST[given.seeds]):
+            if records:
+                last = records[-1]
+                said = {length: answer["missing"] for length, answer in last["answers"].items()}
+                print(f"{len(records)}/{given.logs}: {last['seed']} {last['hidden']}: {said}", flush=True)
+    text = page(records, f"python benchmarks/log_lengths.py --logs {len(records)} --seeds {given.seeds}")
+    if given.table is not None:
+        given.table.write_text(text, encoding="utf-8")
+    print(text)
+    return int(sum(bool(wrong(r, length)) for r in records for length in LENGTHS[:-1]) > MOST * 6 * len(records))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
