@@ -36,9 +36,9 @@ NONE_IN = 5
 MOST = 0.01
 INTRODUCTION = """Random sisters of the shipped vehicles with one hidden effect (each of the catalogue in turn) or none,
 field noise, rich, zigzag and gentle programmes. Each log is of five minutes; discovery gets a piece of it, from a
-random moment on, and the whole. Wrong: what is called missing, an unnamed term included, is not hidden. Right where the
-whole log is: the hidden effect is named in the piece, of those that it is named of in the whole log. Open: it is named, or
-stands with those that the piece cannot tell from another, or is called possible."""
+random moment on, and the whole. Wrong: what is called missing, an unnamed term included, is not hidden. Right where
+the whole log is: the hidden effect is named in the piece, of those that it is named of in the whole log. Open: it is
+named, or stands with those that the piece cannot tell from another, or is called possible."""
 
 
 def judge(first: int, number: int) -> dict[str, Any]:

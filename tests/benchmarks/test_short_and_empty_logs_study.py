@@ -1,0 +1,68 @@
+"""The studies of short logs and of nothing hidden: they judge, keep and tell honestly, and find no wrong name."""
+
+import importlib
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from places import ROOT
+
+from undertow.physics.errors import RequestError
+
+
+@pytest.fixture(scope="module")
+def studies() -> Iterator[tuple[ModuleType, ModuleType]]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "benchmarks"))
+        yield importlib.import_module("log_lengths"), importlib.import_module("nothing_hidden")
+
+
+@pytest.mark.parametrize(("number", "length"), [(8, 20.0), (5, 60.0), (11, 45.0)])
+def test_what_a_piece_cannot_tell_gets_no_name(
+    studies: tuple[ModuleType, ModuleType], number: int, length: float, monkeypatch: pytest.MonkeyPatch
+):
+    """A stand-in beats the truth by luck, or in one part of the piece: of these logs each piece named one for it."""
+    lengths, _ = studies
+    found = lengths.find_missing
+    rows = round(length / lengths.STEP) + 1
+
+    def this_piece_only(motions, nominal):
+        if motions[0].time.size != rows:
+            raise RequestError("another piece")
+        return found(motions, nominal)
+
+    monkeypatch.setattr(lengths, "find_missing", this_piece_only)
+    record = lengths.judge(lengths.FIRST["tuning"], number)
+    assert not lengths.wrong(record, length)
+
+
+def test_a_page_counts_what_is_wrong(studies: tuple[ModuleType, ModuleType], tmp_path: Path):
+    lengths, nothing = studies
+    record = {
+        "seed": 1,
+        "vehicle": "otter",
+        "programme": "rich",
+        "noise": "field",
+        "waves": 0.0,
+        "hidden": ["sway_lift"],
+    }
+    named = {"verdict": "missing", "missing": ["munk_moment"], "standing": {"sway_lift": "possible"}}
+    right = {"verdict": "missing", "missing": ["sway_lift"], "standing": {"sway_lift": "missing"}}
+    answers = {f"{length:g}": right for length in lengths.LENGTHS} | {"20": named}
+    told = lengths.page([{**record, "answers": answers}], "this")
+    assert "**1 of 6 pieces of 20 to 120 s got a wrong name**: 16.7%" in told
+    assert "munk_moment for sway_lift" in told
+    empty = {**record, "verdict": "nothing missing", "named": [], "rolls": False, "better": 500, "seconds": 1.0}
+    told = nothing.page([empty, {**empty, "named": ["sway_lift"]}], "this")
+    assert "**1 of 2 logs got a name**" in told
+    assert "seed 1 (otter, rich, field): sway_lift" in told
+
+
+def test_nothing_is_named_where_nothing_is_hidden(studies: tuple[ModuleType, ModuleType], tmp_path: Path):
+    _, nothing = studies
+    command = ["--logs", "1", "--seeds", "tuning", "--jobs", "1", "--folder", str(tmp_path)]
+    assert nothing.main([*command, "--table", str(tmp_path / "page.md")]) == 0
+    page = (tmp_path / "page.md").read_text("utf-8")
+    assert "**0 of 1 logs got a name**" in page
+    assert nothing.main([*command, "--tell"]) == 0
