@@ -1,6 +1,6 @@
 """The evidence for and against each candidate: what it is worth, how sure that is, and what looks just like it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,8 +28,6 @@ TELL_APART = 5.0
 CERTAINLY = float(np.log(40 / 0.001))
 """The same where white noise lets every instant count: what is wrong beats the truth by so much in at most one log in
 exp(10.6), and one of some forty that are wrong does in one in a thousand."""
-_NEARLY_ALL = 0.95
-"""Share of block resamples in which it must beat another: a part of the log may speak for it, and the rest not."""
 _NEAR = 4.0
 """Times of that in which a rival is fitted and not only foretold."""
 PERHAPS = 0.5
@@ -119,7 +117,8 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     """
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
-    model = _Model(search, state, linear, scores, now, seed, Rehearsals(search, linear, scores, now, seed))
+    general = _general_instead(search, state)
+    model = _Model(search, state, linear, scores, now, seed, Rehearsals(search, linear, scores, now, seed), general)
     whole, squares = search.fit(scores, list(now.values())), search.balance.squares(state.vehicle)
 
     def of(candidate: Candidate) -> Evidence:
@@ -155,6 +154,30 @@ class _Model:
     now: dict[str, Option]
     seed: int
     rehearsals: Rehearsals
+    general: Mapping[str, State]
+
+
+def _general_instead(search: Search, state: State) -> dict[str, State]:
+    """The model with each general effect that it does not have in place of its special cases, where it has some.
+
+    Only those that explain more than the model by what is never chance, whatever their many numbers cost: the price
+    says what is believed at first sight, and a simple law that a force balance refutes is no name for all that.
+    """
+    found: dict[str, State] = {}
+    if not search.balance.forces:
+        return found
+    for general in (c for c in search.pool if c.effect.general and c.key not in state.active):
+        rest = [key for key in search.named(state.active) if key not in general.effect.includes]
+        if len(rest) < len(search.named(state.active)):
+            there = search.evaluate(search.restrict(state, rest).vehicle, (*rest, general.key))
+            if _explained(search, there) > _explained(search, state) + CERTAINLY:
+                found[general.key] = there
+    return found
+
+
+def _explained(search: Search, state: State) -> float:
+    """The held-out log-likelihood of a model, nothing paid."""
+    return float(-0.5 * search.independent * np.log(state.fit.held_out + search.floor).sum())
 
 
 def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequence[str]) -> Evidence:
@@ -181,11 +204,16 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
             start = search.replace(state, candidate.key, key, linear, scores)
             if start.score < state.score + clear or not _in_every_part(search, start, state, model.seed):
                 rivals.append(key)
+    for key, there in model.general.items():
+        special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
+        if special or _explained(search, search.without(there, candidate.key)) > _explained(search, state) + CERTAINLY:
+            rivals.append(key)
     # A scale of thrust beside a free curve of it is another curve.
     rivals += [c.key for c in search.pool if c.key in now and candidate.effect.name in c.effect.includes]
     if candidate.effect.family in ("coupling", "mass") and search.of_kind(tuple(now), Kind.TERM):
         # Beside terms without a name, the model is nobody's physics: what moves alike may share a cause.
         rivals += [key for key in alike if key in now]
+    rivals = list(dict.fromkeys(rivals))
     confidence = share_of_resamples(search, without.fit, state.fit, price, model.seed, search.matters(without, state))
     return Evidence(
         candidate.key,
@@ -203,10 +231,11 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
 
 
 def _in_every_part(search: Search, rival: State, state: State, seed: int) -> bool:
-    """Whether a model beats a rival on a force balance whatever blocks of the log are drawn; of rollouts not asked."""
+    """Whether a model beats a rival in nine of ten draws of a log's blocks, lest one decide; of rollouts not asked."""
     if not search.balance.forces:
         return True
-    return share_of_resamples(search, rival.fit, state.fit, 0.0, seed, matters=True) >= _NEARLY_ALL
+    own, others = (model.score + _explained(search, model) for model in (state, rival))
+    return share_of_resamples(search, rival.fit, state.fit, own - others, seed, matters=True) >= SURE
 
 
 def _not_selected(model: _Model, candidate: Candidate, whole: Fit) -> Evidence:
