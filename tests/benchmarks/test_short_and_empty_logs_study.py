@@ -37,6 +37,17 @@ def test_what_a_piece_cannot_tell_gets_no_name(
     assert not lengths.wrong(record, length)
 
 
+def test_a_simple_law_that_a_free_curve_refutes_is_no_name(studies: tuple[ModuleType, ModuleType]):
+    """The curve costs more for its many numbers than the law of the power that stood in for it."""
+    worlds = importlib.import_module("study.worlds")
+    case = worlds.draw(worlds.PARTS["gentle"], 64, 17064)
+    pieces = worlds.divided(case, False)
+    findings = studies[0].find_missing((*pieces.train.motions, *pieces.validation.motions), case.nominal).findings
+    assert set(findings.missing) <= {"thrust_curve"} == set(case.hidden)
+    (law,) = [e for e in findings.candidates if e.effect == "thrust_exponent"]
+    assert law.indistinguishable_from == ("thrust_curve",)
+
+
 def test_a_page_counts_what_is_wrong(studies: tuple[ModuleType, ModuleType], tmp_path: Path):
     lengths, nothing = studies
     record = {
