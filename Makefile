@@ -11,7 +11,7 @@ READY := .venv/undertow-is-set-up
 SITE := .venv/undertow-site-is-set-up
 # What is not compiled here is when it is first imported, which most of it never is: a minute of the set-up less.
 PIP := $(BIN)/python -m pip install -qq --no-compile --disable-pip-version-check -c constraints.txt
-# The quick one first: the study of hidden effects takes half an hour.
+# The quick one first: the studies of hidden effects and of nothing hidden take hours.
 BENCHMARKS := benchmarks/speed.py $(filter-out benchmarks/speed.py,$(wildcard benchmarks/*.py))
 
 help:

@@ -29,11 +29,15 @@ from undertow.physics.errors import RequestError
 ROOT = Path(__file__).resolve().parents[1]
 FIRST = {"tuning": 220_000, "reporting": 230_000}
 LENGTHS = (20.0, 30.0, 45.0, 60.0, 90.0, 120.0, DURATION)
+"""Lengths of the pieces [s]; the last is the whole log."""
+SHORT = len(LENGTHS) - 1
+"""Pieces of a log that are shorter than it."""
 HIDDEN = Part("one effect, all programmes", 1, 0, 0, ALL, ("field",))
 NOTHING = Part("nothing, all programmes", 0, 0, 0, ALL, ("field",))
 NONE_IN = 5
 """Every so many logs one has nothing hidden."""
 MOST = 0.01
+"""Share of the short pieces that may get a wrong name."""
 INTRODUCTION = """Random sisters of the shipped vehicles with one hidden effect (each of the catalogue in turn) or none,
 field noise, rich, zigzag and gentle programmes. Each log is of five minutes; discovery gets a piece of it, from a
 random moment on, and the whole. Wrong: what is called missing, an unnamed term included, is not hidden. Right where
@@ -72,6 +76,11 @@ def wrong(record: Mapping[str, Any], length: float) -> list[str]:
     return [name for name in record["answers"][f"{length:g}"]["missing"] if name not in record["hidden"]]
 
 
+def mistaken(records: Sequence[Mapping[str, Any]]) -> list[tuple[Mapping[str, Any], float]]:
+    """Short pieces that got a wrong name: the log of each, and its length [s]."""
+    return [(r, length) for r in records for length in LENGTHS[:SHORT] if wrong(r, length)]
+
+
 def right(record: Mapping[str, Any], length: float) -> bool:
     """Whether exactly what is hidden is named of a piece."""
     return record["answers"][f"{length:g}"]["missing"] == record["hidden"]
@@ -96,9 +105,8 @@ def curve(records: Sequence[Mapping[str, Any]]) -> list[tuple[object, ...]]:
 
 def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
     """The study as a page in Markdown."""
-    short = [(r, length) for r in records for length in LENGTHS if length < DURATION]
-    false = [(r, length) for r, length in short if wrong(r, length)]
-    share = len(false) / max(len(short), 1)
+    false, pieces = mistaken(records), SHORT * len(records)
+    share = len(false) / max(pieces, 1)
     head = (
         "length",
         "logs",
@@ -117,8 +125,8 @@ def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
     parts = [
         "# Short logs: what they can tell",
         f"Written by `{command}`; do not edit. {INTRODUCTION}",
-        f"**{len(false)} of {len(short)} pieces of 20 to 120 s got a wrong name**: {share:.1%} (at most {MOST:.0%}); "
-        f"with 95 % confidence it is below {bound(len(false), len(short), 0.95):.1%}.",
+        f"**{len(false)} of {pieces} pieces of 20 to 120 s got a wrong name**: {share:.1%} (at most {MOST:.0%}); "
+        f"with 95 % confidence it is below {bound(len(false), pieces, 0.95):.1%}.",
         in_a_table(head, curve(records)),
         "\n".join(rows),
     ]
@@ -147,7 +155,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.table is not None:
         given.table.write_text(text, encoding="utf-8")
     print(text)
-    return int(sum(bool(wrong(r, length)) for r in records for length in LENGTHS[:-1]) > MOST * 6 * len(records))
+    return int(len(mistaken(records)) > MOST * SHORT * len(records))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """How often discovery names anything where nothing is hidden, and how often chance is as rare as it is told to be.
 
 Logs of random hulls over every programme, with field, rough and no noise, one in ten in waves; one in ten goes through
-a file. For one log in four the best effect is rehearsed on the model that made the log: of nothing, it should be among
+a file. For one log in seven the best effect is rehearsed on the model that made the log: of nothing, it should be among
 the best of 999 rehearsals as often as any of these is. Results are kept in a folder, so that a study which was stopped
 goes on where it was; they count only for the source that made them.
 
@@ -34,7 +34,7 @@ ROOT = Path(__file__).resolve().parents[1]
 FIRST = {"tuning": 200_000, "reporting": 210_000}
 CALM = Part("nothing", 0, 0, 0, ALL, ("field", "rough", "clean"))
 WAVES = Part("waves alone", 0, 0, 0, ALL, ("field", "rough"), waves=True)
-IN_WAVES, REHEARSED = 10, 4
+IN_WAVES, REHEARSED = 10, 7
 """Every so many logs one is in waves; and of every so many one is rehearsed."""
 MOST = 0.001
 INTRODUCTION = """Logs of 300 s of random sisters of the shipped vehicles, driven by the very model that discovery gets:

@@ -110,7 +110,7 @@ class BesideSensors(NamedTuple):
 def beside_sensors(looked: Selected, say: Callable[[str], None]) -> BesideSensors:
     """What was found, or what is found without an error of the sensors, where the force balance asks for one.
 
-    Where rollouts judge, it must be explained to white noise without it. Where the log asks less plainly, nothing is
+    Where rollouts judge, a third of what stood unexplained may be left without it. Where the log asks less plainly, nothing is
     corrected: effects that it asks for no longer beside the error are not certain.
     """
     basis, search = looked.basis, looked.search
@@ -201,16 +201,18 @@ def _asked(basis: Basis) -> Array | None:
     search = basis.instant
     empty = search.evaluate(search.nominal, ())
     columns = _columns(search, empty)
-    within, without = (best_beside(search, some, empty) for some in (columns, columns[:, :, :0]))
+    within = best_beside(search, columns, empty)
     errors = HiddenErrors.of(within.errors * _USUAL)
     if errors == HiddenErrors.of(np.zeros(3)):
         return None
     # A search beside errors that are not taken out yet may end where one without them does not: then it is told anew.
     motions = [errors.corrected(motion) for motion in basis.forces.motions]
     again = _beside(choose(motions, basis.nominal, basis.settings).instant)
-    if without.worth() - min(within.worth(), again.worth()) < _BETTER:
+    taken = np.array([errors.arm_x, errors.arm_y, errors.compass])
+    best = min(within.worth(), again.worth() + 0.5 * float(np.square(taken / _USUAL).sum()))
+    if best_beside(search, columns[:, :, :0], empty).worth() - best < _BETTER:
         return None
-    return np.array([errors.arm_x, errors.arm_y, errors.compass]) + again.errors * _USUAL
+    return taken + again.errors * _USUAL
 
 
 def _told(estimate: Array) -> str:

@@ -22,8 +22,8 @@ _DIFFERENCES = (
 )
 _SLACK = 0.05
 """Share of an interval's width by which an estimate may lie beyond its end: rounding, and steps of a profile."""
-
-
+_RIGID_BODY = ("x_g", "y_g", "mass", "inertia_z")
+"""What says together whether a hull can be."""
 _WIDER = 0.5
 """Share of an interval's width by which it is wider on either side where one name in a thousand may be wrong: four
 standard deviations, of estimates that a dozen blocks give."""
@@ -62,14 +62,15 @@ def doubts(
     """
     together = one_too_many(nominal, kept)
     before, after = (impossible(vehicle.values, vehicle.thrusters) for vehicle in (nominal, estimate))
-    no_hull = {key: why for key, why in after.items() if key not in before}
+    no_hull = "; ".join(after[key] for key in _RIGID_BODY if key in after and key not in before)
     found = {}
     for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
         why = "; ".join(
             filter(None, (_of(candidate, symbol, nominal, estimate, intervals) for symbol in candidate.symbols))
         )
         why = why or _of_nothing(candidate, nominal, intervals)
-        why = "; ".join(no_hull[symbol] for symbol in candidate.symbols if symbol in no_hull) or why
+        if set(_RIGID_BODY) & set(candidate.symbols):
+            why = no_hull or why
         if candidate.key in together:
             why = _TOGETHER
         if why:

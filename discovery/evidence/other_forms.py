@@ -83,9 +83,10 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
         changes[key] = change.share
         if change.share > much:
             rivals[key] = Rival(*_given_way(columns, key, change, found))
-    for group in groups:  # of one law no part is right where another is not
+    for group in groups:  # of one law no part is right where another is not, whoever judges
         given = next((rivals[key] for key in group if key in rivals), None)
-        rivals |= {} if given is None else {key: given for key in group if key not in rivals}
+        if given is not None:
+            rivals |= {key: given for key in group if key not in rivals}
     return OtherForms(tuple(found), rivals, changes)
 
 

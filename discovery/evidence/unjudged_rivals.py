@@ -36,11 +36,14 @@ def beside_unjudged(forces: Search, state: State, kept: Sequence[str], unjudged:
     found: dict[str, list[str]] = {}
     for rival in unjudged:
         # What drifts otherwise than the model says moves surge and yaw, too: thrust can stand in for it.
-        alike = [c.key for c in named if _axes(c) <= _axes(rival)]
-        for group in [[key] for key in alike] + [alike] * (len(alike) > 1):
+        through_others = [[c.key] for c in named if not _axes(c)]
+        alike = [c.key for c in named if _axes(c) and _axes(c) <= _axes(rival)]
+        shapes = [option for option in linear.options[rival.key] if option.present]
+        # Beside the rival, too: what acts besides it is not in its place.
+        beside = min(score, *(wide.quick(scores, {**now, rival.key: shape}) for shape in shapes))
+        for group in [*through_others, *([key] for key in alike), *([alike] if len(alike) > 1 else [])]:
             gone = {key: linear.options[key][1] for key in group}
-            shapes = [option for option in linear.options[rival.key] if option.present]
-            if min(wide.quick(scores, {**now, **gone, rival.key: shape}) for shape in shapes) < score + TELL_APART:
+            if min(wide.quick(scores, {**now, **gone, rival.key: shape}) for shape in shapes) < beside + TELL_APART:
                 for key in group:
                     found.setdefault(key, []).append(rival.effect.name)
     return {key: " or ".join(n.replace("_", " ") for n in dict.fromkeys(names)) for key, names in found.items()}

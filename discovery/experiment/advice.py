@@ -6,7 +6,7 @@ from math import ceil
 import numpy as np
 
 from ...physics.frames import AXES
-from ..evidence.weighing import TELL_APART, Evidence
+from ..evidence.weighing import CERTAINLY, Evidence
 from ..findings import Advice
 from ..identifiability.rehearsal import Rehearsal, rehearse
 from ..identifiability.visible import Identifiability
@@ -17,8 +17,8 @@ MOST_ITEMS = 6
 """Most manoeuvres advised."""
 _AS_GOOD = 0.7
 """Share of the best trial's gain from which another will do."""
-_BEYOND_DOUBT = 4.0 * TELL_APART
-"""Log-likelihood from which a trial settles a question even if its effect is half as large as is plausible."""
+_BEYOND_DOUBT = 2.0 * CERTAINLY
+"""Log-likelihood from which a trial settles a question nine times of ten, if its effect is as large as is plausible."""
 _MOST_RUNS = 4
 """Times that a manoeuvre may be asked for: more would not be driven."""
 _MOST_NAMED = 4
@@ -51,7 +51,7 @@ def advise(
     if rehearsal is None or not questions:
         return ()
     partings = part(search, state, questions, plausible, rehearsal)
-    promising = [p for p in partings if p.gain.max() >= TELL_APART / _MOST_RUNS]
+    promising = [p for p in partings if p.gain.max() >= CERTAINLY / _MOST_RUNS]
     plan: dict[int, list[Parting]] = {}
     for left in ([p for p in promising if p.selected], [p for p in promising if not p.selected]):
         while left and len(plan) < MOST_ITEMS:
@@ -62,10 +62,10 @@ def advise(
             left = [p for p in left if p not in settled]
     items = []
     for trial, settled in plan.items():
-        runs = max(ceil(TELL_APART / p.gain[trial]) for p in settled)
+        runs = max(ceil(CERTAINLY / p.gain[trial]) for p in settled)
         often = f", {runs} times" if runs > 1 else ""
         items.append(Advice(manoeuvre=rehearsal.trials[trial].text + often, why=reasons(settled, trial)))
-    hopeless = [p for p in partings if p.selected and p.gain.max() < TELL_APART / _MOST_RUNS]
+    hopeless = [p for p in partings if p.selected and p.gain.max() < CERTAINLY / _MOST_RUNS]
     if hopeless:
         items.append(unsettled(hopeless, len(rehearsal.trials)))
     return tuple(items[:MOST_ITEMS])

@@ -47,3 +47,8 @@ def test_nothing_is_doubted_where_nothing_was_left_out():
     forces = Search(WeakForm([log], WeakSettings()), HULL, candidates(HULL), SearchSettings())
     names = ("yaw_quadratic_damping",)
     assert beside_unjudged(forces, forces.evaluate(HULL, names), names, ()) == {}
+
+
+@pytest.mark.parametrize("drift", [{"munk_moment": -30.0}, {"sway_lift": 15.0}], ids=["moment", "lift"])
+def test_what_acts_besides_what_was_not_judged_is_no_stand_in_for_it(drift: dict[str, float]):
+    assert doubts(drift | {"thruster_lag": 0.4}, ("thruster_lag",), "field") == {}
