@@ -110,8 +110,8 @@ class BesideSensors(NamedTuple):
 def beside_sensors(looked: Selected, say: Callable[[str], None]) -> BesideSensors:
     """What was found, or what is found without an error of the sensors, where the force balance asks for one.
 
-    Where rollouts judge, a third of what stood unexplained may be left without it. Where the log asks less plainly, nothing is
-    corrected: effects that it asks for no longer beside the error are not certain.
+    Where rollouts judge, a third of what stood unexplained may be left without it. Where the log asks less plainly,
+    nothing is corrected: effects that it asks for no longer beside the error are not certain.
     """
     basis, search = looked.basis, looked.search
     if basis.forces.claimed:
