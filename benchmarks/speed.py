@@ -1,19 +1,21 @@
 """How long the command line takes and how much memory, imports included, against what is asked of it.
 
     python benchmarks/speed.py [--no-answers] [--growth MINUTES ...] [--rows 1000000] [--networks] [--compression]
-        [--rollouts] [--table docs/performance.md]
+        [--rollouts] [--field FOLDER] [--table docs/performance.md]
 
 Each figure is the best of some runs of the command line (five of an answer and of the demo), each in a process of its
 own, and the largest memory of these: the speed of a machine changes as others use it. `--growth` adds `discover` on
 logs of that many minutes with the exponent of its time, `--rows` adds `inspect` of a log of that many rows,
 `--networks` a comparison of seven models, `--compression` factors against pysindy, LAPACK and BLAS (see
-`compression.py`), `--rollouts` a batch of rollouts against other ways (see `rollouts.py`). What is left out keeps its
-section of the page. Exit code 1 where a limit is broken.
+`compression.py`), `--rollouts` a batch of rollouts against other ways (see `rollouts.py`), `--field` a discovery in the
+logs of a real BlueBoat (see `examples/real_blueboat.py`). What is left out keeps its section of the page. Exit code 1
+where a limit is broken.
 """
 
 import argparse
 import json
 import os
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -25,6 +27,13 @@ import numpy as np
 from compression import DRAWS, against_lapack, against_pysindy
 from measured import Figures, measure_parts
 from rollouts import against_others
+
+from undertow.discovery.basis import choose
+from undertow.discovery.search.chance import Rehearsals
+from undertow.discovery.search.noise_copies import REHEARSALS
+from undertow.discovery.settings import DiscoverySettings
+from undertow.physics.vehicle import vehicle_from_dict
+from undertow.workflows.inputs import read_inputs
 
 UNDERTOW = [sys.executable, "-m", "undertow"]
 HIDDEN = ("surge_quadratic_damping=-6", "thruster_asymmetry=0.8", "steady_current=0.2,-0.1", "sway_lift=8")
@@ -72,6 +81,7 @@ def answers(figures: Figures, folder: Path) -> None:
         figures.tell(f"{what}: what the page adds", best(words, folder, 5)[0] - seconds, 3.0, "s")
         if hidden:
             shares(figures, folder, words[1])
+            rehearsal(figures, folder / words[1])
     figures.tell("demo", best(["demo", "--force"], folder, 5)[0], 6.0, "s")
     figures.tell("undertow --help", best(["--help"], folder, 3)[0], 0.3, "s")
     begun = [_import(folder) for _ in range(3)]
@@ -85,6 +95,31 @@ def shares(figures: Figures, folder: Path, log: str) -> None:
     steps: dict[str, float] = json.loads(told)
     for step, seconds in steps.items():
         figures.tell(f"share of its time: {step}", 100.0 * seconds / sum(steps.values()), None, "%")
+
+
+def rehearsal(figures: Figures, log: Path) -> None:
+    """The selection on factors, run again on each copy of a log's noise."""
+    inputs = read_inputs(log, "blueboat")
+    search = choose(inputs.fitting, inputs.vehicle, DiscoverySettings()).instant
+    state = search.run()
+    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    now = {key: linear.options[key][0] for key in state.active}
+    begun = time.perf_counter()
+    Rehearsals(search, linear, scores, now, 0).best()
+    milliseconds = 1e3 * (time.perf_counter() - begun) / REHEARSALS
+    figures.tell("a rehearsal of nothing, the selection on factors", milliseconds, 5.0, "ms")
+
+
+def field(figures: Figures, folder: Path, logs: Path) -> None:
+    """`discover` in the logs of a real BlueBoat, which rollouts judge."""
+    example = runpy.run_path(str(Path(__file__).parents[1] / "examples" / "real_blueboat.py"))
+    vehicle_from_dict(example["START"], "the example").save(folder / "linear.yaml")
+    (folder / "channels.yaml").write_text(example["CHANNELS"], encoding="utf-8")
+    paths = sorted(str(path.resolve()) for path in logs.glob("log_*.csv"))
+    words = ["discover", *paths, "-v", "linear.yaml", "--map", "channels.yaml", "--out", "field", "--force"]
+    seconds, peak = best([*words, "--no-report"], folder)
+    figures.tell(f"discover, {len(paths)} logs of a real BlueBoat, rollouts", seconds, 30.0, "s")
+    figures.tell("the same, memory", peak, None, "MB")
 
 
 def _import(folder: Path) -> float:
@@ -135,6 +170,7 @@ def main() -> int:
     parser.add_argument("--networks", action="store_true")
     parser.add_argument("--compression", action="store_true")
     parser.add_argument("--rollouts", action="store_true")
+    parser.add_argument("--field", type=Path, metavar="FOLDER")
     parser.add_argument("--table", type=Path)
     chosen = parser.parse_args()
 
@@ -151,6 +187,7 @@ def main() -> int:
             "a comparison with networks": (chosen.networks, lambda f: networks(f, folder)),
             "compression": (chosen.compression, compression),
             "rollouts": (chosen.rollouts, against_others),
+            "field logs": (chosen.field is not None, lambda f: field(f, folder, chosen.field)),
         }
         asked = {name: measure for name, (wanted, measure) in parts.items() if wanted}
         return int(measure_parts(asked, chosen.table, "Speed", "benchmarks/speed.py", HOW))

@@ -6,9 +6,10 @@ from typing import Annotated
 
 import typer
 
+from ..measurements.log_options import AS_GUESSED
 from .console import failing_clearly, say
 from .discover_verb import tell_discovery
-from .options import ForceOption, check_folder, read_logs
+from .options import ForceOption, check_folder, logs_in_steps
 
 
 def demo(
@@ -24,7 +25,7 @@ def demo(
             resources.as_file(folder / "gazebo_blueboat.csv.gz") as log,
             resources.as_file(folder / "demo.yaml") as car,
         ):
-            check, read = partial(_check, out, force), partial(read_logs, [log], str(car))
+            check, read = partial(_check, out, force), partial(logs_in_steps, [log], str(car), AS_GUESSED, None)
             tell_discovery(out, check, read, report=True, seed=0, force=force, told="short")
 
 

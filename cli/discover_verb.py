@@ -1,9 +1,9 @@
 """The verb `discover`: rank, test and select the physical effects that the vehicle model misses."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -22,11 +22,8 @@ from .options import (
     NamespaceOption,
     SeedOption,
     check_folder,
-    read_logs,
+    logs_in_steps,
 )
-
-if TYPE_CHECKING:
-    from ..measurements.prepared_logs import Inputs
 
 _FORKED = ("numpy.fft", "numpy.ma", "undertow.exports.mcap_file")
 """Modules that more than one process of a discovery asks for."""
@@ -62,7 +59,7 @@ def discover(
             vehicle, channels = offered(logs, Reading(frame, channels, namespace), out)
             refit = True
         check = partial(check_folder, out, (logs, vehicle, channels), report=not no_report, force=force)
-        read = partial(read_logs, logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
+        read = partial(logs_in_steps, logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
         told = "json" if as_json else "whole"
         tell_discovery(out, check, read, report=not no_report, seed=seed, refit=refit, force=force, told=told)
 
@@ -70,7 +67,7 @@ def discover(
 def tell_discovery(
     out: Path,
     check: Callable[[], None],
-    read: Callable[[], "Inputs"],
+    read: Callable[[], Iterator[Any]],
     *,
     report: bool,
     seed: int,
@@ -83,26 +80,30 @@ def tell_discovery(
     Parameters
     ----------
     check : refuses a run folder that cannot be written
-    read : gives what is searched
+    read : gives what is searched, and then what is wrong with it
     told : whole; short for what is missing and how the error falls, with the rest left to the files; json for machines
     """
     import time
 
     begun = time.perf_counter()
-    from ..measurements.statistics.second_processor import beside, load_before_forks
+    from ..measurements.statistics.second_processor import load_before_forks, steps_beside
 
-    with beside(read) as reading:  # what checks, searches and tells is loaded while the logs are read
+    with steps_beside(read) as steps:  # what checks, searches and tells is loaded while the logs are read
         check()
         from ..discovery.settings import DiscoverySettings
         from ..reports.terminal import failures_screen as screen
         from ..reports.terminal import findings_screen as terminal
+        from ..workflows.discover_and_add import chosen_ahead
         from ..workflows.discover_and_add import discover as find
         from ..workflows.run_folder.write import write_run
 
         load_before_forks(_FORKED)
         pass_over_what_is_loaded()
-        inputs = reading()
-    run = find(inputs, DiscoverySettings(seed=seed, refit=refit), progress=progress)
+        settings = DiscoverySettings(seed=seed, refit=refit)
+        inputs = next(steps)
+        basis = chosen_ahead(inputs, settings)  # while the logs are checked
+        inputs = inputs.with_checks(next(steps))
+    run = find(inputs, settings, progress=progress, basis=basis)
     write_run(run, out, report=report, force=force, progress=progress)
     findings = run.findings
     if told == "json":

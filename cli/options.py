@@ -1,6 +1,6 @@
 """What the verbs share: the options that they declare, and how they read logs."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -54,6 +54,15 @@ def read_logs(
     from ..workflows.inputs import read_inputs
 
     return read_inputs(logs, vehicle, reading, judge=judge, progress=progress)
+
+
+def logs_in_steps(logs: list[Path] | list[str], vehicle: Any, reading: Reading, judge: str | None) -> Iterator[Any]:
+    """Logs prepared for a vehicle, and then what is wrong with them, with progress; see `read_in_steps`."""
+    from ..workflows.inputs import read_in_steps
+
+    prepared, checks = read_in_steps(logs, vehicle, reading, judge=judge, progress=progress)
+    yield prepared
+    yield checks()
 
 
 def check_folder(out: Path, reads: Iterable[Any] = (), *, report: bool = True, force: bool = False) -> None:

@@ -60,6 +60,16 @@ class Parts:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class Checks:
+    """What the checks say of logs; see the attributes of `Inputs` of these names."""
+
+    notes: tuple[str, ...]
+    warnings: tuple[str, ...]
+    broken: bool
+    inspections: tuple[Inspection, ...]
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Inputs(Card):
     """Logs read and prepared once, for everything that follows.
@@ -120,6 +130,16 @@ class Inputs(Card):
         none, empty = replace(weak, motions=()), replace(even, motions=())
         parts = Parts(Split(empty, empty, judged), FOLDS)
         return replace(self, weak=Split(weak, none, none), parts=parts, undivided=None)
+
+    def with_checks(self, checks: Checks) -> "Inputs":
+        """The same with what the checks of the logs have to say."""
+        return replace(
+            self,
+            notes=(*self.notes, *checks.notes),
+            warnings=checks.warnings,
+            broken=checks.broken,
+            inspected=(self.vehicle, checks.inspections),
+        )
 
     def in_folds(self, folds: Sequence[Fold]) -> "Inputs":
         """The same with the judged rows cut where folds begin and end, and filtered only then; see `cut`."""

@@ -44,7 +44,13 @@ References = tuple[list[Judged], list[str]]
 
 @showing
 @single_threaded
-def discover(inputs: Inputs, settings: DiscoverySettings | None = None, *, progress: Say | None = SHOWN) -> Run:
+def discover(
+    inputs: Inputs,
+    settings: DiscoverySettings | None = None,
+    *,
+    progress: Say | None = SHOWN,
+    basis: Basis | None = None,
+) -> Run:
     """Name the physical effects that the vehicle model misses in the logs, add them one by one, and score each step.
 
     Parameters
@@ -52,6 +58,7 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, *, progr
     inputs : logs and nominal vehicle, see `read_inputs`
     settings : of the search, its seed among them
     progress : called with lines about the work, shown where nothing is said; None for silence
+    basis : what judges these inputs, where it was chosen ahead, see `chosen_ahead`
 
     Raises
     ------
@@ -63,7 +70,7 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, *, progr
     expect("discover: settings", chosen, DiscoverySettings, "undertow.DiscoverySettings(...) makes them")
     hand_back()
     inputs = inputs.whole()
-    basis = choose(inputs.fitting, inputs.vehicle, chosen)
+    basis = basis or choose(inputs.fitting, inputs.vehicle, chosen)
     inputs, folds = _in_folds(inputs, basis)
     with beside(partial(references, inputs, basis, folds)) as known:
         found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress, basis)
@@ -71,6 +78,16 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, *, progr
         if found.basis.rolls != basis.rolls:  # the search turned to rollouts, and so does the calibration
             known = partial(references, inputs, found.basis, folds)
         return assess(inputs, found, chosen, known, progress, earned=True)
+
+
+@single_threaded
+def chosen_ahead(inputs: Inputs, settings: DiscoverySettings) -> Basis | None:
+    """What judges inputs that are not checked yet; None where nothing can, which `discover` says of checked ones."""
+    inputs = inputs.whole()
+    try:
+        return choose(inputs.fitting, inputs.vehicle, settings)
+    except Exception:  # whatever comes of a broken log
+        return None
 
 
 @showing

@@ -1,8 +1,9 @@
 """Inputs of every verb: logs read and prepared once for a vehicle."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from ..measurements.alignment import LEAST_CORRELATION
@@ -15,7 +16,7 @@ from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK, DataSet
 from ..measurements.preparation.prepare import prepare
 from ..measurements.preparation.split import PARTS, split
-from ..measurements.prepared_logs import FOLDS, Inputs, Parts, PathLike, corrected
+from ..measurements.prepared_logs import FOLDS, Checks, Inputs, Parts, PathLike, corrected
 from ..measurements.quality.examination import examine, pool
 from ..measurements.quality.finding import Finding, Reach
 from ..measurements.statistics.single_threaded import single_threaded
@@ -32,7 +33,6 @@ _JUDGES = (*PARTS, "all", FOLDS)
 
 
 @showing
-@single_threaded
 def read_inputs(
     logs: Iterable[PathLike | Log] | PathLike | Log,
     vehicle: Vehicle | PathLike,
@@ -59,6 +59,45 @@ def read_inputs(
     LogError, VehicleError, RequestError
         when a file cannot be read or used, or is known to be broken; see `Reading.as_is`.
     """
+    prepared, checks = read_in_steps(logs, vehicle, reading, judge=judge, progress=progress)
+    return prepared.with_checks(checks())
+
+
+@single_threaded
+def read_in_steps(
+    logs: Iterable[PathLike | Log] | PathLike | Log,
+    vehicle: Vehicle | PathLike,
+    reading: Reading = AS_GUESSED,
+    *,
+    judge: str | None = None,
+    progress: Say | None = None,
+) -> tuple[Inputs, Callable[[], Checks]]:
+    """Prepared logs, on which work may begin, and what tells all that is wrong with them; see `read_inputs`.
+
+    Raises
+    ------
+    LogError, VehicleError, RequestError
+        when a file cannot be read or used; the checks raise where logs are known to be broken, and what was begun with
+        them is of no use then.
+    """
+    model, read, reading, told = _read(logs, vehicle, reading, judge, progress)
+    checks = partial(_checked, read, model, reading, progress)
+    try:
+        prepared = _prepared(read, model, reading, judge)
+    except Exception:
+        checks()  # what is wrong with a log is told before what keeps it from being used
+        raise
+    return replace(prepared, notes=(*told, *prepared.notes)), checks
+
+
+def _read(
+    logs: Iterable[PathLike | Log] | PathLike | Log,
+    vehicle: Vehicle | PathLike,
+    reading: Reading,
+    judge: str | None,
+    progress: Say | None,
+) -> tuple[Vehicle, tuple[Log, ...], Reading, tuple[str, ...]]:
+    """The vehicle, the logs as they were recorded, how they were read, and what was said of finding them."""
     expect("read_inputs: logs", logs, (str, os.PathLike, Log, Iterable), "give paths of logs, or logs")
     expect("read_inputs: vehicle", vehicle, (Vehicle, str, os.PathLike), "undertow.load_vehicle(PATH) reads one")
     expect("read_inputs: reading", reading, Reading, "undertow.Reading(frame=..., as_is=...) says how")
@@ -83,35 +122,45 @@ def read_inputs(
         reading = replace(reading, channel_map=_utf8(reading.channel_map))
     told_bytes = megabytes(progress)
     read = (*(read_log(name, reading, progress=told_bytes) for name in names), *ready)
-    names = tuple(str(log.path) for log in read) if ready else names
     hand_back()
+    return model, read, reading, tuple(told)
+
+
+@single_threaded
+def _checked(read: Sequence[Log], model: Vehicle, reading: Reading, progress: Say | None) -> Checks:
+    """What is wrong with logs, which are refused where it is too much."""
     checked = Pace(progress, "checks of the log", even=False).told
     examinations = [examine(log, model, progress=checked) for log in read]
     inspections = tuple(inspect_log(log, model, examination=made) for log, made in zip(read, examinations, strict=True))
     if any(inspection.plan.missing for inspection in inspections):
         prepare(read, model, WEAK)  # what is missing is told before what is wrong with the rest
     told_of = [_alignment_notes(inspection, reading.as_is) for inspection in inspections]
-    out_of_step = [note for notes, _ in told_of for note in notes]
     opposed = [text for _, texts in told_of for text in texts]
     together = pool(examinations) if len(read) > 1 else ()
-    warnings = (*opposed, *sound(inspections, together, model, reading.as_is))
+    return Checks(
+        notes=tuple(note for notes, _ in told_of for note in notes),
+        warnings=(*opposed, *sound(inspections, together, model, reading.as_is)),
+        broken=bool(defects(inspections, together, model)),
+        inspections=inspections,
+    )
+
+
+def _prepared(read: Sequence[Log], model: Vehicle, reading: Reading, judge: str | None) -> Inputs:
+    """Logs prepared for a vehicle, and corrected for what their records say of their sensors."""
     # The filter comes after the cut into parts, so that it never looks across a boundary.
     weak, even = recorded = prepare(read, model, WEAK), prepare(read, model, replace(PAPER, cutoff=None))
     sensors = {} if reading.as_is else _sensors(read, weak)
     weak, even = corrected(recorded, sensors)
     part = None if judge == FOLDS else judge
     found = Inputs(
-        paths=names,
+        paths=tuple(str(log.path) for log in read),
         starts={str(log.path): log.start_ns for log in read},
         vehicle=model,
         weak=split(weak),
         parts=Parts(split(even, PAPER), part or "test"),
-        notes=(*told, *weak.notes, *out_of_step, *_sensor_notes(sensors)),
+        notes=(*weak.notes, *_sensor_notes(sensors)),
         reading=reading,
-        warnings=warnings,
-        broken=bool(defects(inspections, together, model)),
         sensors=sensors,
-        inspected=(model, inspections),
         undivided=(weak, even) if part is None else None,
         recorded=recorded,
     )

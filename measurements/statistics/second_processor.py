@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
+from itertools import count, islice
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TypeVar
@@ -30,15 +31,28 @@ R = TypeVar("R")
 def beside(work: Callable[[], R]) -> Iterator[Callable[[], R]]:
     """Begin a computation beside this process; what is given waits for its result, and raises what it raised.
 
-    It is done here, when its result is asked for, where there is no second processor or no safe fork: on other systems
-    than Linux, where threads of Python may hold a lock, and in a large process. Who leaves without the result ends it.
+    Parameters
+    ----------
+    work : takes nothing, changes nothing, and returns or raises what can be pickled; see `steps_beside`
+    """
+    with steps_beside(lambda: (work() for _ in range(1))) as steps:
+        yield lambda: next(steps)
+
+
+@contextmanager
+def steps_beside(work: Callable[[], Iterator[R]]) -> Iterator[Iterator[R]]:
+    """Begin a computation of some steps beside this process; what is given waits for each, and raises what it raised.
+
+    It is done here, when its results are asked for, where there is no second processor or no safe fork: on other
+    systems than Linux, where threads of Python may hold a lock, and in a large process. Who leaves without the results
+    ends it.
 
     Parameters
     ----------
-    work : takes nothing, changes nothing, and returns or raises what can be pickled
+    work : takes nothing, changes nothing, and gives, one after the other, or raises what can be pickled
     """
     if not _can_fork():
-        yield work
+        yield work()
         return
     here, there = multiprocessing.Pipe(duplex=False)
     process = multiprocessing.get_context("fork").Process(target=_hand_back, args=(work, here, there), daemon=True)
@@ -47,25 +61,31 @@ def beside(work: Callable[[], R]) -> Iterator[Callable[[], R]]:
     except OSError:  # no more processes, or no memory for one
         here.close()
         there.close()
-        yield work
+        yield work()
         return
     there.close()
-
-    def result() -> R:
-        try:
-            found, error = here.recv()
-        except (EOFError, OSError):  # it was ended from outside, for its memory perhaps
-            return work()
-        if error is not None:
-            raise error
-        return found
-
     try:
-        yield result
+        yield _received(work, here)
     finally:
         process.kill()
         process.join()
         here.close()
+
+
+def _received(work: Callable[[], Iterator[R]], here: Connection) -> Iterator[R]:
+    """What a forked process hands back; what it does not come to is done here."""
+    for number in count():
+        try:
+            told = here.recv()
+        except (EOFError, OSError):  # it was ended from outside, for its memory perhaps
+            yield from islice(work(), number, None)
+            return
+        if told is None:
+            return
+        found, error = told
+        if error is not None:
+            raise error
+        yield found
 
 
 def shared(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
@@ -105,16 +125,17 @@ def _resident() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1024.0
 
 
-def _hand_back(work: Callable[[], R], here: Connection, there: Connection) -> None:
-    """In the forked process: hand back a result or an error; Ctrl-C is left to who waits for it, and ends with it."""
+def _hand_back(work: Callable[[], Iterator[R]], here: Connection, there: Connection) -> None:
+    """In the forked process: hand back results or an error; Ctrl-C is left to who waits for them, and ends with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
     here.close()  # else nobody would be missed at the other end
     ctypes.CDLL(None).prctl(_DIES_WITH_PARENT, signal.SIGKILL)
-    try:
-        told = (work(), None)
-    except Exception as error:  # whatever it is, it is raised where the result is asked for
-        told = (None, error)
     with suppress(OSError):  # nobody waits any longer
-        there.send(told)
+        try:
+            for found in work():
+                there.send((found, None))
+            there.send(None)
+        except Exception as error:  # whatever it is, it is raised where the result is asked for
+            there.send((None, error))
