@@ -10,23 +10,19 @@ piece of each log, from a random moment on. A short piece may show too little of
 Exit code 1 where more than one piece in a hundred got a wrong name.
 """
 
-import argparse
-import os
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from study.judging import standing
-from study.resumed import bound, in_a_table, kept, resumed
+from study.resumed import Kept, Study, bound, carried_out, in_a_table
 from study.worlds import ALL, DURATION, STEP, Part, draw, label
 
 from undertow.discovery.discover import find_missing
 from undertow.physics.effects import EFFECTS
 from undertow.physics.errors import RequestError
 
-ROOT = Path(__file__).resolve().parents[1]
 FIRST = {"tuning": 220_000, "reporting": 230_000}
 LENGTHS = (20.0, 30.0, 45.0, 60.0, 90.0, 120.0, DURATION)
 """Lengths of the pieces [s]; the last is the whole log."""
@@ -135,27 +131,14 @@ def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the study and print its page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--logs", type=int, default=100)
-    parser.add_argument("--seeds", choices=FIRST, default="reporting")
-    parser.add_argument("--jobs", type=int, default=min(4, os.cpu_count() or 1))
-    parser.add_argument("--tell", action="store_true", help="run nothing, only tell what is kept")
-    parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "log_lengths", help="where results are kept")
-    parser.add_argument("--table", type=Path)
-    given = parser.parse_args(arguments)
-    path = given.folder / f"{given.seeds}.json"
-    records = kept(path)[: given.logs]
-    if not given.tell:
-        for records in resumed(path, given.logs, given.jobs, judge, FIRST[given.seeds]):
-            if records:
-                last = records[-1]
-                said = {length: answer["missing"] for length, answer in last["answers"].items()}
-                print(f"{len(records)}/{given.logs}: {last['seed']} {last['hidden']}: {said}", flush=True)
-    text = page(records, f"python benchmarks/log_lengths.py --logs {len(records)} --seeds {given.seeds}")
-    if given.table is not None:
-        given.table.write_text(text, encoding="utf-8")
-    print(text)
+    records = carried_out(Study("log_lengths", 100, FIRST, judge, _line, page), __doc__, arguments)
     return int(len(mistaken(records)) > MOST * SHORT * len(records))
+
+
+def _line(records: Kept) -> str:
+    """What was said of the last log."""
+    last = records[-1]
+    return f"{last['seed']} {last['hidden']}: { {n: answer['missing'] for n, answer in last['answers'].items()} }"
 
 
 if __name__ == "__main__":

@@ -11,16 +11,13 @@ goes on where it was; they count only for the source that made them.
 Exit code 1 where more than one log got a name.
 """
 
-import argparse
-import os
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from study.resumed import bound, in_a_table, kept, resumed
+from study.resumed import Kept, Study, bound, carried_out, in_a_table
 from study.worlds import ALL, BY_FILE, Part, divided, draw
 
 from undertow.discovery.basis import Basis, choose
@@ -30,7 +27,6 @@ from undertow.discovery.search.floating import Search
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.statistics.single_threaded import single_threaded
 
-ROOT = Path(__file__).resolve().parents[1]
 FIRST = {"tuning": 200_000, "reporting": 210_000}
 CALM = Part("nothing", 0, 0, 0, ALL, ("field", "rough", "clean"))
 WAVES = Part("waves alone", 0, 0, 0, ALL, ("field", "rough"), waves=True)
@@ -138,25 +134,14 @@ def calibration(records: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the study and print its page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--logs", type=int, default=3000)
-    parser.add_argument("--seeds", choices=FIRST, default="reporting")
-    parser.add_argument("--jobs", type=int, default=min(4, os.cpu_count() or 1))
-    parser.add_argument("--tell", action="store_true", help="run nothing, only tell what is kept")
-    parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "nothing_hidden", help="where results are kept")
-    parser.add_argument("--table", type=Path)
-    given = parser.parse_args(arguments)
-    path = given.folder / f"{given.seeds}.json"
-    records = kept(path)[: given.logs]
-    if not given.tell:
-        for records in resumed(path, given.logs, given.jobs, judge, FIRST[given.seeds]):
-            if records and (records[-1]["named"] or len(records) % 50 == 0):
-                print(f"{len(records)}/{given.logs}: {records[-1]['seed']} {records[-1]['named'] or ''}", flush=True)
-    text = page(records, f"python benchmarks/nothing_hidden.py --logs {len(records)} --seeds {given.seeds}")
-    if given.table is not None:
-        given.table.write_text(text, encoding="utf-8")
-    print(text)
+    records = carried_out(Study("nothing_hidden", 3000, FIRST, judge, _line, page), __doc__, arguments)
     return int(sum(bool(r["named"]) for r in records) > 1)
+
+
+def _line(records: Kept) -> str:
+    """What was named in the last log, and now and then how far the study is."""
+    last = records[-1]
+    return f"{last['seed']} {last['named'] or ''}" if last["named"] or len(records) % 50 == 0 else ""
 
 
 if __name__ == "__main__":

@@ -1,14 +1,17 @@
 """Results that are kept as they come, so that a study which was stopped goes on where it was."""
 
+import argparse
 import json
-from collections.abc import Callable, Iterator, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 from joblib import Parallel, delayed
 
 from .fingerprint import fingerprint
 
+ROOT = Path(__file__).parents[2]
 PACKAGES = ("physics", "measurements", "discovery")
 """Packages whose source decides the results."""
 _AT_ONCE = 10
@@ -44,6 +47,51 @@ def resumed(path: Path, logs: int, jobs: int, judge: Callable[..., dict[str, Any
             draft.write_text(json.dumps({"source": made_by, "records": records}, allow_nan=False), encoding="utf-8")
             draft.replace(path)
         yield records
+
+
+class Study(NamedTuple):
+    """A study of random logs, one record each.
+
+    Attributes
+    ----------
+    name : of its script and of the folder where results are kept
+    logs : how many, where nobody says it
+    first : first seeds, by what they are for
+    judge : called with the first seed and the number of a log
+    line : says what came of the last record; empty to say nothing
+    page : of the records, and of the command that made them
+    """
+
+    name: str
+    logs: int
+    first: Mapping[str, int]
+    judge: Callable[..., dict[str, Any]]
+    line: Callable[[Kept], str]
+    page: Callable[[Kept, str], str]
+
+
+def carried_out(study: Study, described: str | None, arguments: Sequence[str] | None = None) -> Kept:
+    """Run a study as the command line asks, go on where it was stopped, print its page, and give its records."""
+    parser = argparse.ArgumentParser(description=described, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--logs", type=int, default=study.logs)
+    parser.add_argument("--seeds", choices=study.first, default="reporting")
+    parser.add_argument("--jobs", type=int, default=min(4, os.cpu_count() or 1))
+    parser.add_argument("--tell", action="store_true", help="run nothing, only tell what is kept")
+    parser.add_argument("--folder", type=Path, default=ROOT / "runs" / study.name, help="where results are kept")
+    parser.add_argument("--table", type=Path)
+    given = parser.parse_args(arguments)
+    path = given.folder / f"{given.seeds}.json"
+    records = kept(path)[: given.logs]
+    if not given.tell:
+        for records in resumed(path, given.logs, given.jobs, study.judge, study.first[given.seeds]):
+            line = study.line(records) if records else ""
+            if line:
+                print(f"{len(records)}/{given.logs}: {line}", flush=True)
+    text = study.page(records, f"python benchmarks/{study.name}.py --logs {len(records)} --seeds {given.seeds}")
+    if given.table is not None:
+        given.table.write_text(text, encoding="utf-8")
+    print(text)
+    return records
 
 
 def bound(hits: int, of: int, level: float) -> float:

@@ -9,14 +9,15 @@ import pandas as pd
 import pytest
 from verbs import call, refused, strict
 
+from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
-from undertow.physics.errors import LogError
+from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import simulate_world
-from undertow.workflows.discover_and_add import add
-from undertow.workflows.inputs import _alignment_notes, read_inputs
+from undertow.workflows.discover_and_add import add, chosen_ahead, discover
+from undertow.workflows.inputs import _alignment_notes, read_in_steps, read_inputs
 from undertow.workflows.run_folder.read import read_run_inputs
 
 HULL = load_vehicle("blueboat")
@@ -68,6 +69,30 @@ def test_swapped_sides_are_refused(whole: Path, tmp_path: Path):
     table.to_csv(tmp_path / "swapped.csv", index=False)
     with pytest.raises(LogError, match="port and starboard look swapped.*swap them in a channel map: 'newton_"):
         read_inputs(tmp_path / "swapped.csv", HULL)
+
+
+def test_what_was_begun_with_a_broken_log_is_thrown_away(reversed_: Path, whole: Path):
+    settings = DiscoverySettings()
+    prepared, checks = read_in_steps(reversed_, HULL)
+    assert chosen_ahead(prepared, settings) is not None
+    with pytest.raises(LogError, match="newton_stbd is reversed"):
+        checks()
+    sound, checks = read_in_steps(whole, HULL)
+    inputs, whole_inputs = sound.with_checks(checks()), read_inputs(whole, HULL)
+    assert (inputs.notes, inputs.warnings, inputs.inspections) == (
+        whole_inputs.notes,
+        whole_inputs.warnings,
+        whole_inputs.inspections,
+    )
+    basis = chosen_ahead(sound, settings)
+    assert discover(inputs, settings, basis=basis, progress=None).findings == discover(inputs, progress=None).findings
+
+
+def test_nothing_judges_too_few_rows_and_discover_says_why(whole: Path):
+    few = read_inputs(whole, HULL).whole().mapped(lambda motion: motion.slice(0, 100))
+    assert chosen_ahead(few, DiscoverySettings()) is None
+    with pytest.raises(RequestError, match="give a longer log"):
+        discover(few, progress=None)
 
 
 def test_a_vehicle_that_is_wired_that_way_takes_the_log(reversed_: Path):

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 
 from undertow.measurements.statistics import second_processor
-from undertow.measurements.statistics.second_processor import beside, shared
+from undertow.measurements.statistics.second_processor import beside, shared, steps_beside
 from undertow.physics.errors import RequestError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems do not fork here")
@@ -148,3 +149,47 @@ def test_work_is_done_here_where_no_process_can_be_had(monkeypatch: pytest.Monke
     monkeypatch.setattr(os, "fork", refuse)
     with beside(os.getpid) as result:
         assert result() == os.getpid()
+
+
+def test_steps_are_handed_back_one_by_one() -> None:
+    def steps() -> Iterator[tuple[str, int]]:
+        yield "prepared", os.getpid()
+        time.sleep(0.5)
+        yield "checked", os.getpid()
+
+    with steps_beside(steps) as found:
+        begun = time.monotonic()
+        first, process = next(found)
+        assert time.monotonic() - begun < 0.4
+        assert (first, next(found)) == ("prepared", ("checked", process))
+        assert process != os.getpid()
+        assert next(found, None) is None
+
+
+def test_an_error_comes_with_its_step() -> None:
+    def steps() -> Iterator[int]:
+        yield 1
+        raise RequestError("the second step refuses")
+
+    with steps_beside(steps) as found:
+        assert next(found) == 1
+        with pytest.raises(RequestError, match="the second step refuses"):
+            next(found)
+
+
+def test_steps_that_were_not_come_to_are_done_here() -> None:
+    ours = os.getpid()
+
+    def steps() -> Iterator[tuple[int, bool]]:
+        yield 1, os.getpid() == ours
+        if os.getpid() != ours:
+            os.kill(os.getpid(), signal.SIGKILL)
+        yield 2, os.getpid() == ours
+
+    with steps_beside(steps) as found:
+        assert list(found) == [(1, False), (2, True)]
+
+
+def test_what_cannot_be_handed_back_is_an_error() -> None:
+    with beside(threading.Lock) as result, pytest.raises(TypeError, match="pickle"):
+        result()
