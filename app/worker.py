@@ -19,6 +19,9 @@ _ROOMS = ("undertow.app.rooms", "undertow.__main__")
 multiprocessing loads again in each."""
 _REFUSALS = {kind.__name__: kind for kind in (LogError, RequestError, VehicleError)}
 
+_PATIENCE = 2.0
+"""Time [s] in which what a process that was ended has said last is heard."""
+
 
 class WorkerLostError(RuntimeError):
     """The worker's process ended before it answered: killed, or out of memory."""
@@ -48,7 +51,8 @@ class Worker:
         self._count = 0
         self._closed = False
         self._one = threading.Lock()
-        threading.Thread(target=self._listen, daemon=True).start()
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
 
     @property
     def alive(self) -> bool:
@@ -95,10 +99,12 @@ class Worker:
 
     def close(self) -> None:
         """End the process, whatever it does."""
-        with suppress(OSError):
-            self._pipe.close()
         if self.process.is_alive():
             self.process.kill()
+        if threading.current_thread() is not self._listener:  # which the end of the process ends, before its pipe goes
+            self._listener.join(_PATIENCE)
+        with suppress(OSError):
+            self._pipe.close()
         for answer in self._end():
             answer.cancel()
 
@@ -106,7 +112,7 @@ class Worker:
         while True:
             try:
                 number, kind, content = self._pipe.recv()
-            except (EOFError, OSError):
+            except (EOFError, OSError, TypeError):  # a TypeError where the pipe is closed in the midst of reading
                 self._lost()
                 return
             self._take(number, kind, content)
