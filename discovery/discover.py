@@ -21,7 +21,7 @@ from .candidates.candidate import Kind
 from .candidates.nuisance import CALIBRATED
 from .evidence.inclusion import inclusion
 from .evidence.invariance import invariance, uneven
-from .evidence.lasting_rest import beside_rests, lasting_rests, left_by_all, many_terms
+from .evidence.lasting_rest import beside_rests, beyond_limits, lasting_rests, left_by_all, many_terms
 from .evidence.limits import as_timed, believed, doubts, of_differences
 from .evidence.other_forms import other_forms
 from .evidence.record_errors import beside, compass_error, record_errors
@@ -121,6 +121,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     terms = search.of_kind(state.active, Kind.TERM)
     left = left_by_all(rests, forms.found if search.balance.forces else (), search.settings.materiality)
     left += many_terms([c for c in search.pool if c.key in terms])
+    left += beyond_limits(search.pool, [e.key for e in evidence if e.selected and e.at_limit])
     rivals = beside_unjudged(forces, there, kept, looked.unseen)
     hand_back()
     about = search.linearise(final.vehicle, final.active, final.fit.in_sample)

@@ -162,6 +162,8 @@ def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) ->
         both_roll = basis.rolls and other.basis.rolls
         if (both_roll and _share_left(looked, other) > _STAND_IN) or state.score + paid > worth:
             break
+        if not _simpler(looked, other, errors):
+            break
         best, found, worth = other, errors, state.score + paid
         beside = min(_beside(search, state), _beside(search), key=Beside.worth)
         unsure = sorted(({*search.named(state.active)} - {*beside.state.active}) | {*beside.unneeded})
@@ -175,6 +177,22 @@ def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) ->
     notes = (*filter(None, [basis.part]), *best.notes)
     best = replace(best, basis=replace(best.basis, part=basis.part), notes=notes)
     return BesideSensors(best, found, dict.fromkeys(unsure, f"{_A_LITTLE} more, the log would not ask for it"))
+
+
+def _simpler(before: Selected, after: Selected, errors: HiddenErrors) -> bool:
+    """Whether fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
+
+    Turning moves an antenna as it bends the flow along a hull: four effects about another origin do as well as five
+    laws of drag, and forces that explain a log need no error of the sensors. A centre of gravity that moves as far as
+    the antenna is another origin, too.
+    """
+    search, state = after.search, after.state
+    for symbol, arm in (("x_g", errors.arm_x), ("y_g", errors.arm_y)):
+        if arm and abs(state.vehicle.value(symbol) - search.nominal.value(symbol)) > abs(arm):
+            return False
+    named = len(search.named(state.active)) + np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
+    explained = not before.basis.rolls and not leaves_structure(before.search, before.state)
+    return not _crowded(search, state) and not (explained and named >= len(before.search.named(before.state.active)))
 
 
 def _share_left(before: Selected, after: Selected) -> float:

@@ -85,6 +85,24 @@ def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm], materi
     return found
 
 
+def beyond_limits(pool: Sequence[Candidate], held: Sequence[str]) -> list[Remains]:
+    """Axes of effects that a physical limit holds: what asks for more of them is something else, which has no name.
+
+    Of what it asks for, names beside them take a part.
+
+    Parameters
+    ----------
+    held : keys of these effects
+    """
+    asked = [
+        (c.effect.name.replace("_", " "), {p.axis for p in c.parameters if p.axis is not None})
+        for c in pool
+        if c.key in held
+    ]
+    told = "more {name} is asked for than physics allows, as by something else that has no name"
+    return [Remains(AXES[axis], told.format(name=name)) for name, axes in asked for axis in sorted(axes)]
+
+
 def many_terms(terms: Sequence[Candidate]) -> list[Remains]:
     """Axes on which more terms without a name stand than one force asks for, so that its law is none of a velocity.
 

@@ -161,18 +161,21 @@ def _general_instead(search: Search, state: State) -> dict[str, State]:
     """The model with each general effect that it does not have in place of its special cases, where it has some.
 
     Only those that explain more than the model by what is never chance, whatever their many numbers cost: the price
-    says what is believed at first sight, and a simple law that a force balance refutes is no name for all that.
+    says what is believed at first sight, and a simple law that the log refutes is no name for all that.
     """
     found: dict[str, State] = {}
-    if not search.balance.forces:
-        return found
     for general in (c for c in search.pool if c.effect.general and c.key not in state.active):
         rest = [key for key in search.named(state.active) if key not in general.effect.includes]
         if len(rest) < len(search.named(state.active)):
             there = search.evaluate(search.restrict(state, rest).vehicle, (*rest, general.key))
-            if _explained(search, there) > _explained(search, state) + CERTAINLY:
+            if _explained(search, there) > _explained(search, state) + _clear(search):
                 found[general.key] = there
     return found
+
+
+def _clear(search: Search) -> float:
+    """The log-likelihood by which one explanation beats another: rollouts count what is independent by whole ones."""
+    return CERTAINLY if search.balance.forces else TELL_APART
 
 
 def _explained(search: Search, state: State) -> float:
@@ -198,11 +201,11 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     shapes = [option for key in others for option in linear.options[key] if option.present]
     quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes])
     best = {key: min(q for q, option in zip(quick, shapes, strict=True) if option.key == key) for key in others}
-    clear = CERTAINLY if search.balance.forces else TELL_APART
+    enough = _clear(search)
     for key in others:
-        if key in alike or best[key] < state.score + _NEAR * clear:
+        if key in alike or best[key] < state.score + _NEAR * enough:
             start = search.replace(state, candidate.key, key, linear, scores)
-            if start.score < state.score + clear or not _in_every_part(search, start, state, model.seed):
+            if start.score < state.score + enough or not _in_every_part(search, start, state, model.seed):
                 rivals.append(key)
     for key, there in model.general.items():
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
