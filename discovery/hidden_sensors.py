@@ -226,6 +226,8 @@ def _asked(basis: Basis) -> Array | None:
     # A search beside errors that are not taken out yet may end where one without them does not: then it is told anew.
     motions = [errors.corrected(motion) for motion in basis.forces.motions]
     again = _beside(choose(motions, basis.nominal, basis.settings).instant)
+    if _crowded(search, again.state):  # stand-ins for whatever it is, not for errors of the sensors
+        return None
     taken = np.array([errors.arm_x, errors.arm_y, errors.compass])
     best = min(within.worth(), again.worth() + 0.5 * float(np.square(taken / _USUAL).sum()))
     if best_beside(search, columns[:, :, :0], empty).worth() - best < _BETTER:

@@ -13,7 +13,13 @@ from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.free_forms import changes_in_time, free_forms, is_sideways
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.lasting_rest import beside_rests, lasting_rests, left_by_all, many_terms
+from undertow.discovery.evidence.lasting_rest import (
+    beside_rests,
+    beyond_limits,
+    lasting_rests,
+    left_by_all,
+    many_terms,
+)
 from undertow.discovery.evidence.other_forms import OtherForms
 from undertow.discovery.findings import LastingRest, OtherForm
 from undertow.discovery.reason import Reason
@@ -152,3 +158,14 @@ def test_names_beside_a_series_of_terms_are_not_certain(symbols: tuple[str, ...]
     left = many_terms([term_candidate(symbol, HULL) for symbol in symbols])
     names = ["sway_lift", "sway_yaw_coupling", "surge_quadratic_damping"]
     assert sorted(beside_rests(candidates(HULL), names, left)) == doubted
+
+
+def test_names_beside_a_physical_limit_are_not_certain():
+    pool = candidates(HULL)
+    left = beyond_limits(pool, ["sway_linear_damping"])
+    assert [one.axis for one in left] == ["sway"]
+    names = ["sway_lift", "sway_trim", "surge_quadratic_damping", "yaw_quadratic_damping", "steady_current"]
+    doubted = beside_rests(pool, names, left)
+    assert sorted(doubted) == ["steady_current", "sway_lift", "sway_trim"]
+    assert "more sway linear damping is asked for than physics allows" in doubted["sway_trim"]
+    assert beyond_limits(pool, []) == []
