@@ -17,6 +17,7 @@ Exit code 1 where more than one in a hundred logs got a false name.
 
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -173,6 +174,7 @@ def judge(first: int, number: int) -> Record:
 
 def said(log: SimulatedLog, hull: Vehicle, true: Collection[str], hidden: Values) -> Record:
     """What the verb says of a log, beside what is true; hidden are the true parameters of effects."""
+    begun = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         try:
             findings = discover(read_inputs(log.write(Path(folder) / "log.csv"), hull), progress=None).findings
@@ -183,6 +185,7 @@ def said(log: SimulatedLog, hull: Vehicle, true: Collection[str], hidden: Values
     doubted = [c for c in (right if hidden else findings.candidates) if c.reason is Reason.OTHER_FORM]
     return {
         "verdict": findings.verdict,
+        "seconds": time.perf_counter() - begun,
         "missing": [c.effect for c in missing],
         "false": [c.effect for c in missing if c.effect not in true],
         "unnamed": [t.symbol for t in findings.unnamed],
@@ -222,6 +225,7 @@ def page(records: Sequence[Record], command: str) -> str:
     others = sum(outcome(r) == "false" for r in pairs)
     doubted = sum(bool(r.get("doubted")) for r in pairs)
     covered = sum(t["covered"] for t in terms)
+    seconds = [r["seconds"] for r in records if "seconds" in r] or [0.0]
     parts = [
         "# Causes without a name",
         f"Written by `{command}`; do not edit. {INTRODUCTION}",
@@ -241,6 +245,8 @@ def page(records: Sequence[Record], command: str) -> str:
         f"{others} another, and in {doubted} a right name was doubted because of a form. Of the {len(terms)} intervals "
         f"of those that were rightly named {covered} hold the truth ({covered / max(len(terms), 1):.1%}; 92 to 98 % is "
         "asked).",
+        f"An answer took {np.median(seconds):.1f} s in the median, nine of ten at most "
+        f"{np.percentile(seconds, 90.0):.1f} s, the longest {max(seconds):.0f} s, on one core each.",
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
 
