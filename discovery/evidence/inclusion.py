@@ -33,7 +33,8 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
         best = search.quick(drawn, model)
         for _ in range(_MOST):
             rest = [key for key in terms if key not in model or not model[key].present]
-            found = min(((search.quick(drawn, {**model, key: present[key]}), key) for key in rest), default=None)
+            tried = search.quicks(drawn, [{**model, key: present[key]} for key in rest])
+            found = min(zip(tried, rest, strict=True), default=None)
             if found is None or found[0] >= best - search.settings.margin:
                 break
             best, key = found

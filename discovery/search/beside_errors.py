@@ -50,6 +50,7 @@ class Beside:
         self._linear, self._scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         self._now = {key: self._linear.options[key][0] for key in state.active}
         self._errors = errors.shape[2]
+        self._prices: dict[int, float] = {}
         across = np.concatenate([errors, self._linear.columns], axis=2).transpose(1, 2, 0)
         self._gram = across @ across.swapaxes(1, 2) / across.shape[2]
         self._blur = np.zeros_like(self._gram)  # what noise of sensors adds to it: inertia would take it for motion
@@ -104,8 +105,14 @@ class Beside:
 
     def _worth(self, chosen: Sequence[Option], fitted: tuple[Array, Array]) -> float:
         error, record = fitted
-        price = sum(self._search.price(self._scores.fit([option]), [option]) for option in chosen if option.present)
+        price = sum(self._price(option) for option in chosen if option.present)
         return float(self._half * np.log(error + self._search.floor).sum() + 0.5 * record @ record + price)
+
+    def _price(self, option: Option) -> float:
+        """Of an option alone; thousands of models are made of some dozens."""
+        if id(option) not in self._prices:
+            self._prices[id(option)] = self._search.price(self._scores.fit([option]), [option])
+        return self._prices[id(option)]
 
     def _fit(self, chosen: Sequence[Option], *, alone: bool = False) -> tuple[Array, Array]:
         """What options leave (3,), and the errors of the record; `alone`: of a record without any."""
