@@ -99,14 +99,14 @@ class Worker:
 
     def close(self) -> None:
         """End the process, whatever it does."""
+        for answer in self._end():  # before the listener finds the process gone: nobody lost it
+            answer.cancel()
         if self.process.is_alive():
             self.process.kill()
         if threading.current_thread() is not self._listener:  # which the end of the process ends, before its pipe goes
             self._listener.join(_PATIENCE)
         with suppress(OSError):
             self._pipe.close()
-        for answer in self._end():
-            answer.cancel()
 
     def _listen(self) -> None:
         while True:

@@ -131,7 +131,7 @@ def beside_sensors(looked: Selected, say: Callable[[str], None]) -> BesideSensor
 
 
 def _crowded(search: Search, state: State) -> bool:
-    """Whether a model has so much in it that an error of the sensors would earn nothing more."""
+    """Whether a model is a crowd of stand-ins, beside which an error of the sensors would earn nothing more."""
     named = search.named(state.active)
     return bool(search.of_kind(named, Kind.TERM)) or len(named) >= search.settings.large
 
@@ -183,8 +183,8 @@ def _simpler(before: Selected, after: Selected, errors: HiddenErrors) -> bool:
     """Whether fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
 
     Turning moves an antenna as it bends the flow along a hull: four effects about another origin do as well as five
-    laws of drag, and forces that explain a log need no error of the sensors. A centre of gravity that moves as far as
-    the antenna is another origin, too.
+    laws of drag, and forces that explain a log need no error of the sensors. A centre of gravity that moves farther
+    than the antenna is another origin, too.
     """
     search, state = after.search, after.state
     for symbol, arm in (("x_g", errors.arm_x), ("y_g", errors.arm_y)):
@@ -215,7 +215,10 @@ def _beside(search: Search, begin: State | None = None) -> Beside:
 
 
 def _asked(basis: Basis) -> Array | None:
-    """Errors of the sensors that a force balance asks for whatever model stands beside them; None where for none."""
+    """Errors of the sensors that a force balance asks for whatever model stands beside them.
+
+    None where for none, or where a crowd stands beside them.
+    """
     search = basis.instant
     empty = search.evaluate(search.nominal, ())
     columns = _columns(search, empty)

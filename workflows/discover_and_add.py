@@ -82,7 +82,10 @@ def discover(
 
 @single_threaded
 def chosen_ahead(inputs: Inputs, settings: DiscoverySettings) -> Basis | None:
-    """What judges inputs that are not checked yet; None where nothing can, which `discover` says of checked ones."""
+    """What judges inputs that are not checked yet; None where nothing can, which `discover` says of checked ones.
+
+    A refusal by the checks waits for it, some tenths of a second.
+    """
     inputs = inputs.whole()
     try:
         return choose(inputs.fitting, inputs.vehicle, settings)

@@ -19,23 +19,31 @@ _AT_ONCE = 10
 Kept = list[dict[str, Any]]
 
 
-def kept(path: Path) -> Kept:
+def kept(path: Path, packages: Sequence[str] = PACKAGES) -> Kept:
     """Records of an earlier run, if the same source made them."""
     if not path.is_file():
         return []
     stored = json.loads(path.read_text(encoding="utf-8"))
-    return stored["records"] if stored["source"] == fingerprint(PACKAGES) else []
+    return stored["records"] if stored["source"] == fingerprint(packages) else []
 
 
-def resumed(path: Path, logs: int, jobs: int, judge: Callable[..., dict[str, Any]], *given: Any) -> Iterator[Kept]:
+def resumed(
+    path: Path,
+    logs: int,
+    jobs: int,
+    judge: Callable[..., dict[str, Any]],
+    *given: Any,
+    packages: Sequence[str] = PACKAGES,
+) -> Iterator[Kept]:
     """What is kept of so many logs, each time one more is judged.
 
     Parameters
     ----------
     path : where results are kept
     judge : called with what is given and the number of the log
+    packages : whose source decides the results
     """
-    records, made_by = kept(path)[:logs], fingerprint(PACKAGES)
+    records, made_by = kept(path, packages)[:logs], fingerprint(packages)
     yield records
     todo = (delayed(judge)(*given, n) for n in range(len(records), logs))
     judged = cast("Iterator[dict[str, Any]]", Parallel(n_jobs=jobs, return_as="generator")(todo))
@@ -60,6 +68,7 @@ class Study(NamedTuple):
     judge : called with the first seed and the number of a log
     line : says what came of the last record; empty to say nothing
     page : of the records, and of the command that made them
+    packages : whose source decides the results
     """
 
     name: str
@@ -68,6 +77,7 @@ class Study(NamedTuple):
     judge: Callable[..., dict[str, Any]]
     line: Callable[[Kept], str]
     page: Callable[[Kept, str], str]
+    packages: tuple[str, ...] = PACKAGES
 
 
 def carried_out(study: Study, described: str | None, arguments: Sequence[str] | None = None) -> Kept:
@@ -80,10 +90,10 @@ def carried_out(study: Study, described: str | None, arguments: Sequence[str] | 
     parser.add_argument("--folder", type=Path, default=ROOT / "runs" / study.name, help="where results are kept")
     parser.add_argument("--table", type=Path)
     given = parser.parse_args(arguments)
-    path = given.folder / f"{given.seeds}.json"
-    records = kept(path)[: given.logs]
+    path, first = given.folder / f"{given.seeds}.json", study.first[given.seeds]
+    records = kept(path, study.packages)[: given.logs]
     if not given.tell:
-        for records in resumed(path, given.logs, given.jobs, study.judge, study.first[given.seeds]):
+        for records in resumed(path, given.logs, given.jobs, study.judge, first, packages=study.packages):
             line = study.line(records) if records else ""
             if line:
                 print(f"{len(records)}/{given.logs}: {line}", flush=True)

@@ -88,7 +88,7 @@ def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm], materi
 def beyond_limits(pool: Sequence[Candidate], held: Sequence[str]) -> list[Remains]:
     """Axes of effects that a physical limit holds: what asks for more of them is something else, which has no name.
 
-    Of what it asks for, names beside them take a part.
+    Of what it asks for, names beside them take a part. All axes of such an effect count; one that has none tells none.
 
     Parameters
     ----------

@@ -160,7 +160,7 @@ class _Model:
 def _general_instead(search: Search, state: State) -> dict[str, State]:
     """The model with each general effect that it does not have in place of its special cases, where it has some.
 
-    Only those that explain more than the model by what is never chance, whatever their many numbers cost: the price
+    Only those that explain more than the model by what tells two apart, whatever their many numbers cost: the price
     says what is believed at first sight, and a simple law that the log refutes is no name for all that.
     """
     found: dict[str, State] = {}
@@ -209,7 +209,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
                 rivals.append(key)
     for key, there in model.general.items():
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
-        if special or _explained(search, search.without(there, candidate.key)) > _explained(search, state) + CERTAINLY:
+        if special or _explained(search, search.without(there, candidate.key)) > _explained(search, state) + enough:
             rivals.append(key)
     # A scale of thrust beside a free curve of it is another curve.
     rivals += [c.key for c in search.pool if c.key in now and candidate.effect.name in c.effect.includes]

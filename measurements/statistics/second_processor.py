@@ -29,7 +29,7 @@ R = TypeVar("R")
 
 @contextmanager
 def beside(work: Callable[[], R]) -> Iterator[Callable[[], R]]:
-    """Begin a computation beside this process; what is given waits for its result, and raises what it raised.
+    """Begin a computation beside this process; what is given waits for its result, once, and raises what it raised.
 
     Parameters
     ----------
