@@ -80,24 +80,6 @@ def read_in_steps(
         when a file cannot be read or used; the checks raise where logs are known to be broken, and what was begun with
         them is of no use then.
     """
-    model, read, reading, told = _read(logs, vehicle, reading, judge, progress)
-    checks = partial(_checked, read, model, reading, progress)
-    try:
-        prepared = _prepared(read, model, reading, judge)
-    except Exception:
-        checks()  # what is wrong with a log is told before what keeps it from being used
-        raise
-    return replace(prepared, notes=(*told, *prepared.notes)), checks
-
-
-def _read(
-    logs: Iterable[PathLike | Log] | PathLike | Log,
-    vehicle: Vehicle | PathLike,
-    reading: Reading,
-    judge: str | None,
-    progress: Say | None,
-) -> tuple[Vehicle, tuple[Log, ...], Reading, tuple[str, ...]]:
-    """The vehicle, the logs as they were recorded, how they were read, and what was said of finding them."""
     expect("read_inputs: logs", logs, (str, os.PathLike, Log, Iterable), "give paths of logs, or logs")
     expect("read_inputs: vehicle", vehicle, (Vehicle, str, os.PathLike), "undertow.load_vehicle(PATH) reads one")
     expect("read_inputs: reading", reading, Reading, "undertow.Reading(frame=..., as_is=...) says how")
@@ -123,7 +105,13 @@ def _read(
     told_bytes = megabytes(progress)
     read = (*(read_log(name, reading, progress=told_bytes) for name in names), *ready)
     hand_back()
-    return model, read, reading, tuple(told)
+    checks = partial(_checked, read, model, reading, progress)
+    try:
+        prepared = _prepared(read, model, reading, judge)
+    except Exception:
+        checks()  # what is wrong with a log is told before what keeps it from being used
+        raise
+    return replace(prepared, notes=(*told, *prepared.notes)), checks
 
 
 @single_threaded
