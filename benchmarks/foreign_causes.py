@@ -48,7 +48,8 @@ Force = Callable[[float, Array, Array], Array]
 PROGRAMMES, NOISES = ("rich", "zigzag", "gentle"), ("clean", "field", "rough")
 SECONDS = 240.0
 Record = dict[str, Any]
-FIRST = {"tuning": 9_000, "reporting": 12_000}
+FIRST = {"tuning": 9_000, "reporting": 15_000}
+"""Seeds from 12,000 to 12,013 were reported once, and have been tuned on since."""
 ROOMS = ("physics", "measurements", "discovery", "residuals", "comparison", "workflows")
 LOGS, MOST, _DRAWS = 660, 0.01, 50
 _NAMES = [e.name for e in EFFECTS if not e.channels]

@@ -24,6 +24,7 @@ from .evidence.invariance import invariance, uneven
 from .evidence.lasting_rest import beside_rests, beyond_limits, lasting_rests, left_by_all, many_terms
 from .evidence.limits import as_timed, believed, doubts, of_differences
 from .evidence.other_forms import other_forms
+from .evidence.own_changes import own_changes
 from .evidence.record_errors import beside, compass_error, record_errors
 from .evidence.unjudged_rivals import beside_unjudged
 from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
@@ -117,6 +118,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     forces, there = looked.forces
     rests = lasting_rests(forces, search.balance, state.vehicle)
     forms = other_forms(forces, there, kept, settings.seed, search.balance)
+    changed = own_changes(forces, there, kept, settings.seed, search.balance)
     # On logs that rollouts judge, the balance always leaves something that follows something.
     terms = search.of_kind(state.active, Kind.TERM)
     left = left_by_all(rests, forms.found if search.balance.forces else (), search.settings.materiality)
@@ -136,7 +138,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
     invariant = invariance(search, final, about)
-    doubtful = uneven(invariant) | doubtful
+    doubtful = changed | uneven(invariant) | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)

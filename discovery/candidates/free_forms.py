@@ -6,7 +6,7 @@ the motion, and anything that sets in during the log, or somewhere on the water.
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,8 @@ _PLACES = (1 / 3, 2 / 3)
 """Shares of the log that are on one side of a line across the water."""
 _SETS_IN = 6
 """Parts of the log between which something may set in."""
+_FINE = 24
+"""The same, and knots, where it is asked for one law whether a break does as well."""
 _Form = tuple[str, Array, str]
 """What a form follows, its values along the rows, and the velocities that it takes."""
 
@@ -55,11 +57,30 @@ def free_forms(weak: WeakForm, vehicle: Vehicle, blind: Sequence[bool] = SEEING)
     blind : axes whose velocity is not to be trusted: no form takes it
     """
     unseen = {name for (name, _), hidden in zip(_SPEEDS, blind, strict=True) if hidden}
-    tested = [
-        (name, weak.passed(np.atleast_2d(rows)))
-        for name, rows, takes in _along(weak, vehicle)
-        if not unseen & set(takes)
-    ]
+    return _passed(weak, (form for form in _along(weak, vehicle) if not unseen & set(form[2])))
+
+
+def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str) -> FreeForms:
+    """What acts beyond a speed, at many more of them than `free_forms` has, or sets in at many more times.
+
+    A kink that lies between two knots is followed better by two smooth laws than by a kink at either.
+
+    Parameters
+    ----------
+    law_of : the velocity, `u`, `v` or `r`; empty for what sets in
+    """
+    speeds, thrusts, _, minutes, _ = weak.signals(vehicle)
+    if not law_of:
+        return _passed(weak, _setting_in(_changing(vehicle, speeds, thrusts), onsets(minutes, _FINE)))
+    index = [name for name, _ in _SPEEDS].index(law_of)
+    most = float(np.quantile(np.abs(np.atleast_2d(speeds[index])[0]), _SPEED_KNOTS[-1]))
+    knots = [float(f"{knot:.3g}") for knot in np.linspace(0.0, most, _FINE + 1)[1:]]
+    return _passed(weak, _beyond(*_SPEEDS[index], speeds[index], knots))
+
+
+def _passed(weak: WeakForm, forms: Iterable[_Form]) -> FreeForms:
+    """Forms through the test functions."""
+    tested = [(name, weak.passed(np.atleast_2d(rows))) for name, rows, _ in forms]
     copies = max(column.shape[0] for _, column in tested)
     every = np.stack([np.broadcast_to(column, (copies, column.shape[1])) for _, column in tested], axis=-1)
     return FreeForms(tuple(name for name, _ in tested), every[0], every[1:] - every[0])
@@ -84,14 +105,10 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
     for form in monomials(3):
         yield form.text, form(*speeds), form.text
     for (name, unit), speed in zip(_SPEEDS, speeds, strict=True):
-        for knot in _knots(speed, _SPEED_KNOTS):
-            either = np.sign(speed) * np.maximum(np.abs(speed) - knot, 0.0)
-            yield f"{name} beyond {knot:g} {unit}", np.maximum(speed - knot, 0.0), name
-            yield f"{name} below -{knot:g} {unit}", np.maximum(-speed - knot, 0.0), name
-            yield f"{name} beyond {knot:g} {unit} either way", either, name
+        yield from _beyond(name, unit, speed, _knots(speed, _SPEED_KNOTS))
     u, v, r = speeds
     beside = {"u": u, "|u|": np.abs(u), "v": v, "|v|": np.abs(v), "r": r, "|r|": np.abs(r)}
-    pushes = {f"the thrust of {t.name}": thrust for t, thrust in zip(vehicle.thrusters, thrusts, strict=True)}
+    pushes = _pushes(vehicle, thrusts)
     for of, thrust in pushes.items():
         yield of, thrust, ""
         yield f"the size of {of}", np.abs(thrust), ""
@@ -102,27 +119,56 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
     for of, thrust in pushes.items():
         for name, speed in beside.items():
             yield f"{of} times {name}", thrust * speed, name
-    pushes |= {"all thrust": np.sum(thrusts, axis=0)} if len(thrusts) > 1 else {}
     for name in ("v", "|v|", "r", "|r|") if len(thrusts) > 1 else ():  # at speed all thrust is as large as the drag
-        yield f"all thrust times {name}", pushes["all thrust"] * beside[name], name
-    changing: dict[str, tuple[Array, str]] = {"": (steady, ""), "u": (u, "u"), "u|u|": (u * np.abs(u), "u")}
-    changing |= {"v": (v, "v"), "r": (r, "r")}
-    changing |= {of: (thrust, "") for of, thrust in pushes.items()}
+        yield f"all thrust times {name}", np.sum(thrusts, axis=0) * beside[name], name
+    changing = _changing(vehicle, speeds, thrusts)
+    yield from _setting_in(changing, onsets(minutes, _SETS_IN))
     for name, (signal, takes) in changing.items():
         yield f"the time{name and f', times {name}'}", minutes * signal, takes
-        for told, onset in _onsets(minutes):
-            yield f"{name} {told}".strip(), onset * signal, takes
         for told, there in _places(minutes, place):
             yield f"{name or 'being'} {told}", there * signal, takes
 
 
-def _onsets(minutes: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+def _beyond(name: str, unit: str, speed: Array, knots: Iterable[float]) -> Iterator[_Form]:
+    """What acts beyond speeds, to one side or to either."""
+    for knot in knots:
+        yield f"{name} beyond {knot:g} {unit}", np.maximum(speed - knot, 0.0), name
+        yield f"{name} below -{knot:g} {unit}", np.maximum(-speed - knot, 0.0), name
+        either = np.sign(speed) * np.maximum(np.abs(speed) - knot, 0.0)
+        yield f"{name} beyond {knot:g} {unit} either way", either, name
+
+
+def _pushes(vehicle: Vehicle, thrusts: Sequence[Array]) -> dict[str, Array]:
+    """The thrust of each unit, by name."""
+    return {f"the thrust of {t.name}": thrust for t, thrust in zip(vehicle.thrusters, thrusts, strict=True)}
+
+
+def _changing(vehicle: Vehicle, speeds: Sequence[Array], thrusts: Sequence[Array]) -> dict[str, tuple[Array, str]]:
+    """What may change while a log goes on, and the velocity that it takes, by name; nothing for what is constant."""
+    u, v, r = speeds
+    found: dict[str, tuple[Array, str]] = {"": (np.ones_like(thrusts[0]), ""), "u": (u, "u")}
+    found |= {"u|u|": (u * np.abs(u), "u"), "v": (v, "v"), "r": (r, "r")}
+    pushes = _pushes(vehicle, thrusts) | ({"all thrust": np.sum(thrusts, axis=0)} if len(thrusts) > 1 else {})
+    return found | {of: (thrust, "") for of, thrust in pushes.items()}
+
+
+def _setting_in(
+    changing: Mapping[str, tuple[Array, str]], times: Iterable[tuple[str, NDArray[np.bool_]]]
+) -> Iterator[_Form]:
+    """Each of these from each time on."""
+    begun = list(times)
+    for name, (signal, takes) in changing.items():
+        for told, onset in begun:
+            yield f"{name} {told}".strip(), onset * signal, takes
+
+
+def onsets(minutes: Array, parts: int) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     """When something may set in, and the rows from there on: after so many minutes of one log, or parts of several."""
     rows = np.arange(minutes.size)
     several = _several(minutes)
-    for part in range(1, _SETS_IN):
-        begun = rows >= minutes.size * part // _SETS_IN
-        told = f"part {part + 1} of {_SETS_IN} of the logs" if several else f"minute {float(minutes[begun][0]):.1f}"
+    for part in range(1, parts):
+        begun = rows >= minutes.size * part // parts
+        told = f"part {part + 1} of {parts} of the logs" if several else f"minute {float(minutes[begun][0]):.1f}"
         yield f"from {told} on", begun
 
 

@@ -22,7 +22,7 @@ from ..search.bootstrap import Interval
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, GramScores, added_by_noise
 
-_UNEVEN = "a cause has one size all over a log, and this has not"
+UNEVEN = "a cause has one size all over a log, and this has not"
 _LEAST_SHARE = 0.15
 """Share of the tests that a part must hold, and leave: a few seconds astern say nothing of a size."""
 _TURNING = 0.3
@@ -47,7 +47,7 @@ class Invariance(NamedTuple):
     differs: str
 
 
-class _Region(NamedTuple):
+class Region(NamedTuple):
     """A part of the log and the rest of it, by name, and which tests belong to the one."""
 
     names: tuple[str, str]
@@ -71,7 +71,8 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
     noise = (linear.noise[:, :, :, [*columns, -1]] * weight).transpose(0, 2, 1, 3)
     noise = noise.reshape(noise.shape[0], *rows.shape)
     block = np.tile(search.balance.block, 3)
-    regions = list(_regions(search))
+    first = search.balance.block < (search.balance.blocks + 1) // 2
+    cuts = [Region(("in the first half", "in the second half"), first), *regions(search)]
     general = {c.key for c in search.pool if c.effect.general}
     found: dict[str, Invariance] = {}
     for option in now:
@@ -80,7 +81,7 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
             continue  # the numbers of a curve are each of a part of the log already
         parts: list[Part] = []
         differs: list[str] = []
-        for region in regions:
+        for region in cuts:
             inside = np.tile(region.tests, 3)
             split = _split(rows, own, inside)
             clear = [_split(copy, own, inside) for copy in noise]
@@ -97,7 +98,7 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
 
 def uneven(found: Mapping[str, Invariance]) -> dict[str, str]:
     """Why effects are not certain that have several sizes, by key, as the end of a sentence."""
-    return {key: f"{_UNEVEN}: {same.differs}" for key, same in found.items() if same.differs}
+    return {key: f"{UNEVEN}: {same.differs}" for key, same in found.items() if same.differs}
 
 
 class _Fit(NamedTuple):
@@ -185,17 +186,16 @@ def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> _F
     return _Fit(change, sandwich(inverse, block_scores(rows[:, :-1], left, block)))
 
 
-def _regions(search: Search) -> Iterator[_Region]:
-    """The parts of a log, those that hold enough of it and leave enough."""
+def regions(search: Search) -> Iterator[Region]:
+    """The parts of a log that are told apart by the motion, those that hold enough of it and leave enough."""
     balance = search.balance
     u, _, r = balance.speeds.T
     turning = _TURNING * float(np.sqrt((r**2).mean()))
     for region in (
-        _Region(("in the first half", "in the second half"), balance.block < (balance.blocks + 1) // 2),
-        _Region(("slow", "fast"), np.abs(u) < np.median(np.abs(u))),
-        _Region(("astern", "ahead"), u < 0.0),
-        _Region(("turning to port", "elsewhere"), r < -turning),
-        _Region(("turning to starboard", "elsewhere"), r > turning),
+        Region(("slow", "fast"), np.abs(u) < np.median(np.abs(u))),
+        Region(("astern", "ahead"), u < 0.0),
+        Region(("turning to port", "elsewhere"), r < -turning),
+        Region(("turning to starboard", "elsewhere"), r > turning),
     ):
         if _LEAST_SHARE <= region.tests.mean() <= 1.0 - _LEAST_SHARE:
             yield region

@@ -16,7 +16,9 @@ import numpy as np
 
 from ...physics.frames import AXES
 from ..balance.base import Balance
+from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
+from ..candidates.free_forms import finer_forms, free_forms
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.noise_copies import NoiseCopies
@@ -62,20 +64,24 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     seen = ~(search.quiet | np.array(judge.blind))
     if not there or not seen.any():
         return OtherForms()
-    columns = FormColumns(search, state, seen, judge.blind)
+    weak = search.balance
+    assert isinstance(weak, WeakForm), "forms are looked for on the force balance"
+    columns = FormColumns(search, state, seen, free_forms(weak, state.vehicle, judge.blind))
     rest = RestBesideForms(columns)
     rivals = {}
     groups = list(_in_question(search, there))
-    for group in groups:
-        if len(group) > 1 and not judge.forces:
+    for group, law_of in groups:
+        if law_of and not judge.forces:
             continue  # which law of a speed it is, the balance of such a log cannot tell
-        one = RestBesideForms(columns, group).in_one(columns.same(group))
+        finer = FormColumns(search, state, seen, finer_forms(weak, state.vehicle, law_of))
+        tried = (RestBesideForms(these, group).in_one(these.same(group)) for these in (columns, finer))
+        one = min((one for one in tried if one is not None), key=lambda one: one.worth, default=None)
         if one is not None and one.worth < rest.worth + TELL_APART:
             listed = " and ".join(key.replace("_", " ") for key in group)
             rivals |= dict.fromkeys(group, Rival(one.form, f"in place of {listed}, {one.form.in_words} does as well"))
     found = rest.followed(NoiseCopies(search.balance, seed))
     changes: dict[str, float] = {}
-    much = _OTHER if judge.forces or not _several(judge) else _OTHER_IN_LOGS
+    much = another(judge)
     for key in there if found else ():
         change = rest.change(key)
         if change is None:
@@ -83,15 +89,15 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
         changes[key] = change.share
         if change.share > much:
             rivals[key] = Rival(*_given_way(columns, key, change, found))
-    for group in groups:  # of one law no part is right where another is not, whoever judges
+    for group, _ in groups:  # of one law no part is right where another is not, whoever judges
         given = next((rivals[key] for key in group if key in rivals), None)
         if given is not None:
             rivals |= {key: given for key in group if key not in rivals}
     return OtherForms(tuple(found), rivals, changes)
 
 
-def _in_question(search: Search, keys: Sequence[str]) -> Iterator[tuple[str, ...]]:
-    """Effects in whose place one form may do as well.
+def _in_question(search: Search, keys: Sequence[str]) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Effects in whose place one form may do as well, and the velocity whose law they are, if any.
 
     Several that act on one axis and follow one velocity alone are any law of it, and what changes all the time may have
     changed at once.
@@ -103,14 +109,18 @@ def _in_question(search: Search, keys: Sequence[str]) -> Iterator[tuple[str, ...
         if len(letters) == 1 and not others:
             groups.setdefault((first.axis, letters.pop()), []).append(candidate.key)
         if first.unit.endswith("/min"):
-            yield (candidate.key,)
-    yield from (tuple(group) for group in groups.values() if len(group) > 1)
+            yield (candidate.key,), ""
+    yield from ((tuple(group), letter) for (_, letter), group in groups.items() if len(group) > 1)
 
 
-def _several(judge: Balance) -> bool:
-    """Whether there is more than one log: where another begins, its minutes do."""
+def another(judge: Balance) -> float:
+    """Share of an effect's force by which it must change to be another effect, by what judged it.
+
+    There is more than one log where minutes begin anew.
+    """
     begun = [float(motion.minutes[0]) for motion in judge.motions]
-    return bool((np.diff(begun) <= 0.0).any())
+    several = bool((np.diff(begun) <= 0.0).any())
+    return _OTHER_IN_LOGS if several and not judge.forces else _OTHER
 
 
 def _given_way(columns: FormColumns, key: str, change: Change, found: Sequence[OtherForm]) -> tuple[OtherForm, str]:

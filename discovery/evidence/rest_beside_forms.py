@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.frames import AXES, FORCE_UNITS, Array
-from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
-from ..candidates.free_forms import free_forms
+from ..candidates.free_forms import FreeForms
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, share_taken
@@ -27,6 +26,8 @@ _LEAST = 0.002
 """Share of the force at work below which a rest is nothing to look into."""
 _NEW = 1e-4
 """Share of its square that a form must have beside the model, or it is part of it."""
+_CLEAR = 1e-3
+"""The same of an effect's force in a part of the log."""
 _SAME = 1e-9
 """Share of its square that a form may have beside effects and be nothing else than they: that of rounding."""
 _TRIED = 10
@@ -49,15 +50,27 @@ class Change(NamedTuple):
     axes: NDArray[np.bool_]
 
 
+class OwnChange(NamedTuple):
+    """In which part of a log an effect differs most from elsewhere, by what share of itself, and what that lowers.
+
+    Worth is the square that is explained by it, chance the most in any copy of what is left beside it.
+    """
+
+    part: int
+    share: float
+    worth: float
+    chance: float
+
+
 class FormColumns:
     """What everything here is made of: the columns of a model about itself, and the forms, weighted by its rest."""
 
-    def __init__(self, search: Search, state: State, seen: NDArray[np.bool_], blind: Sequence[bool]) -> None:
-        assert isinstance(search.balance, WeakForm), "forms are looked for on the force balance"
+    def __init__(self, search: Search, state: State, seen: NDArray[np.bool_], forms: FreeForms | None = None) -> None:
         self.search, self.state = search, state
         pool = [c for c in search.pool if c.key in state.active]
         self.linear, self.scores = search.linearise(state.vehicle, state.active, pool=pool)
-        self.forms = free_forms(search.balance, state.vehicle, blind)
+        copies, tests = self.linear.noise.shape[:2]
+        self.forms = forms or FreeForms((), np.empty((tests, 0)), np.empty((copies, tests, 0)))
         self.floor = (_LEAST * search.force_scale) ** 2
         error = (self.linear.columns[:, :, -1] ** 2).mean(axis=0)
         self.weight = np.where(seen, 1.0 / np.sqrt(error + self.floor), 0.0)
@@ -102,6 +115,7 @@ class RestBesideForms:
         share = share_taken(total, added) if len(noise) and self._moved.size else 1.0
         self._inner = total - share * added
         share /= copies
+        self._share, self._blur = share, (blurred, blur)
         self._pull = _summed("ati,at->i", self._columns, self._balance) - share * _summed("cati,cat->i", blurred, blur)
         self._beside = _summed("ati,tk->aik", self._columns, forms) - share * _summed("cati,ctk->aik", blurred, unclear)
         self._wanted = _summed("at,tk->ak", self._balance, forms) - share * _summed("cat,ctk->ak", blur, unclear)
@@ -160,6 +174,38 @@ class RestBesideForms:
         symbol = max(force, key=lambda s: _size(force[s]))
         share = _size(np.asarray(sum(force.values()))) / max(_size(whole), _NOTHING)
         return Change(share, symbol, float(by[own[symbol]]), (whole != 0.0).any(axis=1))
+
+    def own_change(self, key: str, parts: NDArray[np.bool_], copies: NoiseCopies) -> OwnChange:
+        """The part of the log in which an effect's own force differs most from what it is elsewhere.
+
+        The column of an effect is what the balance loses with it, its force with the other sign.
+
+        Parameters
+        ----------
+        parts : (parts, tests) which tests belong to each
+        """
+        linear, weight = self._of.linear, self._of.weight[:, None]
+        place = linear.options[key][1].offset
+        own = (linear.columns[:, :, place].T * weight)[None] * parts[:, None]
+        blur = np.einsum("cta,pt->pcat", linear.noise[:, :, :, place] * weight[:, 0], parts)
+        blurred, noise = self._blur
+        beside = _summed("ati,pat->ip", self._columns, own) - self._share * _summed("cati,pcat->ip", blurred, blur)
+        pull = _summed("at,pat->p", self._balance, own) - self._share * _summed("cat,pcat->p", noise, blur)
+        square = _summed("pat,pat->p", own, own)
+        normal, right, _ = self._system()
+        solved, change = np.linalg.solve(normal, beside), np.linalg.solve(normal, right)
+        left = square - self._share * _summed("pcat,pcat->p", blur, blur) - (beside * solved).sum(axis=0)
+        left = np.where(left > _CLEAR * square, left, np.inf)
+        sizes = (pull - change @ beside) / left
+        drops = (pull - change @ beside) ** 2 / left
+        best = int(np.argmax(drops))
+        new = own[best] - self._columns @ solved[:, best]
+        rest = self._balance - self._columns @ change - sizes[best] * new
+        chance, columns, own = 0.0, self._columns.astype(np.float32), own.astype(np.float32)
+        for drawn in copies.of(rest.T.astype(np.float32)):
+            pulls = _summed("act,pat->pc", drawn, own) - solved.T @ _summed("act,ati->ic", drawn, columns)
+            chance = max(chance, float((pulls**2 / left[:, None]).max()))
+        return OwnChange(best, -float(sizes[best]), float(drops[best]), chance)
 
     def _best(self, gains: Array) -> tuple[int, int, float] | None:
         """Axis and form that lower the log-likelihood lost most, of those that promise most, and what is lost then."""
@@ -239,7 +285,7 @@ class RestBesideForms:
         return most
 
 
-def _summed(how: str, one: Array, other: Array) -> Array:
+def _summed(how: str, one: NDArray[np.floating], other: NDArray[np.floating]) -> Array:
     """An Einstein sum of two arrays, as products of matrices where that is faster."""
     return np.asarray(np.einsum(how, one, other, optimize=True))
 

@@ -1,0 +1,80 @@
+"""Whether an effect's own force changes at some time, or with the motion, more than the noise of the log would show.
+
+A propeller that is hit half way is a weak thruster on the mean, and what is left has the colour of its own thrust:
+copies of that change as much. So the noise is what is left beside the change itself, and a change counts that no copy
+of this noise has (a break at an unknown time; Andrews 1993). This is asked of the force balance whatever judged the
+log: rollouts know the size of an effect in a part of a log far too badly.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...physics.frames import Array
+from ..balance.base import Balance
+from ..balance.weak_form import WeakForm
+from ..candidates.candidate import Kind
+from ..candidates.free_forms import onsets
+from ..search.floating import Search, State
+from ..search.noise_copies import NoiseCopies
+from .invariance import UNEVEN, regions
+from .other_forms import another
+from .rest_beside_forms import FormColumns, RestBesideForms
+
+_ONSETS = 24
+"""Parts of the log between which an effect may change."""
+
+
+class _Part(NamedTuple):
+    """A part of a log, as words that follow "from elsewhere", and which tests belong to it."""
+
+    name: str
+    tests: NDArray[np.bool_]
+
+
+def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance) -> dict[str, str]:
+    """Why effects are not certain whose own force is another in a part of the log, by key, as the end of a sentence.
+
+    Parameters
+    ----------
+    search : on the force balance
+    state : the model with everything that was selected, sure or not
+    kept : effects in question
+    seed : of the copies of the noise
+    judge : the balance that judged them; an axis to which it is blind is not looked at
+    """
+    seen = ~(search.quiet | np.array(judge.blind))
+    asked = {c.key for c in search.pool if c.kind is Kind.EFFECT and not c.effect.general}
+    parts = list(_parts(search))
+    there = [key for key in kept if key in state.active and key in asked]
+    if not there or not seen.any():
+        return {}
+    rest = RestBesideForms(FormColumns(search, state, seen))
+    copies, tests = NoiseCopies(search.balance, seed), np.stack([part.tests for part in parts])
+    found = {}
+    for key in there:
+        change = rest.own_change(key, tests, copies)
+        if change.worth > change.chance and abs(change.share) > another(judge):
+            than = "larger" if change.share > 0.0 else "smaller"
+            found[key] = (
+                f"{UNEVEN}: {parts[change.part].name} it is {than} by {abs(change.share):.2g} of what it is here"
+            )
+    return found
+
+
+def _parts(search: Search) -> Iterator[_Part]:
+    """What begins at some time, and the parts of a log that are told apart by the motion."""
+    weak = search.balance
+    assert isinstance(weak, WeakForm), "an effect's own force is that on the force balance"
+    minutes, each = (weak.average([s[:, None] for s in series]) for series in _minutes(weak))
+    for told, begun in onsets((minutes / each)[:, 0], _ONSETS):
+        yield _Part(told, begun)
+    for region in regions(search):
+        yield _Part(region.names[0], region.tests)
+
+
+def _minutes(weak: WeakForm) -> tuple[list[Array], list[Array]]:
+    """Minutes since the beginning of each log along its rows, and ones."""
+    return [m.minutes for m in weak.motions], [np.ones_like(m.minutes) for m in weak.motions]

@@ -1,0 +1,77 @@
+"""An effect that sets in during a log is found to change, one that is there all the time is not."""
+
+import pytest
+
+from undertow.discovery.balance.base import WeakSettings
+from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.candidates.candidate import candidates
+from undertow.discovery.evidence.own_changes import own_changes
+from undertow.discovery.search.floating import Search
+from undertow.discovery.search.scoring import SearchSettings
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.hidden_effects import apply_effects
+from undertow.physics.worlds.world import NOISE, World
+
+HULL = load_vehicle("blueboat")
+HIDDEN = {
+    "surge_quadratic_damping": {"X_uu": -20.0},
+    "yaw_linear_damping": {"N_r": -12.0},
+    "thruster_asymmetry[port]": {"port_scale": 0.85},
+    "sway_trim": {"sway_trim": 6.0},
+}
+
+
+def log_of(name: str, noise: str, sets_in: float | None, programme: str = "rich") -> Motion:
+    """A log of 200 s of a boat with an effect, all the time or from an instant on."""
+    other = apply_effects(HULL, HIDDEN[name])
+    begun = World(HULL, programme, 200.0, 3, becomes=other, changes_at=sets_in or 0.0)
+    return (begun if sets_in else World(other, programme, 200.0, 3)).run(NOISE[noise]).motion()
+
+
+def changes(motions: list[Motion], *names: str, blind: tuple[int, ...] = ()) -> dict[str, str]:
+    pool = [c for c in candidates(HULL) if c.key in names]
+    search = Search(WeakForm(motions, WeakSettings()), HULL, pool, SearchSettings())
+    judge = WeakForm(motions, WeakSettings())
+    judge.blind = tuple(axis in blind for axis in range(3))
+    return own_changes(search, search.evaluate(HULL, names), names, 0, judge)
+
+
+@pytest.mark.parametrize("noise", ["clean", "field", "rough"])
+@pytest.mark.parametrize("name", HIDDEN)
+def test_what_is_there_all_the_time_has_one_size(name: str, noise: str):
+    assert changes([log_of(name, noise, None)], name) == {}
+
+
+@pytest.mark.parametrize("noise", ["clean", "field", "rough"])
+@pytest.mark.parametrize(("sets_in", "told"), [(60.0, "from minute 1.0 on"), (140.0, "from minute 2.")])
+@pytest.mark.parametrize("name", HIDDEN)
+def test_what_sets_in_changes(name: str, sets_in: float, told: str, noise: str):
+    said = changes([log_of(name, noise, sets_in)], name)
+    assert set(said) == {name}
+    assert told in said[name]
+    assert "it is larger by " in said[name]
+
+
+@pytest.mark.parametrize("programme", ["zigzag", "gentle"])
+def test_what_repeats_itself_is_no_noise(programme: str):
+    """Thrust that comes and goes in a zigzag leaves a rest of its own colour where it changes."""
+    port = "thruster_asymmetry[port]"
+    assert set(changes([log_of(port, "field", 120.0, programme)], port)) == {port}
+
+
+def test_beside_what_changes_another_keeps_its_size():
+    names = ("surge_quadratic_damping", "thruster_asymmetry[port]")
+    both = apply_effects(HULL, HIDDEN[names[0]])
+    world = World(both, "rich", 200.0, 3, becomes=apply_effects(both, HIDDEN[names[1]]), changes_at=90.0)
+    assert set(changes([world.run(NOISE["field"]).motion()], *names)) == {names[1]}
+
+
+def test_an_axis_that_is_not_trusted_tells_nothing():
+    assert changes([log_of("sway_trim", "field", 90.0)], "sway_trim", blind=(1,)) == {}
+
+
+def test_of_several_logs_the_part_is_told():
+    port = "thruster_asymmetry[port]"
+    logs = [World(HULL, "rich", 200.0, 4).run(NOISE["field"]).motion(), log_of(port, "field", None)]
+    assert "from part 13 of 24 of the logs on" in changes(logs, port)[port]
