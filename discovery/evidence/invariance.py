@@ -87,7 +87,7 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
             clear = [_split(copy, own, inside) for copy in noise]
             fit = _fitted(split, clear, block)
             for place, symbol in enumerate(s for s, k in zip(option.symbols, option.free, strict=True) if k >= 0):
-                if min(_carriers(split[:, k], block) for k in (place, len(own) + place)) < _CARRIERS:
+                if min(carriers(split[:, k], block) for k in (place, len(own) + place)) < _CARRIERS:
                     continue
                 sizes = _Sizes(search, option, symbol, *fit.of(len(own), place))
                 parts += sizes.told(region.names)
@@ -166,7 +166,7 @@ def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:
     return np.hstack([rows[:, own] * inside[:, None], rows[:, own] * ~inside[:, None], rows[:, others]])
 
 
-def _carriers(column: Array, block: NDArray[np.int64]) -> float:
+def carriers(column: Array, block: NDArray[np.int64]) -> float:
     """How many blocks carry the square of a column: all of them where they carry alike, one where one carries all."""
     carried = np.bincount(block, column**2)
     return float(carried.sum() ** 2 / max(float((carried**2).sum()), np.finfo(float).tiny))

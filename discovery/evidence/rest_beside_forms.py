@@ -17,6 +17,7 @@ from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, share_taken
 from ..search.noise_copies import NoiseCopies
+from .invariance import carriers
 
 _NOTHING = 1e-300
 """Squares below which an axis that is not looked at has none."""
@@ -28,6 +29,8 @@ _NEW = 1e-4
 """Share of its square that a form must have beside the model, or it is part of it."""
 _CLEAR = 1e-3
 """The same of an effect's force in a part of the log."""
+_CARRIERS = 2.0
+"""Blocks that must carry an effect in a part, and elsewhere: how a record begins is no change of the boat."""
 _SAME = 1e-9
 """Share of its square that a form may have beside effects and be nothing else than they: that of rounding."""
 _TRIED = 10
@@ -186,7 +189,10 @@ class RestBesideForms:
         """
         linear, weight = self._of.linear, self._of.weight[:, None]
         place = linear.options[key][1].offset
-        own = (linear.columns[:, :, place].T * weight)[None] * parts[:, None]
+        whole, block = linear.columns[:, :, place].T * weight, self._of.search.balance.block
+        force = np.sqrt((whole**2).sum(axis=0))
+        told = [all(carriers(force * inside, block) >= _CARRIERS for inside in (part, ~part)) for part in parts]
+        own = whole[None] * parts[:, None]
         blur = np.einsum("cta,pt->pcat", linear.noise[:, :, :, place] * weight[:, 0], parts)
         blurred, noise = self._blur
         beside = _summed("ati,pat->ip", self._columns, own) - self._share * _summed("cati,pcat->ip", blurred, blur)
@@ -195,7 +201,7 @@ class RestBesideForms:
         normal, right, _ = self._system()
         solved, change = np.linalg.solve(normal, beside), np.linalg.solve(normal, right)
         left = square - self._share * _summed("pcat,pcat->p", blur, blur) - (beside * solved).sum(axis=0)
-        left = np.where(left > _CLEAR * square, left, np.inf)
+        left = np.where((left > _CLEAR * square) & told, left, np.inf)
         sizes = (pull - change @ beside) / left
         drops = (pull - change @ beside) ** 2 / left
         best = int(np.argmax(drops))
