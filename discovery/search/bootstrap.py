@@ -18,6 +18,9 @@ from .gram import RIDGE, GramScores
 
 _SMALL = 1e-12
 """Square that stands for that of a column without any."""
+RESOLVED = 1e-3
+"""Share of a value that no interval is narrower than to either side: steps of integrators and of records, which are in
+all blocks alike, leave up to so much where there is no noise."""
 _PROFILE, _LEAST_PROFILE, _PROFILED = 0.5, 0.05, 40
 """A profile first reaches half the value (or half of 0.05) to either side, in so many steps."""
 _WIDER = 5
@@ -37,7 +40,8 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
     """95 % intervals of every free parameter of a model, by symbol; none for one whose limits leave it no room.
 
     Blocks are drawn with replacement and the model is fitted to each draw from the blocks' Gram matrices; the interval
-    is the estimate -+ t standard deviations, cut at the physical limits (Efron and Tibshirani 1993, chapters 8 and 12).
+    is the estimate -+ t standard deviations, and no less than `RESOLVED` of it, cut at the physical limits (Efron and
+    Tibshirani 1993, chapters 8 and 12).
     The degrees of freedom of n blocks and p parameters are n - p; draws of blocks scatter by what a fit takes up.
 
     Parameters
@@ -63,7 +67,8 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
         rows = zip(option.symbols, option.start, option.free, option.lower, option.upper, strict=True)
         for symbol, start, index, lower, upper in rows:
             if index >= 0 and lower < upper:
-                low, high = start - size[index], start + size[index]
+                wide = max(size[index], RESOLVED * abs(start))
+                low, high = start - wide, start + wide
                 found[symbol] = Interval(max(low, start + min(lower, 0.0)), min(high, start + max(upper, 0.0)))
     return found
 

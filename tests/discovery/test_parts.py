@@ -117,6 +117,17 @@ def test_the_seed_decides_the_interval(draggy: Motion):
     assert first != other
 
 
+def test_no_interval_is_narrower_than_steps_of_integrators_leave():
+    hidden = {"surge_quadratic_damping": -6.0, "port_scale": 0.8}
+    found = find_missing([simulate_world(HULL, hidden, duration=120.0, noise="clean", seed=3).motion()], HULL).findings
+    ends = {t.symbol: t.ci95 for c in found.candidates for t in c.terms}
+    for symbol, truth in (("X_uu", -6.0), ("port_scale", 0.8)):
+        end = ends[symbol]
+        assert end is not None
+        assert end.lower < truth < end.upper
+        assert end.upper - end.lower >= 1.9 * bootstrap.RESOLVED * abs(truth)
+
+
 def test_each_parameter_takes_a_degree_of_freedom_from_an_interval(draggy: Motion, monkeypatch: pytest.MonkeyPatch):
     scores, chosen = refit_of(draggy, "surge_quadratic_damping")
     asked = []
