@@ -119,9 +119,10 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     rests = lasting_rests(forces, search.balance, state.vehicle)
     forms = other_forms(forces, there, kept, settings.seed, search.balance)
     changed = own_changes(forces, there, kept, settings.seed, search.balance)
-    # On logs that rollouts judge, the balance always leaves something that follows something.
     terms = search.of_kind(state.active, Kind.TERM)
-    left = left_by_all(rests, forms.found if search.balance.forces else (), search.settings.materiality)
+    # On logs that rollouts judge, the balance always leaves something that follows something.
+    unexplained = forms.found if search.balance.forces else forms.in_place
+    left = left_by_all(rests, unexplained, search.settings.materiality)
     left += many_terms([c for c in search.pool if c.key in terms])
     left += beyond_limits(search.pool, [e.key for e in evidence if e.selected and e.at_limit])
     rivals = beside_unjudged(forces, there, kept, looked.unseen)

@@ -48,6 +48,11 @@ class OtherForms:
     rivals: Mapping[str, Rival] = field(default_factory=dict)
     changes: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def in_place(self) -> tuple[OtherForm, ...]:
+        """The forms that took the place of an effect: what is left of them doubts other names, whoever judges."""
+        return tuple(dict.fromkeys(rival.form for rival in self.rivals.values()))
+
 
 def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance) -> OtherForms:
     """Forms that the rest of a model follows on the force balance, and the effects that give way to them.
