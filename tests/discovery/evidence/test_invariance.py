@@ -3,9 +3,14 @@
 import pytest
 from dragged_world import Dragged, beyond
 
+from undertow.discovery.balance.base import WeakSettings
+from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
+from undertow.discovery.evidence.invariance import invariance
 from undertow.discovery.findings import FoundEffect
-from undertow.discovery.reason import Reason
+from undertow.discovery.search.floating import Search
+from undertow.discovery.search.scoring import SearchSettings
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import NOISE, simulate_world
@@ -32,11 +37,15 @@ def test_a_true_drag_is_one_number_everywhere(noise: str):
 
 def test_a_drag_with_a_kink_is_no_quadratic_drag_for_sure():
     """Fast, it asks for more of it than slow."""
-    world = Dragged(HULL, "zigzag", 240.0, 4, drag=beyond(0.8, 30.0)).run(NOISE["field"])
-    found = effect(world.motion(), "surge_quadratic_damping")
-    assert found.agrees is False
-    assert (found.verdict, found.reason) == ("possible", Reason.DOUBTFUL_VALUE)
-    assert "slow and" in found.sentence
+    motion = Dragged(HULL, "zigzag", 240.0, 4, drag=beyond(0.8, 30.0)).run(NOISE["field"]).motion()
+    key = "surge_quadratic_damping"
+    search = Search(
+        WeakForm([motion], WeakSettings()), HULL, [c for c in candidates(HULL) if c.key == key], SearchSettings()
+    )
+    state = search.evaluate(HULL, (key,))
+    said = invariance(search, state, search.linearise(state.vehicle, state.active, state.fit.in_sample))
+    assert " slow and " in said[key].differs
+    assert effect(motion, key).verdict == "possible"
 
 
 def test_parts_stand_in_the_file_beside_whether_they_agree():

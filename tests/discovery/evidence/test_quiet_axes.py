@@ -45,9 +45,10 @@ def test_noise_on_a_quiet_axis_moves_nothing():
     assert not any(candidate.indistinguishable_from for candidate in findings.candidates)
 
 
-def test_an_effect_that_alone_explains_a_quiet_axis_is_possible_and_not_missing():
+def test_an_effect_that_explains_a_quiet_axis_best_is_possible_and_not_missing():
     findings = found({"Y_ur": 13.0})
     assert (findings.verdict, findings.missing) == ("undecided", ())
     first = findings.candidates[0]
-    assert (first.effect, first.verdict, first.indistinguishable_from) == ("sway_lift", "possible", ())
-    assert first.sentence.startswith("Perhaps: it would explain what moves sway for certain")
+    assert (first.effect, first.verdict) == ("sway_lift", "possible")
+    assert set(first.indistinguishable_from) <= set(SWAY)
+    assert "it would explain what moves sway for certain" in first.sentence
