@@ -55,8 +55,8 @@ def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, ju
     copies, tests = NoiseCopies(search.balance, seed), np.stack([part.tests for part in parts])
     found = {}
     for key in there:
-        change = rest.own_change(key, tests, copies)
-        if change.worth > change.chance and abs(change.share) > another(judge):
+        change = rest.own_change(key, tests, another(judge), copies)
+        if change is not None and change.worth > change.chance:
             than = "larger" if change.share > 0.0 else "smaller"
             found[key] = (
                 f"{UNEVEN}: {parts[change.part].name} it is {than} by {abs(change.share):.2g} of what it is here"

@@ -178,7 +178,7 @@ class RestBesideForms:
         share = _size(np.asarray(sum(force.values()))) / max(_size(whole), _NOTHING)
         return Change(share, symbol, float(by[own[symbol]]), (whole != 0.0).any(axis=1))
 
-    def own_change(self, key: str, parts: NDArray[np.bool_], copies: NoiseCopies) -> OwnChange:
+    def own_change(self, key: str, parts: NDArray[np.bool_], least: float, copies: NoiseCopies) -> OwnChange | None:
         """The part of the log in which an effect's own force differs most from what it is elsewhere.
 
         The column of an effect is what the balance loses with it, its force with the other sign.
@@ -186,6 +186,7 @@ class RestBesideForms:
         Parameters
         ----------
         parts : (parts, tests) which tests belong to each
+        least : share of itself by which an effect must differ; where it does in no part, there is no change
         """
         linear, weight = self._of.linear, self._of.weight[:, None]
         place = linear.options[key][1].offset
@@ -203,8 +204,10 @@ class RestBesideForms:
         left = square - self._share * _summed("pcat,pcat->p", blur, blur) - (beside * solved).sum(axis=0)
         left = np.where((left > _CLEAR * square) & told, left, np.inf)
         sizes = (pull - change @ beside) / left
-        drops = (pull - change @ beside) ** 2 / left
+        drops = np.where(np.abs(sizes) > least, (pull - change @ beside) ** 2 / left, 0.0)
         best = int(np.argmax(drops))
+        if drops[best] <= 0.0:
+            return None
         new = own[best] - self._columns @ solved[:, best]
         rest = self._balance - self._columns @ change - sizes[best] * new
         chance, columns, own = 0.0, self._columns.astype(np.float32), own.astype(np.float32)
