@@ -20,7 +20,7 @@ from .calibration.beside_effects import with_calibration
 from .candidates.candidate import Kind
 from .candidates.nuisance import CALIBRATED
 from .evidence.inclusion import inclusion
-from .evidence.invariance import invariance, uneven
+from .evidence.invariance import beside_changes, invariance, uneven
 from .evidence.lasting_rest import beside_rests, beyond_limits, lasting_rests, left_by_all, many_terms
 from .evidence.limits import as_timed, believed, doubts, of_differences
 from .evidence.other_forms import other_forms
@@ -121,7 +121,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     changed = own_changes(forces, there, kept, settings.seed, search.balance)
     terms = search.of_kind(state.active, Kind.TERM)
     # On logs that rollouts judge, the balance always leaves something that follows something.
-    unexplained = forms.found if search.balance.forces else forms.in_place
+    unexplained = forms.found if search.balance.forces else forms.taking
     left = left_by_all(rests, unexplained, search.settings.materiality)
     left += many_terms([c for c in search.pool if c.key in terms])
     left += beyond_limits(search.pool, [e.key for e in evidence if e.selected and e.at_limit])
@@ -138,8 +138,8 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         found = intervals(search.balance, wide, search.pool, options, state.vehicle, settings.seed) | found
     found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
-    invariant = invariance(search, final, about)
-    doubtful = changed | uneven(invariant) | doubtful
+    invariant = beside_changes(invariance(search, final, about), changed)
+    doubtful = uneven({key: same for key, same in invariant.items() if key not in forms.rivals}) | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)

@@ -26,8 +26,9 @@ _PLACES = (1 / 3, 2 / 3)
 """Shares of the log that are on one side of a line across the water."""
 _SETS_IN = 6
 """Parts of the log between which something may set in."""
-_FINE = 24
-"""The same, and knots, where it is asked for one law whether a break does as well."""
+FINE = 24
+"""The same, and knots, where it is asked for one law whether a break does as well: ten seconds of a usual log, and
+0.06 m/s, between which no log tells them apart."""
 _Form = tuple[str, Array, str]
 """What a form follows, its values along the rows, and the velocities that it takes."""
 
@@ -56,11 +57,10 @@ def free_forms(weak: WeakForm, vehicle: Vehicle, blind: Sequence[bool] = SEEING)
     vehicle : says how the water moves, and the thrust
     blind : axes whose velocity is not to be trusted: no form takes it
     """
-    unseen = {name for (name, _), hidden in zip(_SPEEDS, blind, strict=True) if hidden}
-    return _passed(weak, (form for form in _along(weak, vehicle) if not unseen & set(form[2])))
+    return _passed(weak, _along(weak, vehicle), blind)
 
 
-def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str) -> FreeForms:
+def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str, blind: Sequence[bool] = SEEING) -> FreeForms:
     """What acts beyond a speed, at many more of them than `free_forms` has, or sets in at many more times.
 
     A kink that lies between two knots is followed better by two smooth laws than by a kink at either.
@@ -68,19 +68,22 @@ def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str) -> FreeForms:
     Parameters
     ----------
     law_of : the velocity, `u`, `v` or `r`; empty for what sets in
+    blind : see `free_forms`
     """
     speeds, thrusts, _, minutes, _ = weak.signals(vehicle)
     if not law_of:
-        return _passed(weak, _setting_in(_changing(vehicle, speeds, thrusts), onsets(minutes, _FINE)))
+        return _passed(weak, _setting_in(_changing(vehicle, speeds, thrusts), onsets(minutes, FINE)), blind)
     index = [name for name, _ in _SPEEDS].index(law_of)
     most = float(np.quantile(np.abs(np.atleast_2d(speeds[index])[0]), _SPEED_KNOTS[-1]))
-    knots = [float(f"{knot:.3g}") for knot in np.linspace(0.0, most, _FINE + 1)[1:]]
-    return _passed(weak, _beyond(*_SPEEDS[index], speeds[index], knots))
+    knots = [float(f"{knot:.3g}") for knot in np.linspace(0.0, most, FINE + 1)[1:]]
+    return _passed(weak, _beyond(*_SPEEDS[index], speeds[index], knots), blind)
 
 
-def _passed(weak: WeakForm, forms: Iterable[_Form]) -> FreeForms:
-    """Forms through the test functions."""
-    tested = [(name, weak.passed(np.atleast_2d(rows))) for name, rows, _ in forms]
+def _passed(weak: WeakForm, forms: Iterable[_Form], blind: Sequence[bool]) -> FreeForms:
+    """Forms through the test functions, those that take no velocity which is not to be trusted."""
+    unseen = {name for (name, _), hidden in zip(_SPEEDS, blind, strict=True) if hidden}
+    seen = (form for form in forms if not unseen & set(form[2]))
+    tested = [(name, weak.passed(np.atleast_2d(rows))) for name, rows, _ in seen]
     copies = max(column.shape[0] for _, column in tested)
     every = np.stack([np.broadcast_to(column, (copies, column.shape[1])) for _, column in tested], axis=-1)
     return FreeForms(tuple(name for name, _ in tested), every[0], every[1:] - every[0])
@@ -165,16 +168,16 @@ def _setting_in(
 def onsets(minutes: Array, parts: int) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     """When something may set in, and the rows from there on: after so many minutes of one log, or parts of several."""
     rows = np.arange(minutes.size)
-    several = _several(minutes)
+    in_logs = several(minutes)
     for part in range(1, parts):
         begun = rows >= minutes.size * part // parts
-        told = f"part {part + 1} of {parts} of the logs" if several else f"minute {float(minutes[begun][0]):.1f}"
+        told = f"part {part + 1} of {parts} of the logs" if in_logs else f"minute {float(minutes[begun][0]):.1f}"
         yield f"from {told} on", begun
 
 
 def _places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     """Sides of the water, and the rows there; of one log, for each has an origin of its own."""
-    if _several(minutes):
+    if several(minutes):
         return
     for side, metres in zip(("north", "east"), place, strict=True):
         for share in _PLACES:
@@ -182,7 +185,7 @@ def _places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool
             yield f"{side} of {edge:g} m", metres > edge
 
 
-def _several(minutes: Array) -> bool:
+def several(minutes: Array) -> bool:
     """Whether there is more than one log: where another begins, its minutes do."""
     return bool((np.diff(minutes) < 0.0).any())
 

@@ -22,7 +22,7 @@ from ..search.bootstrap import Interval
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, GramScores, added_by_noise
 
-UNEVEN = "a cause has one size all over a log, and this has not"
+_UNEVEN = "a cause has one size all over a log, and this has not"
 _LEAST_SHARE = 0.15
 """Share of the tests that a part must hold, and leave: a few seconds astern say nothing of a size."""
 _TURNING = 0.3
@@ -96,9 +96,16 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
     return found
 
 
+def beside_changes(found: Mapping[str, Invariance], changes: Mapping[str, str]) -> dict[str, Invariance]:
+    """The same with what else was found to differ, by key, as the end of a sentence."""
+    nothing = Invariance((), "")
+    told = {key: (found.get(key, nothing), differs) for key, differs in changes.items()}
+    return dict(found) | {key: Invariance(same.parts, same.differs or differs) for key, (same, differs) in told.items()}
+
+
 def uneven(found: Mapping[str, Invariance]) -> dict[str, str]:
     """Why effects are not certain that have several sizes, by key, as the end of a sentence."""
-    return {key: f"{UNEVEN}: {same.differs}" for key, same in found.items() if same.differs}
+    return {key: f"{_UNEVEN}: {same.differs}" for key, same in found.items() if same.differs}
 
 
 class _Fit(NamedTuple):

@@ -18,7 +18,7 @@ from ...physics.frames import AXES
 from ..balance.base import Balance
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
-from ..candidates.free_forms import finer_forms, free_forms
+from ..candidates.free_forms import finer_forms, free_forms, several
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.noise_copies import NoiseCopies
@@ -49,9 +49,10 @@ class OtherForms:
     changes: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def in_place(self) -> tuple[OtherForm, ...]:
-        """The forms that took the place of an effect: what is left of them doubts other names, whoever judges."""
-        return tuple(dict.fromkeys(rival.form for rival in self.rivals.values()))
+    def taking(self) -> tuple[OtherForm, ...]:
+        """The forms beside the model to which an effect gives way: they doubt other names, whoever judges."""
+        forms = {rival.form for rival in self.rivals.values()}
+        return tuple(form for form in self.found if form in forms)
 
 
 def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance) -> OtherForms:
@@ -78,7 +79,7 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     for group, law_of in groups:
         if law_of and not judge.forces:
             continue  # which law of a speed it is, the balance of such a log cannot tell
-        finer = FormColumns(search, state, seen, finer_forms(weak, state.vehicle, law_of))
+        finer = FormColumns(search, state, seen, finer_forms(weak, state.vehicle, law_of, judge.blind))
         tried = (RestBesideForms(these, group).in_one(these.same(group)) for these in (columns, finer))
         one = min((one for one in tried if one is not None), key=lambda one: one.worth, default=None)
         if one is not None and one.worth < rest.worth + TELL_APART:
@@ -86,7 +87,7 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
             rivals |= dict.fromkeys(group, Rival(one.form, f"in place of {listed}, {one.form.in_words} does as well"))
     found = rest.followed(NoiseCopies(search.balance, seed))
     changes: dict[str, float] = {}
-    much = another(judge)
+    much = least_change(judge)
     for key in there if found else ():
         change = rest.change(key)
         if change is None:
@@ -104,28 +105,30 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
 def _in_question(search: Search, keys: Sequence[str]) -> Iterator[tuple[tuple[str, ...], str]]:
     """Effects in whose place one form may do as well, and the velocity whose law they are, if any.
 
-    Several that act on one axis and follow one velocity alone are any law of it, and what changes all the time may have
-    changed at once.
+    Several that act on one axis and follow one velocity alone, or nothing, are any law of it, and what changes all the
+    time may have changed at once.
     """
     groups: dict[tuple[int | None, str], list[str]] = {}
+    steady: dict[int, str] = {}
     for candidate in (c for c in search.pool if c.key in keys and c.kind is Kind.EFFECT):
         first, *others = candidate.parameters
         letters = {letter for letter in first.form if letter in "uvr"}
         if len(letters) == 1 and not others:
             groups.setdefault((first.axis, letters.pop()), []).append(candidate.key)
+        if first.axis is not None and not first.form:
+            steady[first.axis] = candidate.key
         if first.unit.endswith("/min"):
             yield (candidate.key,), ""
-    yield from ((tuple(group), letter) for (_, letter), group in groups.items() if len(group) > 1)
+    for (axis, letter), group in groups.items():
+        whole = (*group, *(key for of, key in steady.items() if of == axis))
+        if len(whole) > 1:
+            yield whole, letter
 
 
-def another(judge: Balance) -> float:
-    """Share of an effect's force by which it must change to be another effect, by what judged it.
-
-    There is more than one log where minutes begin anew.
-    """
-    begun = [float(motion.minutes[0]) for motion in judge.motions]
-    several = bool((np.diff(begun) <= 0.0).any())
-    return _OTHER_IN_LOGS if several and not judge.forces else _OTHER
+def least_change(judge: Balance) -> float:
+    """Share of an effect's force by which it must change to be another effect, by what judged it."""
+    in_logs = several(np.concatenate([motion.minutes for motion in judge.motions]))
+    return _OTHER_IN_LOGS if in_logs and not judge.forces else _OTHER
 
 
 def _given_way(columns: FormColumns, key: str, change: Change, found: Sequence[OtherForm]) -> tuple[OtherForm, str]:

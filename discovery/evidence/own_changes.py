@@ -12,30 +12,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array
 from ..balance.base import Balance
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
-from ..candidates.free_forms import onsets
+from ..candidates.free_forms import FINE, onsets
 from ..search.floating import Search, State
 from ..search.noise_copies import NoiseCopies
-from .invariance import UNEVEN, regions
-from .other_forms import another
+from .invariance import regions
+from .other_forms import least_change
 from .rest_beside_forms import FormColumns, RestBesideForms
-
-_ONSETS = 24
-"""Parts of the log between which an effect may change."""
 
 
 class _Part(NamedTuple):
-    """A part of a log, as words that follow "from elsewhere", and which tests belong to it."""
+    """A part of a log, as the beginning of a sentence, and which tests belong to it."""
 
     name: str
     tests: NDArray[np.bool_]
 
 
 def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance) -> dict[str, str]:
-    """Why effects are not certain whose own force is another in a part of the log, by key, as the end of a sentence.
+    """Where effects have another force than elsewhere, by key, as the end of a sentence; those that have not, not.
 
     Parameters
     ----------
@@ -55,12 +51,9 @@ def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, ju
     copies, tests = NoiseCopies(search.balance, seed), np.stack([part.tests for part in parts])
     found = {}
     for key in there:
-        change = rest.own_change(key, tests, another(judge), copies)
+        change = rest.own_change(key, tests, least_change(judge), copies)
         if change is not None and change.worth > change.chance:
-            than = "larger" if change.share > 0.0 else "smaller"
-            found[key] = (
-                f"{UNEVEN}: {parts[change.part].name} it is {than} by {abs(change.share):.2g} of what it is here"
-            )
+            found[key] = f"{parts[change.part].name} it differs by {abs(change.share):.1g} times its size in the model"
     return found
 
 
@@ -68,13 +61,7 @@ def _parts(search: Search) -> Iterator[_Part]:
     """What begins at some time, and the parts of a log that are told apart by the motion."""
     weak = search.balance
     assert isinstance(weak, WeakForm), "an effect's own force is that on the force balance"
-    minutes, each = (weak.average([s[:, None] for s in series]) for series in _minutes(weak))
-    for told, begun in onsets((minutes / each)[:, 0], _ONSETS):
+    for told, begun in onsets(weak.average([m.minutes[:, None] for m in weak.motions])[:, 0], FINE):
         yield _Part(told, begun)
     for region in regions(search):
-        yield _Part(region.names[0], region.tests)
-
-
-def _minutes(weak: WeakForm) -> tuple[list[Array], list[Array]]:
-    """Minutes since the beginning of each log along its rows, and ones."""
-    return [m.minutes for m in weak.motions], [np.ones_like(m.minutes) for m in weak.motions]
+        yield _Part(f"where the boat is {region.names[0]}", region.tests)

@@ -28,8 +28,8 @@ _LEAST = 0.002
 _NEW = 1e-4
 """Share of its square that a form must have beside the model, or it is part of it."""
 _CLEAR = 1e-3
-"""The same of an effect's force in a part of the log."""
-_CARRIERS = 2.0
+"""The same of an effect's force in a part of the log, which is like the whole of it."""
+_EITHER_SIDE = 2.0
 """Blocks that must carry an effect in a part, and elsewhere: how a record begins is no change of the boat."""
 _SAME = 1e-9
 """Share of its square that a form may have beside effects and be nothing else than they: that of rounding."""
@@ -179,7 +179,7 @@ class RestBesideForms:
         return Change(share, symbol, float(by[own[symbol]]), (whole != 0.0).any(axis=1))
 
     def own_change(self, key: str, parts: NDArray[np.bool_], least: float, copies: NoiseCopies) -> OwnChange | None:
-        """The part of the log in which an effect's own force differs most from what it is elsewhere.
+        """The part of the log in which an effect's own force differs most from what it is elsewhere, if it does.
 
         The column of an effect is what the balance loses with it, its force with the other sign.
 
@@ -189,10 +189,13 @@ class RestBesideForms:
         least : share of itself by which an effect must differ; where it does in no part, there is no change
         """
         linear, weight = self._of.linear, self._of.weight[:, None]
-        place = linear.options[key][1].offset
+        option, gone, *_ = linear.options[key]
+        if not set(option.free) & set(self._moved.tolist()):
+            return None  # beside an effect that nothing moves, what it has too little of all over is in every part
+        place = gone.offset
         whole, block = linear.columns[:, :, place].T * weight, self._of.search.balance.block
         force = np.sqrt((whole**2).sum(axis=0))
-        told = [all(carriers(force * inside, block) >= _CARRIERS for inside in (part, ~part)) for part in parts]
+        told = [all(carriers(force * inside, block) >= _EITHER_SIDE for inside in (part, ~part)) for part in parts]
         own = whole[None] * parts[:, None]
         blur = np.einsum("cta,pt->pcat", linear.noise[:, :, :, place] * weight[:, 0], parts)
         blurred, noise = self._blur

@@ -196,7 +196,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str, thrust: st
         error_drop=e.error_drop,
         chance=e.chance,
         parts=same.parts if same else (),
-        agrees=not same.differs if same and same.parts else None,
+        agrees=not same.differs if same and (same.parts or same.differs) else None,
         changes=g.other_forms.changes.get(e.key),
         indistinguishable_from=tuple(dict.fromkeys(rivals_by_name)),
         terms=terms,

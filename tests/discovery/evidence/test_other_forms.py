@@ -10,9 +10,9 @@ from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
-from undertow.discovery.candidates.free_forms import free_forms
+from undertow.discovery.candidates.free_forms import finer_forms, free_forms
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.other_forms import OtherForms, other_forms
+from undertow.discovery.evidence.other_forms import OtherForms, Rival, other_forms
 from undertow.discovery.findings import OtherForm
 from undertow.discovery.reason import Reason
 from undertow.discovery.search.floating import Search
@@ -171,3 +171,25 @@ def test_what_holds_beside_a_form_is_named_and_the_form_is_told(monkeypatch: pyt
     assert (findings.missing, findings.other_forms) == (("yaw_trim",), (form,))
     assert findings.headline == "The model is missing yaw trim."
     assert findings.reasons == ("Yet a force in surge that follows u^3 stays unexplained, 3 % of the force at work.",)
+
+
+def test_a_form_that_takes_the_place_of_an_effect_is_beside_the_model():
+    """What is in the place of an effect is no more than the effect: it doubts no other."""
+    beside, instead = (OtherForm(axis="surge", follows=f, force=1.0, share=0.1, unit="N") for f in ("u^3", "|u|"))
+    rivals = {"hull_fouling": Rival(beside, ""), "battery_sag": Rival(instead, "")}
+    assert OtherForms((beside,), rivals).taking == (beside,)
+    assert OtherForms((beside,)).taking == ()
+
+
+def test_a_law_that_one_knot_meets_is_no_drag_and_trim():
+    names = ("surge_quadratic_damping", "surge_trim")
+    slow = Dragged(HULL, "gentle", 200.0, 4, drag=beyond(0.65, 20.0)).run(NOISE["field"]).motion()
+    assert set(judged(slow, names).rivals) == set(names)
+    true = simulate_world(HULL, {"surge_quadratic_damping": -20.0, "surge_trim": 5.0}, duration=200.0, noise="field")
+    assert judged(true.motion(), names) == OtherForms()
+
+
+def test_a_velocity_that_is_not_trusted_is_in_no_finer_form():
+    weak = WeakForm([log_of(KINK)], WeakSettings())
+    blind, seeing = (finer_forms(weak, HULL, "", (False, hidden, False)).names for hidden in (True, False))
+    assert set(seeing) - set(blind) == {name for name in seeing if name.startswith("v from")}

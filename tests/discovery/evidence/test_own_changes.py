@@ -2,6 +2,7 @@
 
 import pytest
 
+from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
@@ -50,7 +51,7 @@ def test_what_sets_in_changes(name: str, sets_in: float, told: str, noise: str):
     said = changes([log_of(name, noise, sets_in)], name)
     assert set(said) == {name}
     assert told in said[name]
-    assert "it is larger by " in said[name]
+    assert " times its size in the model" in said[name]
 
 
 @pytest.mark.parametrize("programme", ["zigzag", "gentle"])
@@ -75,3 +76,19 @@ def test_of_several_logs_the_part_is_told():
     port = "thruster_asymmetry[port]"
     logs = [World(HULL, "rich", 200.0, 4).run(NOISE["field"]).motion(), log_of(port, "field", None)]
     assert "from part 13 of 24 of the logs on" in changes(logs, port)[port]
+
+
+def test_what_is_too_small_all_over_and_cannot_move_does_not_change():
+    """A dead zone moves the thrust in steps: no column says how much of it is missing."""
+    hidden = apply_effects(HULL, {"dead_zone": 0.22})
+    log = World(hidden, "rich", 200.0, 3).run(NOISE["field"]).motion()
+    assert changes([log], "thrust_dead_zone") == {}
+
+
+@pytest.mark.parametrize("told", [{}, {"thruster_asymmetry[port]": "from minute 1.0 on it differs"}])
+def test_what_changes_is_not_called_missing(told: dict[str, str], monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(discover, "own_changes", lambda *_: told)
+    found = discover.find_missing([log_of("thruster_asymmetry[port]", "field", None)], HULL).findings
+    (said,) = (c for c in found.candidates if c.effect == "thruster_asymmetry")
+    assert (said.verdict, said.agrees) == (("possible", False) if told else ("missing", said.agrees))
+    assert ("from minute 1.0 on it differs" in said.sentence) is bool(told)
