@@ -19,7 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from foreign_causes import Foreign, causes
+from foreign_causes import Foreign
+from study.foreign_forces import causes
 
 from undertow.comparison.coverage import coverage
 from undertow.measurements.prepared_logs import Inputs

@@ -51,7 +51,7 @@ class OtherForms:
     @property
     def taking(self) -> tuple[OtherForm, ...]:
         """The forms beside the model to which an effect gives way: they doubt other names, whoever judges."""
-        forms = {rival.form for rival in self.rivals.values()}
+        forms = [rival.form for rival in self.rivals.values()]
         return tuple(form for form in self.found if form in forms)
 
 
