@@ -29,6 +29,8 @@ _SETS_IN = 6
 FINE = 24
 """The same, and knots, where it is asked for one law whether a break does as well: ten seconds of a usual log, and
 0.06 m/s, between which no log tells them apart."""
+_POWERS = (1.25, 1.5, 1.75, 2.25, 2.5)
+"""Powers of a speed between which laws of the catalogue lie: drag of skin friction grows with 1.8, for one."""
 _Form = tuple[str, Array, str]
 """What a form follows, its values along the rows, and the velocities that it takes."""
 
@@ -61,7 +63,7 @@ def free_forms(weak: WeakForm, vehicle: Vehicle, blind: Sequence[bool] = SEEING)
 
 
 def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str, blind: Sequence[bool] = SEEING) -> FreeForms:
-    """What acts beyond a speed, at many more of them than `free_forms` has, or sets in at many more times.
+    """What acts beyond many more speeds than `free_forms` has, or grows with powers of one, or sets in at more times.
 
     A kink that lies between two knots is followed better by two smooth laws than by a kink at either.
 
@@ -76,7 +78,7 @@ def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str, blind: Sequence[b
     index = [name for name, _ in _SPEEDS].index(law_of)
     most = float(np.quantile(np.abs(np.atleast_2d(speeds[index])[0]), _SPEED_KNOTS[-1]))
     knots = [float(f"{knot:.3g}") for knot in np.linspace(0.0, most, FINE + 1)[1:]]
-    return _passed(weak, _beyond(*_SPEEDS[index], speeds[index], knots), blind)
+    return _passed(weak, (*_beyond(*_SPEEDS[index], speeds[index], knots), *_powers(law_of, speeds[index])), blind)
 
 
 def _passed(weak: WeakForm, forms: Iterable[_Form], blind: Sequence[bool]) -> FreeForms:
@@ -139,6 +141,12 @@ def _beyond(name: str, unit: str, speed: Array, knots: Iterable[float]) -> Itera
         yield f"{name} below -{knot:g} {unit}", np.maximum(-speed - knot, 0.0), name
         either = np.sign(speed) * np.maximum(np.abs(speed) - knot, 0.0)
         yield f"{name} beyond {knot:g} {unit} either way", either, name
+
+
+def _powers(name: str, speed: Array) -> Iterator[_Form]:
+    """What grows with a power of a speed that is no whole number."""
+    for power in _POWERS:
+        yield f"{name}|{name}|^{power - 1.0:g}", speed * np.abs(speed) ** (power - 1.0), name
 
 
 def _pushes(vehicle: Vehicle, thrusts: Sequence[Array]) -> dict[str, Array]:

@@ -75,7 +75,7 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     columns = FormColumns(search, state, seen, free_forms(weak, state.vehicle, judge.blind))
     rest = RestBesideForms(columns)
     rivals = {}
-    groups = list(_in_question(search, there))
+    groups = list(_in_question(search, state.active))
     for group, law_of in groups:
         if law_of and not judge.forces:
             continue  # which law of a speed it is, the balance of such a log cannot tell
@@ -99,11 +99,11 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
         given = next((rivals[key] for key in group if key in rivals), None)
         if given is not None:
             rivals |= {key: given for key in group if key not in rivals}
-    return OtherForms(tuple(found), rivals, changes)
+    return OtherForms(tuple(found), {key: rivals[key] for key in there if key in rivals}, changes)
 
 
 def _in_question(search: Search, keys: Sequence[str]) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Effects in whose place one form may do as well, and the velocity whose law they are, if any.
+    """Effects of a model in whose place one form may do as well, and the velocity whose law they are, if any.
 
     Several that act on one axis and follow one velocity alone, or nothing, are any law of it, and what changes all the
     time may have changed at once.

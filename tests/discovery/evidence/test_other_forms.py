@@ -189,6 +189,13 @@ def test_a_law_that_one_knot_meets_is_no_drag_and_trim():
     assert judged(true.motion(), names) == OtherForms()
 
 
+def test_a_power_between_two_laws_is_neither():
+    between = Dragged(HULL, "rich", 200.0, 4, drag=lambda t, u: -25.0 * u * float(np.sqrt(abs(u)))).run(NOISE["field"])
+    said = judged(between.motion(), DRAG)
+    assert set(said.rivals) == set(DRAG)
+    assert "u|u|^0.5" in finer_forms(WeakForm([between.motion()], WeakSettings()), HULL, "u").names
+
+
 def test_a_velocity_that_is_not_trusted_is_in_no_finer_form():
     weak = WeakForm([log_of(KINK)], WeakSettings())
     blind, seeing = (finer_forms(weak, HULL, "", (False, hidden, False)).names for hidden in (True, False))
