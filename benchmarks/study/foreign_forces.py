@@ -30,13 +30,15 @@ def causes(hull: Vehicle, rng: np.random.Generator) -> dict[str, Force]:
         return np.array([0.0, drag.sum(), (drag * along).sum()])
 
     k = size * much
-    roll = Roll(4.0 * k)
-    slosh, slow = Swing(k, 2.0, 0.4), Slow()
+    roll, slosh, slow = Swing(9.0, 1.2), Swing(4.0, 0.4), Slow()
     post, downhill = rng.uniform(-20.0, 20.0, 2), rng.uniform(0.0, 2.0 * np.pi)
 
     def tether(x: Array) -> Array:
         apart = x[:2] - post
         return _turned(x[2], -1.2 * k * max(np.hypot(*apart) - 15.0, 0.0) * apart / max(np.hypot(*apart), 1.0))
+
+    def rolled(t: float, x: Array) -> Array:
+        return -4.0 * k * roll(t, 3.0 * x[4] * x[5] + 2.0 * x[4]) * np.array([0.0, 10.0, 1.0])
 
     return {
         "drag with a kink": lambda t, x, c: _ahead(-25.0 * k * np.sign(x[3]) * max(abs(x[3]) - 0.8, 0.0)),
@@ -48,12 +50,12 @@ def causes(hull: Vehicle, rng: np.random.Generator) -> dict[str, Force]:
         "a net that is caught": lambda t, x, c: _ahead(-12.0 * k * x[3] * (t > edges[0])),
         "thrust that ends early": lambda t, x, c: _ahead(-30.0 * k * (c.clip(0.6) - 0.6).sum()),
         "a propeller that is hit": lambda t, x, c: -8.0 * k * c[0] * (t > edges[1]) * np.array([1.0, 0.0, 0.3]),
-        "a hull that rolls": lambda t, x, c: roll(t, x),
+        "a hull that rolls": lambda t, x, c: rolled(t, x),
         "a wall near by": lambda t, x, c: np.array([0.0, -6.0 * k * x[3] ** 2 * np.cos(0.05 * x[0]), 0.0]),
         "thrusters that disturb each other": lambda t, x, c: _ahead(-20.0 * k * c.clip(0.0).prod()),
         "drag of turns to one side": lambda t, x, c: np.array([0.0, 0.0, -5.0 * k * max(x[5], 0.0) ** 2]),
         "a tether": lambda t, x, c: tether(x),
-        "water that sloshes": lambda t, x, c: _ahead(slosh(t, x[3])),
+        "water that sloshes": lambda t, x, c: _ahead(-15.0 * k * slosh(t, x[3])),
         "drag with hysteresis": lambda t, x, c: _ahead(-14.0 * k * x[3] * (abs(x[3]) - abs(slow(t, x[3])))),
         "propellers that draw air": lambda t, x, c: _ahead(-18.0 * k * c.clip(0.0).sum() * (abs(x[4]) > 0.12)),
         "shallow water": lambda t, x, c: _ahead(
@@ -72,39 +74,21 @@ def causes(hull: Vehicle, rng: np.random.Generator) -> dict[str, Force]:
 
 
 @dataclass
-class Roll:
-    """An angle that sway sets swinging and that pushes back, as a hull free to roll does."""
-
-    push: float
-    time: float = 0.0
-    angle: float = 0.0
-    rate: float = 0.0
-
-    def __call__(self, t: float, x: Array) -> Array:
-        """Force (3,) at a time and a state."""
-        step, self.time = max(t - self.time, 0.0), t
-        self.rate += step * (3.0 * x[4] * x[5] + 2.0 * x[4] - 9.0 * self.angle - 1.2 * self.rate)
-        self.angle += step * self.rate
-        return np.array([0.0, -10.0 * self.push * self.angle, -self.push * self.angle])
-
-
-@dataclass
 class Swing:
-    """A mass on a spring inside the hull, which its speed drives, as water in it does."""
+    """An angle or a mass on a spring that the motion sets swinging, as a hull free to roll or water in it."""
 
-    push: float
-    frequency: float
+    stiffness: float
     damping: float
     time: float = 0.0
     place: float = 0.0
     rate: float = 0.0
 
-    def __call__(self, t: float, speed: float) -> float:
-        """Force [N] at a time and a speed."""
+    def __call__(self, t: float, drive: float) -> float:
+        """Where it is at a time [s], under what drives it; stiffness and damping are per its inertia [1/s^2, 1/s]."""
         step, self.time = max(t - self.time, 0.0), t
-        self.rate += step * (-(self.frequency**2) * self.place - self.damping * self.rate - 1.5 * speed)
+        self.rate += step * (drive - self.stiffness * self.place - self.damping * self.rate)
         self.place += step * self.rate
-        return 10.0 * self.push * self.place
+        return self.place
 
 
 @dataclass
