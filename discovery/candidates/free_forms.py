@@ -8,6 +8,7 @@ the motion, and anything that sets in during the log, or somewhere on the water.
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,6 +108,10 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
     yield "", steady, ""
     yield "the cosine of the heading", np.cos(heading), ""
     yield "the sine of the heading", np.sin(heading), ""
+    if not several(minutes):  # each log has an origin of its own
+        north, east = place - place.mean(axis=1, keepdims=True)
+        yield "the place ahead", np.cos(heading) * north + np.sin(heading) * east, ""
+        yield "the place abeam", np.cos(heading) * east - np.sin(heading) * north, ""
     for form in monomials(3):
         yield form.text, form(*speeds), form.text
     for (name, unit), speed in zip(_SPEEDS, speeds, strict=True):
@@ -126,11 +131,13 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
             yield f"{of} times {name}", thrust * speed, name
     for name in ("v", "|v|", "r", "|r|") if len(thrusts) > 1 else ():  # at speed all thrust is as large as the drag
         yield f"all thrust times {name}", np.sum(thrusts, axis=0) * beside[name], name
+    for (of, thrust), (beside_it, other) in combinations(pushes.items(), 2):
+        yield f"{of} times {beside_it}", thrust * other, ""
     changing = _changing(vehicle, speeds, thrusts)
     yield from _setting_in(changing, onsets(minutes, _SETS_IN))
     for name, (signal, takes) in changing.items():
         yield f"the time{name and f', times {name}'}", minutes * signal, takes
-        for told, there in _places(minutes, place):
+        for told, there in places(minutes, place):
             yield f"{name or 'being'} {told}", there * signal, takes
 
 
@@ -183,11 +190,18 @@ def onsets(minutes: Array, parts: int) -> Iterator[tuple[str, NDArray[np.bool_]]
         yield f"from {told} on", begun
 
 
-def _places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Sides of the water, and the rows there; of one log, for each has an origin of its own."""
+def places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Sides of the water, and the rows there, of places (2, rows); of one log, for each has an origin of its own."""
     if several(minutes):
         return
-    for side, metres in zip(("north", "east"), place, strict=True):
+    north, east = place
+    sides = {
+        "north": north,
+        "east": east,
+        "northeast": (north + east) / np.sqrt(2.0),
+        "northwest": (north - east) / np.sqrt(2.0),
+    }
+    for side, metres in sides.items():
         for share in _PLACES:
             edge = float(f"{np.quantile(metres, share):.2g}")
             yield f"{side} of {edge:g} m", metres > edge

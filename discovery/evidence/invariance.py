@@ -196,11 +196,13 @@ def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> _F
 def regions(search: Search) -> Iterator[Region]:
     """The parts of a log that are told apart by the motion, those that hold enough of it and leave enough."""
     balance = search.balance
-    u, _, r = balance.speeds.T
+    u, v, r = balance.speeds.T
     turning = _TURNING * float(np.sqrt((r**2).mean()))
     for region in (
         Region(("slow", "fast"), np.abs(u) < np.median(np.abs(u))),
         Region(("astern", "ahead"), u < 0.0),
+        Region(("drifting slowly", "drifting fast"), np.abs(v) < np.median(np.abs(v))),
+        Region(("turning slowly", "turning fast"), np.abs(r) < np.median(np.abs(r))),
         Region(("turning to port", "elsewhere"), r < -turning),
         Region(("turning to starboard", "elsewhere"), r > turning),
     ):

@@ -8,22 +8,23 @@ becomes another was the nearest name for something else (extreme bounds; Leamer 
 is left to follow, and nothing is doubted.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from ...physics.frames import AXES
+from ...physics.in_words import words
 from ..balance.base import Balance
 from ..balance.weak_form import WeakForm
-from ..candidates.candidate import Kind
-from ..candidates.free_forms import finer_forms, free_forms, several
+from ..candidates.free_forms import free_forms, several
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.noise_copies import NoiseCopies
+from .in_place import following, in_place, in_question
 from .rest_beside_forms import Change, FormColumns, RestBesideForms
-from .weighing import TELL_APART, parameter_total
+from .weighing import parameter_total
 
 _OTHER = 0.3
 """Share of an effect's force by which it changes beside other forms from which it is another effect; what stand-ins and
@@ -74,17 +75,13 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     assert isinstance(weak, WeakForm), "forms are looked for on the force balance"
     columns = FormColumns(search, state, seen, free_forms(weak, state.vehicle, judge.blind))
     rest = RestBesideForms(columns)
-    rivals = {}
-    groups = list(_in_question(search, state.active))
-    for group, law_of in groups:
-        if law_of and not judge.forces:
-            continue  # which law of a speed it is, the balance of such a log cannot tell
-        finer = FormColumns(search, state, seen, finer_forms(weak, state.vehicle, law_of, judge.blind))
-        tried = (RestBesideForms(these, group).in_one(these.same(group)) for these in (columns, finer))
-        one = min((one for one in tried if one is not None), key=lambda one: one.worth, default=None)
-        if one is not None and one.worth < rest.worth + TELL_APART:
-            listed = " and ".join(key.replace("_", " ") for key in group)
-            rivals |= dict.fromkeys(group, Rival(one.form, f"in place of {listed}, {one.form.in_words} does as well"))
+    rivals: dict[str, Rival] = {}
+    groups = list(in_question(search, state.active))
+    for group in groups:
+        form = in_place(columns, rest, group, judge)
+        if form is not None:
+            listed = " and ".join(words(key) for key in group.keys)
+            rivals |= dict.fromkeys(group.keys, Rival(form, f"in place of {listed}, {form.in_words} does as well"))
     found = rest.followed(NoiseCopies(search.balance, seed))
     changes: dict[str, float] = {}
     much = least_change(judge)
@@ -95,34 +92,11 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
         changes[key] = change.share
         if change.share > much:
             rivals[key] = Rival(*_given_way(columns, key, change, found))
-    for group, _ in groups:  # of one law no part is right where another is not, whoever judges
-        given = next((rivals[key] for key in group if key in rivals), None)
+    for group in (group for group in groups if group.law):  # of one law no part is right where another is not
+        given = next((rivals[key] for key in group.keys if key in rivals), None)
         if given is not None:
-            rivals |= {key: given for key in group if key not in rivals}
+            rivals = dict.fromkeys((*group.keys, *following(search.pool, group.letters)), given) | rivals
     return OtherForms(tuple(found), {key: rivals[key] for key in there if key in rivals}, changes)
-
-
-def _in_question(search: Search, keys: Sequence[str]) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Effects of a model in whose place one form may do as well, and the velocity whose law they are, if any.
-
-    Several that act on one axis and follow one velocity alone, or nothing, are any law of it, and what changes all the
-    time may have changed at once.
-    """
-    groups: dict[tuple[int | None, str], list[str]] = {}
-    steady: dict[int, str] = {}
-    for candidate in (c for c in search.pool if c.key in keys and c.kind is Kind.EFFECT):
-        first, *others = candidate.parameters
-        letters = {letter for letter in first.form if letter in "uvr"}
-        if len(letters) == 1 and not others:
-            groups.setdefault((first.axis, letters.pop()), []).append(candidate.key)
-        if first.axis is not None and not first.form:
-            steady[first.axis] = candidate.key
-        if first.unit.endswith("/min"):
-            yield (candidate.key,), ""
-    for (axis, letter), group in groups.items():
-        whole = (*group, *(key for of, key in steady.items() if of == axis))
-        if len(whole) > 1:
-            yield whole, letter
 
 
 def least_change(judge: Balance) -> float:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..balance.base import Balance
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
-from ..candidates.free_forms import FINE, onsets
+from ..candidates.free_forms import FINE, onsets, places
 from ..search.floating import Search, State
 from ..search.noise_copies import NoiseCopies
 from .invariance import regions
@@ -61,7 +61,10 @@ def _parts(search: Search) -> Iterator[_Part]:
     """What begins at some time, and the parts of a log that are told apart by the motion."""
     weak = search.balance
     assert isinstance(weak, WeakForm), "an effect's own force is that on the force balance"
-    for told, begun in onsets(weak.average([m.minutes[:, None] for m in weak.motions])[:, 0], FINE):
+    minutes = weak.average([m.minutes[:, None] for m in weak.motions])[:, 0]
+    for told, begun in onsets(minutes, FINE):
         yield _Part(told, begun)
+    for told, there in places(minutes, weak.average([m.position for m in weak.motions]).T):
+        yield _Part(told, there)
     for region in regions(search):
         yield _Part(f"where the boat is {region.names[0]}", region.tests)

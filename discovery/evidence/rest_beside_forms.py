@@ -5,7 +5,8 @@ does in any of 999 copies of the rest, and keep what it promises.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from copy import copy
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,10 +39,15 @@ _TRIED = 10
 
 
 class OneForm(NamedTuple):
-    """The form that explains most alone, and the log-likelihood that is lost with it: the smaller the better."""
+    """The form that explains most alone, the log-likelihood that is lost with it, and what it leaves, (3, tests).
+
+    The smaller its worth the better; place is the axis and the form.
+    """
 
     form: OtherForm
     worth: float
+    place: tuple[int, int]
+    left: Array
 
 
 class Change(NamedTuple):
@@ -77,6 +83,12 @@ class FormColumns:
         self.floor = (_LEAST * search.force_scale) ** 2
         error = (self.linear.columns[:, :, -1] ** 2).mean(axis=0)
         self.weight = np.where(seen, 1.0 / np.sqrt(error + self.floor), 0.0)
+
+    def of(self, forms: FreeForms) -> Self:
+        """The same with other forms."""
+        other = copy(self)
+        other.forms = forms
+        return other
 
     def same(self, keys: Sequence[str]) -> NDArray[np.bool_]:
         """Which forms are effects by another name: nothing of them is new beside the columns of these, (3, forms)."""
@@ -129,8 +141,7 @@ class RestBesideForms:
     @property
     def worth(self) -> float:
         """Log-likelihood lost by what is left: half the independent tests times the log of its mean square."""
-        normal, right, _ = self._system()
-        square = (self._left_over(np.linalg.solve(normal, right).astype(float)) ** 2).sum(axis=1)
+        square = (self.left**2).sum(axis=1)
         error = square / self._balance.shape[1] + self._of.floor * self._of.weight**2 + _NOTHING
         return float(0.5 * self._of.search.balance.independent * np.log(error).sum())
 
@@ -141,7 +152,20 @@ class RestBesideForms:
         if best is None:
             return None
         axis, form, worth = best
-        return OneForm(self._told(axis, form, drops), worth)
+        beside = self.beside((axis, form))
+        return OneForm(self._told(axis, form, drops), worth, (axis, form), beside.left)
+
+    def beside(self, place: tuple[int, int]) -> Self:
+        """The same beside one form more, of an axis."""
+        more = copy(self)
+        more._taken = [*self._taken, place]
+        return more
+
+    @property
+    def left(self) -> Array:
+        """What is left of the balance, weighted, (3, tests)."""
+        normal, right, _ = self._system()
+        return self._left_over(np.linalg.solve(normal, right).astype(float))
 
     def followed(self, copies: NoiseCopies) -> list[OtherForm]:
         """Take the form that explains most, again and again, while it explains more than any does of every copy."""
@@ -225,9 +249,7 @@ class RestBesideForms:
         tried = []
         for k in promising:
             axis, form = (int(place) for place in np.unravel_index(k, gains.shape))
-            self._taken.append((axis, form))
-            tried.append((axis, form, self.worth))
-            self._taken.pop()
+            tried.append((axis, form, self.beside((axis, form)).worth))
         return min(tried, key=lambda one: one[2], default=None)
 
     def _drops(self) -> tuple[Array, Array, Array, tuple[Array, Array]]:

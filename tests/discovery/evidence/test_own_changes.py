@@ -1,6 +1,8 @@
 """An effect that sets in during a log is found to change, one that is there all the time is not."""
 
+import numpy as np
 import pytest
+from dragged_world import Pushed
 
 from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
@@ -52,6 +54,26 @@ def test_what_sets_in_changes(name: str, sets_in: float, told: str, noise: str):
     assert set(said) == {name}
     assert told in said[name]
     assert " times its size in the model" in said[name]
+
+
+def test_what_acts_on_one_side_of_the_water_changes_there():
+    shallow = Pushed(
+        HULL, "rich", 240.0, 4, push=lambda t, x, c: np.array([-12.0 * x[3] * abs(x[3]), 0.0, 0.0]) * (x[0] > 5.0)
+    )
+    said = changes([shallow.run(NOISE["field"]).motion()], "surge_quadratic_damping")
+    assert "north of " in said["surge_quadratic_damping"]
+
+
+def test_a_tether_is_no_wind():
+    """What pulls to a post grows with the way from there: a force that is fixed in the earth, but not everywhere."""
+
+    def pull(t: float, x: np.ndarray, c: np.ndarray) -> np.ndarray:
+        north, east = 0.3 * (np.array([10.0, -10.0]) - x[:2])
+        cos, sin = np.cos(x[2]), np.sin(x[2])
+        return np.array([cos * north + sin * east, cos * east - sin * north, 0.0])
+
+    tied = Pushed(HULL, "rich", 240.0, 6, push=pull).run(NOISE["field"]).motion()
+    assert " m it differs by " in changes([tied], "mean_wind")["mean_wind"]
 
 
 @pytest.mark.parametrize("programme", ["zigzag", "gentle"])

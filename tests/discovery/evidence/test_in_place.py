@@ -1,0 +1,109 @@
+"""One form in the place of effects: stand-ins are beaten by what acts, effects that act by nothing."""
+
+import numpy as np
+import pytest
+from dragged_world import Push, Pushed
+
+from undertow.discovery.balance.base import WeakSettings
+from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.candidates.candidate import candidates
+from undertow.discovery.candidates.free_forms import free_forms
+from undertow.discovery.evidence.in_place import following, in_place, in_question
+from undertow.discovery.evidence.rest_beside_forms import FormColumns, RestBesideForms
+from undertow.discovery.search.floating import Search
+from undertow.discovery.search.scoring import SearchSettings
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import NOISE, simulate_world
+
+HULL = load_vehicle("blueboat")
+SEEN = np.ones(3, dtype=bool)
+
+
+def told(motion: Motion, *names: str, forces: bool = True) -> dict[str, str]:
+    """What is said to do in the place of effects that are fitted on the force balance, by their names."""
+    pool = [c for c in candidates(HULL) if c.key in names]
+    weak = WeakForm([motion], WeakSettings())
+    search = Search(weak, HULL, pool, SearchSettings())
+    state = search.evaluate(HULL, names)
+    columns = FormColumns(search, state, SEEN, free_forms(weak, state.vehicle))
+    judge = WeakForm([motion], WeakSettings())
+    judge.forces = forces  # type: ignore[misc]
+    found = {g.keys: in_place(columns, RestBesideForms(columns), g, judge) for g in in_question(search, state.active)}
+    return {" and ".join(keys): form.in_words for keys, form in found.items() if form is not None}
+
+
+def log_of(push: Push, noise: str = "field", programme: str = "rich") -> Motion:
+    return Pushed(HULL, programme, 240.0, 4, push=push).run(NOISE[noise]).motion()
+
+
+def disturbed(t: float, x: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Two propellers that take each other's water."""
+    return np.array([-20.0 * c.prod(), 0.0, 0.0])
+
+
+def skin_friction(t: float, x: np.ndarray, c: np.ndarray) -> np.ndarray:
+    return np.array([0.0, 0.0, -12.0]) * x[4] * abs(x[4]) ** 0.5
+
+
+@pytest.mark.parametrize("forces", [True, False], ids=["forces", "rollouts"])
+@pytest.mark.parametrize("noise", ["clean", "field", "rough"])
+def test_one_form_that_acts_beats_a_stand_in(noise: str, forces: bool):
+    said = told(log_of(disturbed, noise, "gentle"), "surge_quadratic_damping", forces=forces)
+    assert "the thrust of port times the thrust of stbd" in said["surge_quadratic_damping"]
+
+
+def test_one_form_does_for_two_effects():
+    said = told(log_of(disturbed, programme="gentle"), "surge_linear_damping", "surge_trim")
+    assert "times the thrust" in said["surge_linear_damping and surge_trim"]
+
+
+def test_a_power_between_two_laws_beats_either():
+    assert "v|v|^0.5" in told(log_of(skin_friction, "clean"), "sway_yaw_coupling")["sway_yaw_coupling"]
+
+
+@pytest.mark.parametrize("forces", [True, False], ids=["forces", "rollouts"])
+@pytest.mark.parametrize("noise", ["field", "rough"])
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        {"surge_quadratic_damping": -20.0, "thrust_scale": 0.8},
+        {"surge_turn_drag": 20.0, "surge_trim": 4.0},
+        {"sway_quadratic_damping": -60.0, "sway_yaw_coupling": -6.0},
+        {"thruster_arm": 1.2, "yaw_linear_damping": -3.0},
+        {"mean_wind": 3.0, "sway_lift": -8.0},
+    ],
+    ids=lambda hidden: " and ".join(hidden),
+)
+def test_nothing_does_in_the_place_of_what_acts(hidden: dict[str, float], noise: str, forces: bool):
+    motion = simulate_world(HULL, hidden, duration=240.0, noise=noise, seed=5).motion()
+    assert told(motion, *hidden, forces=forces) == {}
+
+
+def test_what_explains_nothing_gives_way_to_nothing():
+    assert set(told(log_of(disturbed, programme="gentle"), "surge_quadratic_damping", "yaw_trim")) == {
+        "surge_quadratic_damping"
+    }
+
+
+def test_effects_are_asked_alone_in_pairs_on_an_axis_and_as_laws():
+    pool = ("surge_linear_damping", "surge_quadratic_damping", "surge_trim", "yaw_linear_damping", "hull_fouling")
+    motion = log_of(disturbed)
+    search = Search(
+        WeakForm([motion], WeakSettings()), HULL, [c for c in candidates(HULL) if c.key in pool], SearchSettings()
+    )
+    groups = list(in_question(search, pool))
+    alone = {group.keys[0] for group in groups if len(group.keys) == 1}
+    assert alone == set(pool)
+    assert {group.keys[0] for group in groups if group.growth} == {"hull_fouling"}
+    (law,) = (group for group in groups if group.law)
+    assert set(law.keys) == {"surge_linear_damping", "surge_quadratic_damping", "surge_trim"}
+    assert law.letters == "u"
+    pairs = {frozenset(group.keys) for group in groups if len(group.keys) == 2}
+    assert frozenset({"surge_linear_damping", "yaw_linear_damping"}) not in pairs
+    assert frozenset({"surge_linear_damping", "surge_trim"}) in pairs
+
+
+def test_a_coupling_follows_the_velocity_of_the_law_of_its_axis():
+    assert "sway_yaw_coupling" in following(candidates(HULL), "v")
+    assert "sway_lift" not in following(candidates(HULL), "v")
