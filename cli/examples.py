@@ -50,6 +50,7 @@ EXAMPLES = {
     "train": (
         "undertow train boat.csv --vehicle boat.yaml --residual lstm --out lstm --explain",
         "undertow train boat.csv --vehicle boat.yaml --residual mlp --epochs 50 --out mlp --resume",
+        "undertow train sister.csv --vehicle sister.yaml --start lstm --set learning_rate=0.001 --out sister-lstm",
     ),
     "explain": ("undertow explain lstm boat.csv --vehicle boat.yaml",),
     "effects": ("undertow effects", "undertow effects munk_moment --vehicle otter"),

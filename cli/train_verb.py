@@ -26,8 +26,12 @@ def train(
     vehicle: VehicleOption,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the network to write.")],
     residual: Annotated[
-        str, typer.Option("--residual", help="Network: mlp, lstm, tcn, transformer, dissipative or trees.")
-    ] = "lstm",
+        str | None,
+        typer.Option("--residual", help="Network: mlp, lstm (when not given), tcn, transformer, dissipative or trees."),
+    ] = None,
+    start: Annotated[
+        Path | None, typer.Option("--start", metavar="MODEL", help="Go on from this network, of another boat or log.")
+    ] = None,
     pure: Annotated[
         bool, typer.Option("--pure", help="Learn all of the motion, without the vehicle's physics.")
     ] = False,
@@ -67,7 +71,7 @@ def train(
         trained.check_folder(out, resume, (logs, vehicle, channels), force=force)
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
         settings = settings_with(set_ or [], seed=seed, device=device, **given)
-        choice = trained.Choice(residual, parsed_options(option or []), pure, heading)
+        choice = trained.choice_of(start, residual, parsed_options(option or []), pure=pure, heading=heading)
         inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
         try:
             done = trained.train(

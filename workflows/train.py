@@ -1,7 +1,7 @@
 """The verb `train`: from logs and a vehicle to a trained network, scored beside the nominal model on held-out data."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,7 +27,7 @@ from ..reports.terminal.progress import SHOWN, showing
 from ..reports.terminal.training_progress import epochs_told
 from ..residuals.left_to_learn import Left, left_to_learn
 from ..residuals.models.base import Model, VehicleModel
-from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
+from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, load_network, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
 from ..residuals.scores import ACCELERATION_UNITS, evaluate
 from ..residuals.training.training_settings import Choice, TrainingSettings
@@ -88,7 +88,8 @@ class TrainRun:
             *([] if self.left is None else [f"Without it, {left_in_words(self.left)}."]),
         ]
         if found.best_epoch == 0:
-            told.append("No epoch was better than the vehicle alone, so the network is as it began.")
+            than = "the vehicle alone" if found.start is None else f"the network {found.start} as it was"
+            told.append(f"No epoch was better than {than}, so the network is as it began.")
         elif found.share < 1.0:
             told.append(_in_words(found.share))
         told += [*self._beyond(), *_what_it_holds(self.models[-1])]
@@ -300,6 +301,33 @@ def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, *, progr
     if out is not None:
         write_json(Path(out) / DISTILLATION, found.to_dict())
     return replace(run, distilled=found)
+
+
+def choice_of(
+    start: str | os.PathLike[str] | None,
+    network: str | None = None,
+    options: Mapping[str, int | float] | None = None,
+    *,
+    pure: bool = False,
+    heading: bool = False,
+) -> Choice:
+    """What to train: the network of these words, an LSTM where none is named, or one that goes on from a folder's.
+
+    Raises
+    ------
+    RequestError
+        when a start is given with a kind of its own, or is no network that can go on learning.
+    """
+    if start is None:
+        return Choice(network or "lstm", options, pure, heading)
+    if network or options or pure or heading:
+        raise RequestError(
+            f"train: {start} says which network it is; leave out --residual, --option, --pure and --heading, or --start"
+        )
+    require_torch()
+    from ..residuals.training.fine_tuning import going_on_from
+
+    return going_on_from(load_network(start))
 
 
 @contextmanager

@@ -48,6 +48,7 @@ class Trained:
     violating : share of the states without thrust and with it at which they break the laws, in the sample of training
     stopped : why training ended
     settings : of the recipe
+    start : name of the network that it went on from
     """
 
     model: NetworkModel
@@ -58,11 +59,13 @@ class Trained:
     violating: float
     stopped: str
     settings: TrainingSettings
+    start: str | None = None
 
     def to_dict(self) -> dict[str, object]:
         """The training log that a model's file keeps."""
         return {
             "settings": self.settings.to_dict(),
+            **({} if self.start is None else {"start": self.start}),
             "best_epoch": self.best_epoch,
             "share": self.share,
             "lawful": self.lawful,
@@ -126,7 +129,8 @@ def train(
         kept, share, lawful = run.choose(model, auditor, split.validation)
         model.interval = interval_of(model, split)
     best = next(epoch for epoch in run.history if epoch.number == kept)
-    return Trained(model, tuple(run.history), kept, share, lawful, best.violating, why, chosen)
+    start = None if choice.start is None else choice.start.name
+    return Trained(model, tuple(run.history), kept, share, lawful, best.violating, why, chosen, start)
 
 
 def one_pass(
@@ -191,7 +195,8 @@ class _Run:
         elif resume:
             raise RequestError("training: resume needs the folder of the interrupted training")
         if found is None:
-            if not self.prepared.pure:  # a hybrid that has learnt nothing is the vehicle; a pure network is nothing
+            # A hybrid that has learnt nothing is the vehicle; a pure network is nothing, unless it was trained before.
+            if not self.prepared.pure or "start" in self.prepared.recipe:
                 self._judge(None)
             return
         self.network.load_state_dict(found.weights)

@@ -24,6 +24,7 @@ from ..networks.base import Network, Scaling
 from ..networks.fade import Reach
 from ..networks.registry import build, default_options
 from .augment import Augmenter, seen_noise, sister_targets
+from .fine_tuning import scaling_from, take_weights
 from .losses import Objective
 from .training_settings import Choice, TrainingSettings
 from .validation import Judge
@@ -89,8 +90,13 @@ def prepare_training(
     seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
     unit = _unit(windows, motions)
     windows = replace(windows, target=windows.target * kept)
-    scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, choice.heading), seen), unit)
+    if choice.start is None:
+        scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, choice.heading), seen), unit)
+    else:
+        scaling = scaling_from(choice.start, vehicle, choice.heading)
     network = build(choice.network, scaling, choice.options).to(device)
+    if choice.start is not None:
+        take_weights(network, choice.start)
     like = next(network.parameters())
 
     def tensor(values: Array) -> torch.Tensor:
@@ -133,6 +139,8 @@ def prepare_training(
         "data": _digest(windows.inputs, windows.target, windows.states, *judge.targets),
         "vehicle": vehicle.digest,
     }
+    if choice.start is not None:
+        recipe["start"] = _digest(*(p.detach().cpu().numpy() for p in choice.start.network.parameters()))
     inputs, target = _table(split.train, vehicle, choice, scaling)
     table = inputs, target * kept
     if settings.fade and not choice.pure:  # where a pure network says nothing, no force at all is left

@@ -4,9 +4,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from math import isfinite
 from numbers import Integral
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from ...physics.errors import RequestError
+
+if TYPE_CHECKING:
+    from ..models.network_model import NetworkModel
 
 Schedule = Literal["fixed", "cosine"]
 Device = Literal["auto", "cpu", "cuda"]
@@ -23,6 +26,7 @@ class Choice:
     heading : it sees the heading
     axes : those on which a hybrid has something to learn, see `left_to_learn`: surge, sway, yaw; on the others its
         target is nothing, so that it does not learn their noise
+    start : a network that it goes on from, see `fine_tuning`; None for fresh weights
     """
 
     network: str
@@ -30,6 +34,7 @@ class Choice:
     pure: bool = False
     heading: bool = False
     axes: tuple[bool, bool, bool] = (True, True, True)
+    start: "NetworkModel | None" = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,6 +37,17 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def test_training_goes_on_from_a_network(place: Path, tmp_path: Path) -> None:
+    words = ("--start", place / "M", "--epochs", "2", "--set", "learning_rate=0.001", "--out", tmp_path / "N")
+    result = call("train", place / "log.csv", "-v", "blueboat", *words)
+    assert (result.exit_code, result.exception) == (0, None), result.stderr
+    assert "Trained the network mlp" in result.stdout
+    assert yaml.safe_load((tmp_path / "N" / "model.yaml").read_text())["training"]["start"] == "M"
+    refused = call("train", place / "log.csv", "-v", "blueboat", *words, "--residual", "lstm")
+    assert refused.exit_code == 2
+    assert "says which network it is; leave out --residual" in refused.stderr.replace("\n", " ")
+
+
 def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
     said = " ".join((place / "said.txt").read_text().split())
     for text in (
