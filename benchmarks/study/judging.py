@@ -3,17 +3,18 @@
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from undertow.discovery.balance.rollout_test import rollout_squares
 from undertow.discovery.balance.weak_form import WeakForm
-from undertow.discovery.candidates.candidate import candidates
+from undertow.discovery.candidates.candidate import Kind, candidates, measurable
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.found_effects import FoundEffect
-from undertow.discovery.search.floating import Search
+from undertow.discovery.search.floating import Search, State
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
 from undertow.physics.laws.damping_power import envelope_of, worst_dissipation
@@ -25,6 +26,8 @@ from .worlds import BY_FILE, PARTS, Case, Values, divided, draw, label, merged
 
 HORIZON = 10.0
 """Length of the held-out rollouts [s]."""
+_FITTED = 6
+"""Rivals of an effect that are fitted, of all that columns rank."""
 
 
 def judge(part: str, first: int, number: int) -> dict[str, Any]:
@@ -116,7 +119,8 @@ def rollout_ratio(case: Case, found: Discovery, motions: Sequence[Motion]) -> fl
 def compared_scores(case: Case, found: Discovery, motions: Sequence[Motion]) -> dict[str, Any]:
     """Scores of the true set and of what the search selected (lower is better), and what each true effect is worth.
 
-    A true set that scores better was missed by the search; one that scores worse lost by the criterion.
+    A true set that scores better was missed by the search; one that scores worse lost by the criterion. Beside them,
+    the best model with another effect in the place of a true one: what a judge who knows the true set has against it.
     """
     settings = DiscoverySettings()
     selected = {label(e.effect, [t.symbol for t in e.terms]): e for e in found.findings.candidates if e.terms}
@@ -126,7 +130,7 @@ def compared_scores(case: Case, found: Discovery, motions: Sequence[Motion]) -> 
     search = Search(
         WeakForm(motions, settings.weak),
         case.nominal,
-        (*candidates(case.nominal), *terms),
+        (*candidates(case.nominal, measurable(motions)), *terms),
         replace(settings.search, refinements=6),
     )
     true = search.evaluate(apply_effects(case.nominal, merged(case.hidden)), tuple(case.hidden))
@@ -137,9 +141,33 @@ def compared_scores(case: Case, found: Discovery, motions: Sequence[Motion]) -> 
         for key in case.hidden
         for without in [search.without(true, key)]
     }
+    scores["rival"] = rival(search, true)
     try:
         start = apply_effects(case.nominal, values)
         scores["selected"] = search.evaluate(start, (*selected, *(t.key for t in terms))).score
     except RequestError:
         scores["selected"] = None  # a selected but unsure value may lie outside what a vehicle file takes
     return scores
+
+
+def rival(search: Search, true: State) -> dict[str, Any]:
+    """What does best in the place of a true effect, one or two others, and the log-likelihood by which it is worse.
+
+    Prices count: a judge who believes that fewer numbers are likelier would not be moved by more of them.
+    """
+    linear, scores = search.linearise(true.vehicle, true.active, true.fit.in_sample)
+    now = {key: linear.options[key][0] for key in true.active}
+    names = search.named(true.active)
+    others = [c.key for c in search.pool if c.kind is Kind.EFFECT and c.key not in names]
+    found = []
+    for name in names:
+        rest = {**now, name: linear.options[name][1]}
+        shapes = [(option,) for key in others for option in linear.options[key] if option.present]
+        pairs = [(*one, *other) for one, other in combinations(shapes, 2) if one[0].key != other[0].key]
+        trials = [rest | {option.key: option for option in options} for options in (*shapes, *pairs)]
+        worth = search.quicks(scores, trials)
+        for _, n in sorted((score, n) for n, score in enumerate(worth))[:_FITTED]:
+            there = search.apply(true, now, trials[n], scores)
+            by = [option.key for option in (*shapes, *pairs)[n]]
+            found.append({"of": name, "by": by, "worse": there.score - true.score})
+    return min(found, key=lambda rival: rival["worse"])

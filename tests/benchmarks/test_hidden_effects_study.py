@@ -79,6 +79,7 @@ def test_the_table_says_what_does_not_hold(study: ModuleType, tmp_path: Path):
     assert study.main(options(tmp_path, SLICE[:1], 1)) == 0
     (good,) = records(tmp_path, SLICE[:1])
     name = next(iter(good["hidden"]))
+    rival = {"of": name, "by": ["sway_trim", "mean_wind"], "worse": 3.2}
     bad = {
         **good,
         "missing": ["yaw_trim"],
@@ -86,12 +87,14 @@ def test_the_table_says_what_does_not_hold(study: ModuleType, tmp_path: Path):
         "standing": {name: "possible"},
         "possible": [name],
         "terms": [],
-        "scores": {"truth": 12.0, "selected": 10.0, "nothing": 90.0, "worth": {}},
+        "scores": {"truth": 12.0, "selected": 10.0, "nothing": 90.0, "worth": {}, "rival": rival},
     }
     page = study.table({"singles": [good, bad]}, "tuning")
     assert "Written by `benchmarks/hidden_effects.py` (tuning seeds, 2 logs of the full study's" in page
     assert "| one effect, rich, field | 2 | 50.0% | 50.0% | 50.0% | 50.0% | 0.50 | 50.0% | 100.0% |" in page
     assert "| one effect, field: exact set | at least 97% | 50.0% | **no** |" in page
     assert "| three effects: exact set | at least 97% | not run |  |" in page
-    assert f"| {name} | yaw_trim | {name} | +2.0 |" in page
+    assert f"| {name} | yaw_trim | {name} | +2.0 | sway_trim and mean_wind in place of {name}: +3.2 |" in page
+    told = "Three effects: a judge who knows what is hidden could name it exactly in 1 of 2 (50.0%)"
+    assert told in study.table({"triples": [good, bad]}, "tuning")
     assert study.table({"singles": [good]}, "tuning").endswith("None.\n")
