@@ -21,8 +21,9 @@ from .candidates.candidate import Kind
 from .candidates.nuisance import CALIBRATED
 from .evidence.inclusion import inclusion
 from .evidence.invariance import beside_changes, invariance, uneven
-from .evidence.lasting_rest import beside_rests, beyond_limits, lasting_rests, left_by_all, many_terms
+from .evidence.lasting_rest import beside_rests, beyond_limits, lasting_rests, left_by_all, many_terms, of_stand_ins
 from .evidence.limits import as_timed, believed, doubts, of_differences
+from .evidence.mostly_doubted import mostly_doubted
 from .evidence.other_forms import other_forms
 from .evidence.own_changes import own_changes
 from .evidence.record_errors import beside, compass_error, record_errors
@@ -139,7 +140,9 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
     invariant = beside_changes(invariance(search, final, about), changed)
-    doubtful = uneven({key: same for key, same in invariant.items() if key not in forms.rivals}) | doubtful
+    sizes = uneven({key: same for key, same in invariant.items() if key not in forms.rivals})
+    left += of_stand_ins(evidence, {*forms.rivals, *sizes}, search.settings.least)
+    doubtful = sizes | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)
@@ -154,6 +157,9 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         **{key: Doubt(Reason.OTHER_FORM, rival.told, rival.form) for key, rival in forms.rivals.items()},
         **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},
     }
+    crowd = mostly_doubted(evidence, kept, held_back)
+    if crowd:
+        held_back = {key: Doubt(Reason.MOSTLY_DOUBTED, crowd) for key in kept} | held_back
     rehearsal = None if search.named(state.active) else looked.rehearsal
     grounds = Grounds(
         search=search,

@@ -38,6 +38,11 @@ class Reason(Enum):
         "Not added: where it saw nothing of this log, the model with it {told}. ({meaning})",
     )
     NOT_IN_MOST_FOLDS = ("not_in_most_folds", "In the corrected model, but not certain: {told}. ({meaning})")
+    MOSTLY_DOUBTED = (
+        "mostly_doubted",
+        "In the corrected model, but not certain: beside it stand {told}, and most of what is found is doubtful. "
+        "({meaning})",
+    )
     UNFOUND = ("unfound", "In the model because it was asked for, but not certain: {told}. ({meaning})")
     FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")

@@ -131,6 +131,7 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
             yield f"{of} times {name}", thrust * speed, name
     for name in ("v", "|v|", "r", "|r|") if len(thrusts) > 1 else ():  # at speed all thrust is as large as the drag
         yield f"all thrust times {name}", np.sum(thrusts, axis=0) * beside[name], name
+    yield from _lost_by_turns(vehicle, speeds, thrusts)
     for (of, thrust), (beside_it, other) in combinations(pushes.items(), 2):
         yield f"{of} times {beside_it}", thrust * other, ""
     changing = _changing(vehicle, speeds, thrusts)
@@ -154,6 +155,19 @@ def _powers(name: str, speed: Array) -> Iterator[_Form]:
     """What grows with a power of a speed that is no whole number."""
     for power in _POWERS:
         yield f"{name}|{name}|^{power - 1.0:g}", speed * np.abs(speed) ** (power - 1.0), name
+
+
+def _lost_by_turns(vehicle: Vehicle, speeds: Sequence[Array], thrusts: Sequence[Array]) -> Iterator[_Form]:
+    """What propellers lose to the water that each meets, by their turns: K_T falls with J (Fossen 2021, eq. 9.7)."""
+    u, v, r = speeds
+    ahead, turning = np.zeros_like(u), np.zeros_like(u)
+    for unit, thrust in zip(vehicle.thrusters, thrusts, strict=True):
+        along, aside = np.cos(unit.angle), np.sin(unit.angle)
+        arm = unit.x * aside - unit.y * along
+        lost = np.sqrt(np.abs(thrust)) * (along * u + aside * v + arm * r)
+        ahead, turning = ahead + along * lost, turning + arm * lost
+    yield "the turns of the propellers times what they meet", ahead, "u"
+    yield "the same to one side more than to the other", turning, "r"
 
 
 def _pushes(vehicle: Vehicle, thrusts: Sequence[Array]) -> dict[str, Array]:

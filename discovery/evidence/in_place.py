@@ -31,13 +31,15 @@ _MUCH = 0.25
 class Group(NamedTuple):
     """Effects in whose place one form may do, the velocities whose forms are tried in finer steps, and what they are.
 
-    A law is all that follows one velocity on one axis; what grows all the time may have set in at once (growth).
+    A law is all that follows one velocity on one axis; what grows all the time may have set in at once (growth); what
+    the thrusters do, they do on each axis on which they push or turn (thrust).
     """
 
     keys: tuple[str, ...]
     letters: str = ""
     law: bool = False
     growth: bool = False
+    thrust: bool = False
 
 
 def in_question(search: Search, keys: Sequence[str]) -> Iterator[Group]:
@@ -51,7 +53,8 @@ def in_question(search: Search, keys: Sequence[str]) -> Iterator[Group]:
         yield Group((candidate.key,), _letters(candidate), growth=growth)
     for one, other in combinations(named, 2):
         if _axes(one) & _axes(other):
-            yield Group((one.key, other.key), _letters(one, other))
+            thrust = "thruster" in (one.effect.family, other.effect.family)
+            yield Group((one.key, other.key), _letters(one, other), thrust=thrust)
     laws: dict[tuple[int | None, str], list[str]] = {}
     steady: dict[int, str] = {}
     for candidate in named:
@@ -89,7 +92,9 @@ def in_place(columns: FormColumns, rest: RestBesideForms, group: Group, judge: B
     found = []
     for these in tried:
         without = RestBesideForms(these, group.keys)
-        one = without.in_one(these.same(group.keys))
+        same = these.same(group.keys)
+        axes = [k for k in np.flatnonzero(these.axes(group.keys)).tolist() if not judge.blind[k]]
+        one = without.in_one_on_each(same, axes) if group.thrust else without.in_one(same)
         if one is not None:
             found.append((one, without.worth, these))
     if not found:
@@ -104,7 +109,7 @@ def in_place(columns: FormColumns, rest: RestBesideForms, group: Group, judge: B
     for key in group.keys:
         others = [other for other in group.keys if other != key]
         explains = RestBesideForms(columns, [key]).worth - rest.worth
-        adds = one.worth - RestBesideForms(these, others).beside(one.place).worth
+        adds = one.worth - RestBesideForms(these, others).beside(*one.places).worth
         if explains < 2.0 * TELL_APART or adds > TELL_APART:
             return None  # what explains nothing has nothing to give way with
     if judge.forces and len(group.keys) > 1:

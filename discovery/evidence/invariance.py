@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...measurements.statistics.blocks import block_scores, sandwich
 from ...physics.frames import Array
+from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Linearisation, Option
 from ..found_effects import Part
@@ -198,13 +199,23 @@ def regions(search: Search) -> Iterator[Region]:
     balance = search.balance
     u, v, r = balance.speeds.T
     turning = _TURNING * float(np.sqrt((r**2).mean()))
+    pushed = _pushed(search)
     for region in (
         Region(("slow", "fast"), np.abs(u) < np.median(np.abs(u))),
         Region(("astern", "ahead"), u < 0.0),
         Region(("drifting slowly", "drifting fast"), np.abs(v) < np.median(np.abs(v))),
         Region(("turning slowly", "turning fast"), np.abs(r) < np.median(np.abs(r))),
+        Region(("pushed weakly", "pushed strongly"), pushed < np.median(pushed)),
         Region(("turning to port", "elsewhere"), r < -turning),
         Region(("turning to starboard", "elsewhere"), r > turning),
     ):
         if _LEAST_SHARE <= region.tests.mean() <= 1.0 - _LEAST_SHARE:
             yield region
+
+
+def _pushed(search: Search) -> Array:
+    """How much all thrusters push at each test, (tests,) [N]; nothing where rollouts are tests: each has all of it."""
+    weak = search.balance
+    if not isinstance(weak, WeakForm):
+        return np.zeros_like(weak.time)
+    return weak.passed(np.sum(np.abs(weak.signals(search.nominal)[1]), axis=0))

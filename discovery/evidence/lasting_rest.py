@@ -6,19 +6,21 @@ the models that were tried it is the least wrong, and the blocks of the log agre
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.frames import AXES, Array
+from ...physics.in_words import words
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.free_forms import changes_in_time, is_sideways
 from ..findings import LastingRest, OtherForm
 from ..search.floating import Search
+from .weighing import Evidence
 
 _SECONDS = 5.0
 """Time over which noise and the waves of sheltered water vanish in the mean [s]; swell may leave some of itself."""
@@ -103,6 +105,21 @@ def beyond_limits(pool: Sequence[Candidate], held: Sequence[str]) -> list[Remain
     return [Remains(AXES[axis], told.format(name=name)) for name, axes in asked for axis in sorted(axes)]
 
 
+def of_stand_ins(evidence: Sequence[Evidence], keys: Collection[str], least: float) -> list[Remains]:
+    """Axes of effects that are known to stand in for something else: of its force, names beside them take a part, too.
+
+    Parameters
+    ----------
+    keys : of these effects
+    least : share of the force on an axis that only such an effect explains, from which it acts there
+    """
+    found = []
+    for e in (e for e in evidence if e.key in keys):
+        told = f"{words(e.key)} is not quite what acts, as beside something else that has no name"
+        found += [Remains(AXES[axis], told) for axis in np.flatnonzero(e.share >= least)]
+    return found
+
+
 def many_terms(terms: Sequence[Candidate]) -> list[Remains]:
     """Axes on which more terms without a name stand than one force asks for, so that its law is none of a velocity.
 
@@ -125,7 +142,7 @@ def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], left: Sequence[
     for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
         own = {AXES[p.axis] for p in candidate.parameters if p.axis is not None} or set(AXES)
         along = own | _STRIPS if candidate.effect.family in _OF_HULL and own <= _STRIPS else own
-        why = [one.in_words for one in left if one.axis in _reached(one.follows, own, along)]
+        why = dict.fromkeys(one.in_words for one in left if one.axis in _reached(one.follows, own, along))
         if why:
             found[candidate.key] = " and ".join(why)
     return found

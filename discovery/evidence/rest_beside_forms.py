@@ -4,7 +4,7 @@ Forward selection on products that are cleared of what sensor noise adds to them
 does in any of 999 copies of the rest, and keep what it promises.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from copy import copy
 from typing import NamedTuple, Self
 
@@ -41,12 +41,12 @@ _TRIED = 10
 class OneForm(NamedTuple):
     """The form that explains most alone, the log-likelihood that is lost with it, and what it leaves, (3, tests).
 
-    The smaller its worth the better; place is the axis and the form.
+    The smaller its worth the better; places are the axis and the form, of one cause on several axes one on each.
     """
 
     form: OtherForm
     worth: float
-    place: tuple[int, int]
+    places: tuple[tuple[int, int], ...]
     left: Array
 
 
@@ -89,6 +89,12 @@ class FormColumns:
         other = copy(self)
         other.forms = forms
         return other
+
+    def axes(self, keys: Sequence[str]) -> NDArray[np.bool_]:
+        """The axes on which effects act by what may matter at all, (3,)."""
+        gone = [self.linear.options[key][1].offset for key in keys]
+        size = np.sqrt((self.linear.columns[:, :, gone].sum(axis=2) ** 2).mean(axis=0))
+        return size > self.search.settings.least * self.search.force_scale
 
     def same(self, keys: Sequence[str]) -> NDArray[np.bool_]:
         """Which forms are effects by another name: nothing of them is new beside the columns of these, (3, forms)."""
@@ -153,12 +159,25 @@ class RestBesideForms:
             return None
         axis, form, worth = best
         beside = self.beside((axis, form))
-        return OneForm(self._told(axis, form, drops), worth, (axis, form), beside.left)
+        return OneForm(self._told(axis, form, drops), worth, ((axis, form),), beside.left)
 
-    def beside(self, place: tuple[int, int]) -> Self:
-        """The same beside one form more, of an axis."""
+    def in_one_on_each(self, barred: NDArray[np.bool_], axes: Collection[int]) -> OneForm | None:
+        """The same with a form on each of some axes, the one that explains most first: of one cause that acts there."""
+        one, rest = None, self
+        for _ in axes:
+            done = [axis for axis, _ in one.places] if one else []
+            open_ends = np.isin(np.arange(3), [axis for axis in axes if axis not in done])
+            more = rest.in_one(barred | ~open_ends[:, None])
+            if more is None:
+                break
+            one = more if one is None else OneForm(one.form, more.worth, (*one.places, *more.places), more.left)
+            rest = self.beside(*one.places)
+        return one
+
+    def beside(self, *places: tuple[int, int]) -> Self:
+        """The same beside more forms, each of an axis."""
         more = copy(self)
-        more._taken = [*self._taken, place]
+        more._taken = [*self._taken, *places]
         return more
 
     @property

@@ -32,7 +32,7 @@ _LEAST_FORCE = 1e-3
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _IN_THE_MODEL = (
     *(Reason.DOUBTFUL_VALUE, Reason.OTHER_FORM, Reason.LASTING_REST, Reason.UNJUDGED_RIVAL, Reason.NOT_IN_MOST_FOLDS),
-    Reason.WEAK,
+    *(Reason.MOSTLY_DOUBTED, Reason.WEAK),
 )
 """Why an effect may be there that is not called missing: it stands in the corrected model, or nearly did."""
 _FAINT = "it would explain what moves {0} for certain"

@@ -152,7 +152,7 @@ class Scoring:
             if not standing and linear.noise.nbytes < _AT_HAND:
                 self._latest = (asked, linear)
         remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
-        weight = 1.0 / (remains + self.floor)
+        weight = 1.0 / (np.maximum(remains, 0.0) + self.floor)  # cleared of noise, an error may be below nothing
         return linear, GramScores(linear.columns, linear.noise, self.balance.block, weight)
 
     def fit(self, scores: GramScores, chosen: Sequence[Option]) -> Fit:

@@ -107,3 +107,24 @@ def test_effects_are_asked_alone_in_pairs_on_an_axis_and_as_laws():
 def test_a_coupling_follows_the_velocity_of_the_law_of_its_axis():
     assert "sway_yaw_coupling" in following(candidates(HULL), "v")
     assert "sway_lift" not in following(candidates(HULL), "v")
+
+
+def test_what_a_propeller_loses_by_its_turns_is_one_cause_on_two_axes():
+    """K_T falls with J, so that thrust is lost by turns and speed; a loss by the command and drag make up for it."""
+    beside = np.array([t.y for t in HULL.thrusters])
+
+    def lost(t: float, x: np.ndarray, c: np.ndarray) -> np.ndarray:
+        loss = 8.0 * np.sqrt(np.abs(c)) * (x[3] - beside * x[5])
+        return np.array([-loss.sum(), 0.0, (beside * loss).sum()])
+
+    said = told(log_of(lost), "advance_loss", "surge_linear_damping", "yaw_linear_damping")
+    drag = said["surge_linear_damping and advance_loss"]
+    assert drag == "a force in surge that follows the turns of the propellers times what they meet"
+    assert "yaw_linear_damping and advance_loss" in said
+
+
+def test_a_loss_by_the_command_beside_drag_is_what_it_is():
+    world = simulate_world(
+        HULL, {"advance_loss": 6.0, "X_u": HULL.value("X_u") - 4.0}, duration=240.0, noise="field", seed=4
+    )
+    assert told(world.motion(), "advance_loss", "surge_linear_damping") == {}

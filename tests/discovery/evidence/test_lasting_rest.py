@@ -9,7 +9,7 @@ from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
-from undertow.discovery.candidates.candidate import candidates
+from undertow.discovery.candidates.candidate import Kind, candidates
 from undertow.discovery.candidates.free_forms import changes_in_time, free_forms, is_sideways
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
@@ -19,8 +19,10 @@ from undertow.discovery.evidence.lasting_rest import (
     lasting_rests,
     left_by_all,
     many_terms,
+    of_stand_ins,
 )
 from undertow.discovery.evidence.other_forms import OtherForms
+from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.findings import LastingRest, OtherForm
 from undertow.discovery.reason import Reason
 from undertow.discovery.search.floating import Search
@@ -169,3 +171,16 @@ def test_names_beside_a_physical_limit_are_not_certain():
     assert sorted(doubted) == ["steady_current", "sway_lift", "sway_trim"]
     assert "more sway linear damping is asked for than physics allows" in doubted["sway_trim"]
     assert beyond_limits(pool, []) == []
+
+
+def test_names_beside_a_stand_in_are_not_certain_where_it_acts():
+    loss = Evidence(
+        "advance_loss", Kind.EFFECT, True, 90.0, np.array([0.02, 0.0, 0.006]), 0.3, 1.0, (), rollouts_object=False
+    )
+    left = of_stand_ins([loss], {"advance_loss"}, 0.007)
+    assert [(one.axis, one.in_words) for one in left] == [
+        ("surge", "advance loss is not quite what acts, as beside something else that has no name")
+    ]
+    names = ["surge_linear_damping", "yaw_linear_damping"]
+    assert list(beside_rests(candidates(HULL), names, left)) == ["surge_linear_damping"]
+    assert of_stand_ins([loss], (), 0.007) == []

@@ -1,0 +1,129 @@
+"""The study of foreign worlds: its simulator knows the same plane as undertow, and its page counts what was said."""
+
+import importlib
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import get_args, get_type_hints
+
+import numpy as np
+import pytest
+from places import ROOT
+
+from undertow.discovery.findings import SensorError
+from undertow.physics.effects import BY_NAME
+from undertow.physics.forces import ForceEquation, relative_velocity
+from undertow.physics.matrices import thruster_matrix
+from undertow.physics.vehicle import load_vehicle
+
+
+@pytest.fixture(scope="module")
+def study() -> Iterator[ModuleType]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "benchmarks"))
+        yield importlib.import_module("foreign_worlds")
+
+
+@pytest.fixture(scope="module")
+def boats(study: ModuleType) -> ModuleType:
+    return importlib.import_module("study.foreign_boats")
+
+
+@pytest.mark.parametrize("name", ["blueboat", "otter"])
+@pytest.mark.parametrize("currents", [False, True])
+def test_the_plane_is_that_of_the_force_equation(boats: ModuleType, name: str, currents: bool):
+    rng = np.random.default_rng(len(name))
+    symbols = ("Y_r", "N_v", "N_uv", "Y_ur", "X_vr", "N_ur", "wind_force_north", "wind_force_east")
+    more = {symbol: float(value) for symbol, value in zip(symbols, rng.uniform(-5.0, 5.0, len(symbols)), strict=True)}
+    more |= {"surge_trim": 1.0, "sway_trim": -2.0, "yaw_trim": 0.5, "y_g": 0.03, "x_g": 0.07}
+    water = {"current_north": 0.3, "current_east": -0.2, "current_rate_north": 0.05, "current_rate_east": 0.1}
+    vehicle = load_vehicle(name).with_values(more | (water if currents else {}))
+    equation, matrix = ForceEquation(vehicle), thruster_matrix(vehicle)
+    minute = 1.5
+
+    def current(t: float) -> tuple[float, float, float, float]:
+        rates = (water["current_rate_north"] / 60.0, water["current_rate_east"] / 60.0)
+        return water["current_north"] + rates[0] * t, water["current_east"] + rates[1] * t, *rates
+
+    for _ in range(20):
+        state = rng.uniform(-1.5, 1.5, 6)
+        push = rng.uniform(-30.0, 30.0, len(vehicle.thrusters))
+        rates = boats.planar(vehicle.values, [(matrix @ push).tolist()], current=current if currents else None)
+        own = rates(0, 60.0 * minute, state.tolist())
+        heading, velocity = state[2:3], tuple(state[3:, None])
+        relative = relative_velocity(vehicle, heading, velocity, minute)
+        force = equation.force(relative, heading, push[:, None], minutes=minute)
+        other = equation.acceleration(force, relative, velocity, heading)
+        np.testing.assert_allclose(own[3:], np.concatenate(other), atol=1e-9, rtol=0.0)
+
+
+def test_a_boat_that_stands_upright_is_one_in_the_plane(boats: ModuleType):
+    values = load_vehicle("blueboat").values
+    body = boats.Body(0.0, 5.0, 5.0, 5.0, (0.1, 0.3, 0.4), 2.0, 4.0, 0.0, 0.0)
+    flat, full = boats.planar(values, [(10.0, 0.0, 2.0)]), boats.spatial(values, [(10.0, 0.0, 2.0)], body)
+    own = flat(0, 0.0, [0.0, 0.0, 0.3, 1.2, -0.2, 0.5])
+    other = full(0, 0.0, [0.0, 0.0, 0.0, 0.0, 0.0, 0.3, 1.2, -0.2, 0.0, 0.0, 0.0, 0.5])
+    np.testing.assert_allclose([other[k] for k in (0, 1, 5, 6, 7, 11)], own, atol=1e-12)
+
+
+@pytest.mark.parametrize("steps", [("rk4", 0.05, 1e-6), ("euler", 0.001, 2e-3), ("semi-implicit", 0.001, 2e-3)])
+def test_integrators_agree(boats: ModuleType, steps: tuple[str, float, float]):
+    name, h, error = steps
+    rates = boats.planar(load_vehicle("otter").values, [(20.0, 0.0, 3.0)] * 4000)
+    exact = boats.driven(rates, [0.0] * 6, 300, 0.01)[-1]
+    found = boats.driven(rates, [0.0] * 6, round(3.0 / h), h, name)[-1]
+    np.testing.assert_allclose(found, exact, atol=error)
+
+
+def test_kinds_speak_of_effects_and_sensors_that_there_are(study: ModuleType):
+    errors = get_args(get_type_hints(SensorError)["error"])
+    for name, kind in study.KINDS.items():
+        assert {*kind.true, *kind.part} <= set(BY_NAME), name
+        assert set(kind.sensors) <= set(errors), name
+        assert kind.honest, name
+
+
+def test_the_same_seed_gives_the_same_log(study: ModuleType, tmp_path: Path):
+    first, second = (study.world_of("short log", 300_001) for _ in range(2))
+    texts = [w.log(w.drive(), tmp_path / f"{k}.csv").read_text() for k, w in enumerate((first, second))]
+    assert texts[0] == texts[1]
+    assert texts[0].startswith("t,x,y,psi,u,v,r,")
+
+
+def test_a_boat_on_straight_runs_keeps_its_course(study: ModuleType):
+    world = study.world_of("heavier on straight runs", 300_000)
+    world.seconds = 60.0
+    truth = world.drive()
+    assert np.ptp(truth["u"]) > 0.5
+    assert not truth["v"].any()
+    assert not truth["r"].any()
+
+
+def test_noise_with_a_memory_is_as_large_at_first_as_later(boats: ModuleType):
+    drawn = boats.wandering(np.random.default_rng(3), 200_000, 5.0, 0.01)
+    assert abs(drawn[0]) < 5.0
+    assert np.std(drawn) == pytest.approx(1.0, rel=0.15)
+
+
+def test_a_page_counts_what_was_said(study: ModuleType):
+    told = {"unnamed": [], "sensors": [], "listed": [], "terms": [], "missing": [], "false": [], "verdict": "missing"}
+    setting = {"kind": "gyro scale", "seed": 1, "programme": "rich", "noise": "field", "note": "sway_lift"}
+    record = {**setting, **told, "true": ["sway_lift"], "cause": ["gyro_scale"], "matters": 0.3, "seconds": 2.0}
+    term = {"symbol": "Y_ur", "value": 1.0, "truth": 1.1, "covered": True}
+    records = [
+        {**record, "missing": ["sway_lift"], "terms": [term, {**term, "covered": False}]},
+        {**record, "missing": ["munk_moment", "sway_lift"], "false": ["munk_moment"]},
+        {**record, "verdict": "undecided", "sensors": ["gyro_scale"]},
+        {**record, "verdict": "undecided", "listed": ["sway_lift"]},
+        {**record, "verdict": "nothing missing", "sensors": ["gyro_bias"]},
+        {**record, "verdict": "nothing missing", "true": [], "matters": 0.0},
+        {**record, "verdict": "refused", "told": "no heading"},
+    ]
+    assert [study.outcome(r) for r in records] == [
+        *("true", "false", "sensor told", "undecided", "passed by", "true", "refused")
+    ]
+    page = study.page(records, "this")
+    assert "**1 of 7 logs got a false name** (14.3%" in page
+    assert "| sensors: gyro scale | 7 | 1 | 2 | 0 | 1 | 0 | 1 | 1 | 1 | 1 | 1 |" in page
+    assert "- gyro scale, seed 1 (rich, field, sway_lift): munk_moment" in page
+    assert "Of the 2 intervals of right names whose true value is known 1 hold it (50.0%" in page
