@@ -22,7 +22,7 @@ from .candidates.nuisance import CALIBRATED
 from .evidence.inclusion import inclusion
 from .evidence.invariance import beside_changes, invariance, uneven
 from .evidence.lasting_rest import beside_rests, beyond_limits, lasting_rests, left_by_all, many_terms, of_stand_ins
-from .evidence.limits import as_timed, believed, doubts, of_differences
+from .evidence.limits import as_timed, believed, doubts, of_differences, of_other_axes
 from .evidence.mostly_doubted import mostly_doubted
 from .evidence.other_forms import other_forms
 from .evidence.own_changes import own_changes
@@ -144,6 +144,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     left += of_stand_ins(evidence, {*forms.rivals, *sizes}, search.settings.least)
     doubtful = sizes | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
+    doubtful = of_other_axes(evidence, search.pool, kept, search.settings.least) | doubtful
     doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)

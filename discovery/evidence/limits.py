@@ -30,6 +30,7 @@ standard deviations, of estimates that a dozen blocks give."""
 _CLEARLY = 2.0
 """Times the misalignment that a lag or a delay must exceed to be believed."""
 _TIMES = ("lag", "delay")
+_ELSEWHERE = "where it acts it explains next to nothing, and what asks for it is the force on another axis"
 
 
 def as_timed(intervals: Mapping[str, Interval], pool: Sequence[Candidate]) -> dict[str, Interval]:
@@ -83,6 +84,20 @@ def of_differences(pool: Sequence[Candidate], kept: Sequence[str], motions: Sequ
     if not any(any(motion.derived[:2]) for motion in motions):
         return {}
     return {c.key: _DIFFERENCES for c in pool if c.key in kept and c.effect.family == "mass"}
+
+
+def of_other_axes(
+    evidence: Sequence[Evidence], pool: Sequence[Candidate], kept: Sequence[str], least: float
+) -> dict[str, str]:
+    """Why effects are not certain that matter on no axis on which they act, by key: others fit better beside them.
+
+    Parameters
+    ----------
+    least : share of the force on an axis below which an effect never matters
+    """
+    axes = {c.key: [p.axis for p in c.parameters if p.axis is not None] for c in pool}
+    asked = [e for e in evidence if e.key in kept and e.kind is Kind.EFFECT and axes[e.key]]
+    return {e.key: _ELSEWHERE for e in asked if e.share[axes[e.key]].max() < least}
 
 
 def _of_nothing(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> str:
