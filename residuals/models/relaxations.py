@@ -63,7 +63,7 @@ def _touching(least: Array, most: Array) -> Array:
     return far
 
 
-def _over(touch: Array, end: Array) -> Array:
+def _over(touch: Array, end: Array) -> np.ndarray:
     """Whether the tangent of tanh at `touch` lies above tanh at `end`."""
     there = np.tanh(touch)
     return there + (1.0 - there**2) * (end - touch) >= np.tanh(end)

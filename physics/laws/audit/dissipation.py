@@ -40,6 +40,7 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
     if proof is None:
         found = hunted(witness, known, witness.ascended(stretch), gained, allowed)
         known = Gains(moved(found.states), found.gained, found.allowed)
+    against = known.against
     k, gains = known.told(witness, TOLD * witness.full_power(known.states))
     value, limit, at = float(known.gained[k]), float(known.allowed[k]), witness.place(known.states[k])
     how = f"proved: {proof}" if proof else f"searched, {known.gained.size} states"
@@ -58,6 +59,7 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
         kept=kept,
         broken=f"Without thrust the model gains {value:.3g} W at {in_words(at)}{let_pass(witness, limit)}: "
         "it creates energy.",
+        against=np.column_stack([against, np.tile(witness.neutral, (len(against), 1))]),
     )
 
 

@@ -79,6 +79,7 @@ class PowerUnderThrust(Law):
             proof=proof or "search",
             kept=kept,
             broken=f"Under thrust the model gains {value:.3g} W at {told}, where the thrusters may give {limit:.3g} W.",
+            against=known.against,
         )
 
     @staticmethod
