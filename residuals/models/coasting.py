@@ -39,16 +39,15 @@ class Coasting:
     Parameters
     ----------
     vehicle : of the mass, the thrust, and the physics beside the network
-    states : (n, 3) velocities relative to the water [m/s, m/s, rad/s]
+    states : (n, 3) velocities relative to the water [m/s, m/s, rad/s], or (n, 4) with the headings [rad] at which they
+        were met against the laws: then less is aimed at than thrusters may give, too, for at the limit itself a loss
+        has no slope. Other headings are drawn
     commands : (n, thrusters) that are held there; without: no thrust
-    angle : (n,) headings [rad]; without: drawn
     pure : whether the network gives the whole acceleration
     heading : whether it sees the heading
     time_step : [s]
     remembers : whether the network has a memory; then each state is held for `SETTLE`
     like : a tensor of the type and on the device of the weights
-    met : whether the states were met against the laws: then less is aimed at than what thrusters may give, too, for at
-        the limit itself a loss has no slope
     """
 
     def __init__(
@@ -56,19 +55,18 @@ class Coasting:
         vehicle: Vehicle,
         states: Array,
         commands: Array | None = None,
-        angle: Array | None = None,
         *,
         pure: bool,
         heading: bool,
         time_step: float,
         remembers: bool,
         like: Tensor,
-        met: bool = False,
     ) -> None:
-        count = states.shape[0]
+        count, met = states.shape[0], states.shape[1] > 3
         neutral = np.tile([neutral_command(t) for t in vehicle.thrusters], (count, 1))
         thrust, load = held_thrust(vehicle, neutral if commands is None else commands)
-        angle = np.random.default_rng(7).uniform(-np.pi, np.pi, count) if angle is None else angle
+        angle = states[:, 3] if met else np.random.default_rng(7).uniform(-np.pi, np.pi, count)
+        states = states[:, :3]
         turned = [np.cos(angle)[:, None], np.sin(angle)[:, None]] if heading else []
         effective = (thrust - load * states[:, 0]).T
         mass, full = mass_matrix(vehicle), full_force(vehicle)

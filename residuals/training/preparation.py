@@ -115,7 +115,7 @@ def prepare_training(
         return Coasting(vehicle, states, commands, **how)
 
     def asked_at(states: Array) -> Coasting:
-        return Coasting(vehicle, states[:, :3], states[:, 4:], states[:, 3], **how, met=True)
+        return Coasting(vehicle, states[:, :4], states[:, 4:], **how)
 
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
     judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen, kept=kept)

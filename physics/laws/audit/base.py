@@ -94,7 +94,6 @@ class Law(ABC):
         proof: str,
         kept: str,
         broken: str,
-        against: Array | None = None,
     ) -> Ruling:
         """The ruling on a worst value, with the sentence for either case."""
         holds = value <= limit
@@ -109,7 +108,6 @@ class Law(ABC):
             share=share,
             proof=proof,
             sentence=kept if holds else broken,
-            against=against,
         )
 
     def pass_over(self, why: str) -> Ruling:

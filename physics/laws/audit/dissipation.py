@@ -1,5 +1,6 @@
 """Dissipation: without thrust, the power nu^T M nu_dot that goes into the motion is never above zero."""
 
+from dataclasses import replace
 from typing import ClassVar, final
 
 import numpy as np
@@ -40,7 +41,6 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
     if proof is None:
         found = hunted(witness, known, witness.ascended(stretch), gained, allowed)
         known = Gains(moved(found.states), found.gained, found.allowed)
-    against = known.against
     k, gains = known.told(witness, TOLD * witness.full_power(known.states))
     value, limit, at = float(known.gained[k]), float(known.allowed[k]), witness.place(known.states[k])
     how = f"proved: {proof}" if proof else f"searched, {known.gained.size} states"
@@ -49,7 +49,7 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
         kept = f"Without thrust the model gains nowhere {where} more than 1 % of full thrust would give ({how})" + (
             f"; it gains {value:.3g} W at {in_words(at)}, where {limit:.3g} W is let pass." if gains else "."
         )
-    return law.rule(
+    ruling = law.rule(
         value=value,
         limit=limit,
         unit="W",
@@ -59,8 +59,9 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
         kept=kept,
         broken=f"Without thrust the model gains {value:.3g} W at {in_words(at)}{let_pass(witness, limit)}: "
         "it creates energy.",
-        against=np.column_stack([against, np.tile(witness.neutral, (len(against), 1))]),
     )
+    against = known.against
+    return replace(ruling, against=np.column_stack([against, np.tile(witness.neutral, (len(against), 1))]))
 
 
 @final

@@ -139,7 +139,7 @@ def test_states_that_were_met_aim_inside_of_the_limit_with_thrust_too(dragged: S
     network = fresh("mlp", dragged, heading=True)
     states = np.random.default_rng(2).uniform([*BOX.lower, -3.0, -30.0, -30.0], [*BOX.upper, 3.0, 30.0, 30.0], (50, 6))
     how = {"pure": False, "heading": True, "time_step": 0.1, "remembers": False, "like": next(network.parameters())}
-    met = Coasting(HULL, states[:, :3], states[:, 4:], states[:, 3], **how, met=True)  # type: ignore[arg-type]
+    met = Coasting(HULL, states[:, :4], states[:, 4:], **how)  # type: ignore[arg-type]
     witness = witness_of(NetworkModel(HULL, network, 0.1), BOX)
     power = coasting_power(witness.mass, states[:, :3], witness.relative(states[:, :4], states[:, 4:]))
     np.testing.assert_allclose(met.power(network).detach().numpy(), power, rtol=1e-6, atol=1e-6)
