@@ -44,6 +44,7 @@ from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
 from undertow.residuals.networks.base import Memory, Network, Scaling
 from undertow.residuals.networks.registry import build
+from undertow.residuals.training.trained import Trained
 from undertow.workflows.check import check
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.train import Choice, train
@@ -292,7 +293,7 @@ def training(draws: int, epochs: int) -> tuple[list[str], bool]:
     Some are called so only after epochs more, at states that the audit had met against the laws.
     """
     head = "| network | log [s] | training | epochs more | check | laws broken | price |"
-    lines, trained, failed = [head, "| --- " * 7 + "|"], [], 0
+    lines, trained = [head, "| --- " * 7 + "|"], dict[str, list[tuple[Trained, bool]]]()
     with tempfile.TemporaryDirectory() as folder:
         for draw, (name, options, pure) in product(range(_REPORTED, _REPORTED + draws), _TRAINED):
             log, seconds = Path(folder) / f"log-{draw}.csv", (60.0, 90.0, 120.0)[draw % 3]
@@ -302,21 +303,24 @@ def training(draws: int, epochs: int) -> tuple[list[str], bool]:
             settings = settings_with(["decline=0"], seed=draw, device="cpu", epochs=epochs)
             done = train(read_inputs(log, BOAT), Choice(name, options, pure=pure), settings=settings, progress=None)
             found, told = check(done.model, log, seed=draw), done.trained
-            trained.append(told)
-            failed += bool(told.lawful) and found.verdict == "fail"
+            kind = f"{'pure' if pure else 'hybrid'}{' of tanh' * bool(options)}"
+            trained.setdefault(kind, []).append((told, found.verdict == "pass"))
             laws = ", ".join(r.law for r in found.violations) or "none"
             word = "lawful" if told.lawful else "not lawful"
             called = f"{done.model.name}{' of tanh' * bool(options)}"
             cells = (called, f"{seconds:g}", word, f"{told.more}", found.verdict, laws, f"{told.price:.1%}")
             lines.append(f"| {' | '.join(cells)} |")
             print(lines[-1], flush=True)
-    lawful = [told for told in trained if told.lawful]
-    more = [told.price for told in lawful if told.more]
-    said = f"Trained: {len(trained)}. Called lawful: {len(lawful)}, {len(more)} of them after epochs more."
-    said += f" Of these fail check: {failed}."
-    for which, prices in (("Price", [told.price for told in lawful]), ("Price after epochs more", more)):
-        said += f" {which}: {np.mean(prices):.1%} in the mean, {max(prices):.1%} at most." if prices else ""
-    return [*lines, "", said], failed == 0
+    right = True
+    for kind, both in trained.items():
+        lawful = [told for told, _ in both if told.lawful]
+        prices, more = [told.price for told in lawful], sum(told.more > 0 for told in lawful)
+        passed = sum(passes for told, passes in both if told.lawful)
+        right &= passed == len(lawful)
+        said = f"{kind}: {len(both)} trained, {len(lawful)} called lawful, {more} of them after epochs more"
+        paid = f"; price {np.mean(prices):.1%} in the mean, {max(prices):.1%} at most" if prices else ""
+        lines += ["", f"{said}; of these check passes {passed}{paid}."]
+    return lines, right
 
 
 def networks(share: float, seeds: int) -> tuple[list[str], bool]:
