@@ -74,6 +74,11 @@ class Audit(Card):
         """The laws that count and are broken."""
         return tuple(r for r in self.rulings if r.counts and r.verdict == "fail")
 
+    @property
+    def against(self) -> Array:
+        """States u, v, r, heading and commands (n, 4 + thrusters) that were met against laws that count."""
+        return np.concatenate([r.against for r in self.violations if r.against is not None] or [np.empty((0, 4))])
+
     def ruling(self, law: str) -> Ruling:
         """What one law says, by its name."""
         return next(r for r in self.rulings if r.law == law)

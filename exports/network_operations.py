@@ -56,12 +56,20 @@ _Told = tuple[Vector, Vector | None]
 """What a network says in units of its output, and what it remembers; None where it has no memory."""
 
 
-def _perceptron(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
+def _hidden(layers: _Layers, activation: Callable[[Vector], Vector], x: Vector) -> Vector:
     layer = 0
     while f"body.{layer}.weight" in layers.weights:
-        x = layers.on.relu(layers.linear(f"body.{layer}", x))
-        layer += 2  # after each a ReLU
-    return layers.linear("head", x), None
+        x = activation(layers.linear(f"body.{layer}", x))
+        layer += 2  # after each its activation
+    return x
+
+
+def _perceptron(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
+    return layers.linear("head", _hidden(layers, layers.on.relu, x)), None
+
+
+def _smooth_perceptron(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
+    return layers.linear("head", _hidden(layers, layers.on.tanh, x)), None
 
 
 def _recurrence(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
@@ -153,6 +161,7 @@ def _dissipation(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None
 
 _KINDS: dict[str, Callable[[_Layers, Vector, Vector, Vector | None], _Told]] = {
     "mlp": _perceptron,
+    "mlp of tanh": _smooth_perceptron,
     "lstm": _recurrence,
     "tcn": _convolutions,
     "dissipative": _dissipation,
@@ -199,7 +208,7 @@ class CorrectedProgram:
     """
 
     def __init__(self, model: "NetworkModel") -> None:
-        kind = model.network.name
+        kind = model.network.name + " of tanh" * (model.network.options.get("activation") == 2)
         if kind not in _KINDS:
             raise RequestError(
                 f"export: expected a network of the kinds {', '.join(_KINDS)}, got {kind}; train one of these, or let "

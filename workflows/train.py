@@ -93,14 +93,7 @@ class TrainRun:
         elif found.share < 1.0:
             told.append(_in_words(found.share))
         told += [*self._beyond(), *_what_it_holds(self.models[-1])]
-        if found.lawful:
-            told.append("It keeps every law that 'undertow check' asks over these logs.")
-            told += _price_of_the_law(found)
-        else:
-            told.append(
-                "It does not keep the laws that 'undertow check' asks over these logs, nor did the epochs next best: "
-                "try a larger --lambda-phys, or --residual dissipative, whose correction creates no energy."
-            )
+        told += _the_laws(found)
         return [*told, *_broken_laws(self.models[-1])]
 
     def _beyond(self) -> list[str]:
@@ -169,6 +162,22 @@ def _in_words(share: float) -> str:
             "vehicle alone, so it is taken away. Use the vehicle as it is, or train on more varied logs."
         )
     return f"On the validation part {percent(share)} of the correction predicts best, so the rest is taken away."
+
+
+def _the_laws(found: "Trained") -> list[str]:
+    """Whether it keeps the laws, what that took, and its price."""
+    asked = "that 'undertow check' asks over these logs"
+    after = f"{found.more} epochs more at the states where they broke them"
+    price = f"the validation error is then {100.0 * found.price:.1f} % above the least"
+    if found.lawful and not found.more:
+        return [f"It keeps every law {asked}.", *_price_of_the_law(found)]
+    if found.lawful:
+        return [f"Its best epochs did not keep every law {asked}. It does after {after}; {price}."]
+    tried = f" and did not after {after}; {price}" if found.more else ", nor did the epochs next best"
+    return [
+        f"It does not keep the laws {asked}{tried}: try a larger --lambda-phys, or --residual dissipative, whose "
+        "correction creates no energy."
+    ]
 
 
 def _price_of_the_law(found: "Trained") -> list[str]:
@@ -252,6 +261,7 @@ def train(
     inputs = inputs.parted("train")
     expect("train: choice", chosen, Choice, 'undertow.Choice("lstm") names a network')
     require_torch()
+    from ..residuals.training.choosing import Verdict
     from ..residuals.training.epochs import train as train_network
 
     audits: list[Audit] = []
@@ -262,9 +272,9 @@ def train(
         if watch is not None:
             watch(epoch)
 
-    def keeps_all_laws(model: Model) -> bool:
+    def judged(model: Model) -> Verdict:
         audits.append(audit_along(model, inputs.parts))
-        return audits[-1].verdict == "pass"
+        return Verdict(audits[-1].verdict == "pass", audits[-1].against)
 
     left = None if chosen.pure else _left(inputs, settings or TrainingSettings())
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
@@ -277,7 +287,7 @@ def train(
             folder=target,
             resume=resume,
             progress=each,
-            auditor=keeps_all_laws,
+            auditor=judged,
         )
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]

@@ -9,6 +9,7 @@ from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.network_model import NetworkModel
+from undertow.residuals.training.choosing import Verdict
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
@@ -79,15 +80,16 @@ def made(who: Contender, base: Vehicle, inputs: Inputs, seed: int) -> tuple[Mode
     # What a network says beyond its training is judged here; `benchmarks/fading.py` judges what is left where it fades.
     settings = replace(TrainingSettings(seed=seed, fade=0.0), **dict(who.settings))
 
-    def passed(model: NetworkModel) -> bool:
-        return audit_along(model, inputs.parts).verdict == "pass"
+    def judged(model: NetworkModel) -> Verdict:
+        found = audit_along(model, inputs.parts)
+        return Verdict(found.verdict == "pass", found.against)
 
     done = train(
         inputs.parts.split,
         base,
         Choice(who.network, pure=who.pure, heading=who.heading),
         settings=settings,
-        auditor=passed if who.audited else None,
+        auditor=judged if who.audited else None,
     )
     told = {"lawful": done.lawful, "best": done.best_epoch, "epochs": len(done.epochs)}
     return done.model, {**told, "seconds": done.model.seconds_to_fit}

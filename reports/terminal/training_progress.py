@@ -21,7 +21,8 @@ def epochs_told(epochs: int, say: Say | None) -> "Callable[[Epoch], None]":
 
     def told(epoch: "Epoch") -> None:
         first[0] = first[0] or epoch.number  # of a training that is resumed, not 1
-        line = f"epoch {epoch.number} of at most {epochs}: {epoch_words(epoch)}"
+        of = f" of at most {epochs}" if epoch.number <= epochs else ", at states against the laws"
+        line = f"epoch {epoch.number}{of}: {epoch_words(epoch)}"
         done = epoch.number - first[0] + 1
         left = (time.monotonic() - begun) * (epochs - epoch.number) / done if done > 1 else math.nan
         if isinstance(say, Progress) and say.counted(line, epoch.number / epochs, left, whole=True):

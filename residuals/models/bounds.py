@@ -1,9 +1,10 @@
-"""Interval bounds on a ReLU perceptron: a proof that it creates no energy without thrust, by splitting the envelope.
+"""Interval bounds on a perceptron: a proof that it creates no energy without thrust, by splitting the envelope.
 
 In a cell nu = c + h e, |e| <= 1, the perceptron lies between two affine functions of e (a linear relaxation of each
-ReLU, as in Zhang et al. 2018, carried forwards), and the power of the vehicle's damping is its Taylor polynomial with
-the largest second derivative in the cell. Their sum, nu^T M a(nu) + P(nu), is bounded by its value at c, its slope, and
-what is quadratic in h. A cell whose bound is too large is halved; in the end all are small enough, or one violates.
+ReLU or tanh, as in Zhang et al. 2018, carried forwards), and the power of the vehicle's damping is its Taylor
+polynomial with the largest second derivative in the cell. Their sum, nu^T M a(nu) + P(nu), is bounded by its value at
+c, its slope, and what is quadratic in h. A cell whose bound is too large is halved; in the end all are small enough,
+or one violates.
 """
 
 from dataclasses import dataclass
@@ -16,11 +17,34 @@ from ...physics.laws.damping_power import Envelope
 from ...physics.matrices import active_terms, mass_matrix
 from ...physics.vehicle import Vehicle
 from .network_model import NetworkModel
+from .relaxations import Relaxation, relu_lines, tanh_lines
 
 _MOST = 200_000
 """Cells looked at before there is no proof."""
 _BATCH = 2048
 """Cells at once, so that the bounds of the widest layers stay within some 100 MB."""
+
+
+_LINES: dict[type[nn.Module], Relaxation] = {nn.ReLU: relu_lines, nn.Tanh: tanh_lines}
+"""Of the activations that a perceptron may have."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Perceptron:
+    """Layers from velocity [m/s, m/s, rad/s] to acceleration [m/s^2, m/s^2, rad/s^2], without thrust.
+
+    Attributes
+    ----------
+    layers : weights and biases, the head last
+    lines : those below and above the activation between two layers
+    """
+
+    layers: list[tuple[Array, Array]]
+    lines: Relaxation = relu_lines
+
+
+_NOTHING = Perceptron([(np.zeros((3, 3)), np.zeros(3))])
+"""What is left of a network that has faded."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,22 +61,22 @@ def bound_power(model: NetworkModel, envelope: Envelope, limit: float, force: Ar
     With a `force` (3,) [N, N, N m] the limit rises with speed, by its power along each axis. Of a correction that fades
     the proof is that of the vehicle with all of it and with none: what lies between them has a power between theirs.
 
-    The network must be a ReLU perceptron that does not see the heading, and the vehicle's water must not stream where
-    the network gives the whole acceleration; else there is no proof. No proof is no disproof.
+    The network must be a perceptron of ReLU or tanh that does not see the heading, and the vehicle's water must not
+    stream where the network gives the whole acceleration; else there is no proof. No proof is no disproof.
     """
-    layers = _layers(model)
-    if layers is None:
+    perceptron = _perceptron(model)
+    if perceptron is None:
         return Bounded(False)
-    whole = _bound(model, layers, envelope, limit, force)
+    whole = _bound(model, perceptron, envelope, limit, force)
     if not whole.proved or model.network.fade is None:
         return whole
-    return _bound(model, [(np.zeros((3, 3)), np.zeros(3))], envelope, limit, force)
+    return _bound(model, _NOTHING, envelope, limit, force)
 
 
 def _bound(
-    model: NetworkModel, layers: list[tuple[Array, Array]], envelope: Envelope, limit: float, force: Array | None
+    model: NetworkModel, perceptron: Perceptron, envelope: Envelope, limit: float, force: Array | None
 ) -> Bounded:
-    """The same with these layers in the place of the network's."""
+    """The same with this perceptron in the place of the network."""
     terms = [] if model.pure else _monomials(model.vehicle)
     mass = mass_matrix(model.vehicle)
     cells = _orthants(envelope)
@@ -64,7 +88,7 @@ def _bound(
         left = []
         for start in range(0, cells.shape[1], _BATCH):
             middle, half = cells[:, start : start + _BATCH]
-            slope, offset, slack = _affine(layers, middle, half)
+            slope, offset, slack = _affine(perceptron, middle, half)
             value, upper = _power(mass, terms, middle, half, slope, offset, slack, force)
             if (value > limit).any():
                 return Bounded(False, middle[int(np.argmax(value))])
@@ -73,8 +97,8 @@ def _bound(
     return Bounded(True)
 
 
-def _layers(model: NetworkModel) -> list[tuple[Array, Array]] | None:
-    """Weights and biases from velocity [m/s, m/s, rad/s] to acceleration [m/s^2, m/s^2, rad/s^2], thrust at zero."""
+def _perceptron(model: NetworkModel) -> Perceptron | None:
+    """The network with its scaling in its weights and thrust at zero; None where it is no such perceptron."""
     network, p = model.network, model.vehicle.values
     streaming = model.pure and (p["current_north"] != 0.0 or p["current_east"] != 0.0)
     body = dict(network.named_children()).get("body")
@@ -90,22 +114,19 @@ def _layers(model: NetworkModel) -> list[tuple[Array, Array]] | None:
     weight, bias = found[-1]
     size = network.scaling.output
     found[-1] = (weight * size[:, None], bias * size)
-    return found
+    return Perceptron(found, _LINES[type(body[1])])
 
 
-def _affine(layers: list[tuple[Array, Array]], middle: Array, half: Array) -> tuple[Array, Array, Array]:
+def _affine(perceptron: Perceptron, middle: Array, half: Array) -> tuple[Array, Array, Array]:
     """Slope (k, 3, 3), offset (k, 3) and slack (k, 3) of the acceleration in cells: |a - offset - slope e| <= slack."""
-    weight, bias = layers[0]
+    weight, bias = perceptron.layers[0]
     low_slope = high_slope = weight * half[:, None, :]
     low = high = middle @ weight.T + bias
-    for weight, bias in layers[1:]:
+    for weight, bias in perceptron.layers[1:]:
         least, most = low - np.abs(low_slope).sum(-1), high + np.abs(high_slope).sum(-1)
-        torn = (least < 0.0) & (most > 0.0)
-        chord = np.where(torn, most / np.maximum(most - least, 1e-300), (least >= 0.0).astype(float))
-        keep = np.where(torn, (most > -least).astype(float), (least >= 0.0).astype(float))
-        high = chord * high - np.where(torn, chord * least, 0.0)
-        high_slope = chord[..., None] * high_slope
-        low, low_slope = keep * low, keep[..., None] * low_slope
+        (below, under), (above, over) = perceptron.lines(least, most)
+        low, low_slope = below * low + under, below[..., None] * low_slope
+        high, high_slope = above * high + over, above[..., None] * high_slope
         up, down = np.maximum(weight, 0.0), np.minimum(weight, 0.0)
         low, high = low @ up.T + high @ down.T + bias, high @ up.T + low @ down.T + bias
         low_slope, high_slope = up @ low_slope + down @ high_slope, up @ high_slope + down @ low_slope

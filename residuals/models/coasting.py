@@ -13,7 +13,16 @@ from torch import Tensor
 
 from ...physics.forces import ForceEquation, calm, held_thrust, relative_velocity, stated_push
 from ...physics.frames import Array
-from ...physics.laws.energy import EXCESS_UNIT, INSIDE, TOLERANCE, allowed_power, coasting_power, full_force, full_power
+from ...physics.laws.energy import (
+    EXCESS_UNIT,
+    INSIDE,
+    TOLERANCE,
+    allowed_power,
+    coasting_power,
+    full_force,
+    full_power,
+    let_pass,
+)
 from ...physics.matrices import mass_matrix
 from ...physics.thrusters import neutral_command
 from ...physics.vehicle import Vehicle
@@ -30,10 +39,12 @@ class Coasting:
     Parameters
     ----------
     vehicle : of the mass, the thrust, and the physics beside the network
-    states : (n, 3) velocities relative to the water [m/s, m/s, rad/s]
+    states : (n, 3) velocities relative to the water [m/s, m/s, rad/s], or (n, 4) with the headings [rad] at which they
+        were met against the laws: then less is aimed at than thrusters may give, too, for at the limit itself a loss
+        has no slope. Other headings are drawn
     commands : (n, thrusters) that are held there; without: no thrust
     pure : whether the network gives the whole acceleration
-    heading : whether it sees the heading; then headings are drawn
+    heading : whether it sees the heading
     time_step : [s]
     remembers : whether the network has a memory; then each state is held for `SETTLE`
     like : a tensor of the type and on the device of the weights
@@ -51,13 +62,17 @@ class Coasting:
         remembers: bool,
         like: Tensor,
     ) -> None:
-        count = states.shape[0]
+        count, met = states.shape[0], states.shape[1] > 3
         neutral = np.tile([neutral_command(t) for t in vehicle.thrusters], (count, 1))
         thrust, load = held_thrust(vehicle, neutral if commands is None else commands)
-        angle = np.random.default_rng(7).uniform(-np.pi, np.pi, count)
+        angle = states[:, 3] if met else np.random.default_rng(7).uniform(-np.pi, np.pi, count)
+        states = states[:, :3]
         turned = [np.cos(angle)[:, None], np.sin(angle)[:, None]] if heading else []
         effective = (thrust - load * states[:, 0]).T
         mass, full = mass_matrix(vehicle), full_force(vehicle)
+        allowed, aimed = (allowed_power(vehicle, states, effective, share) for share in (1.0, INSIDE))
+        if met:
+            aimed = allowed - (1.0 - INSIDE) * let_pass(full, states)
         base, push = _beside(vehicle, states, angle, thrust, load, pure)
         self.heading = heading
         self.rows = max(1, round(SETTLE / time_step)) if remembers else 1
@@ -74,8 +89,8 @@ class Coasting:
         ) = (
             torch.as_tensor(np.ascontiguousarray(v), dtype=like.dtype, device=like.device)
             for v in (
-                allowed_power(vehicle, states, effective),
-                allowed_power(vehicle, states, effective, INSIDE),
+                allowed,
+                aimed,
                 EXCESS_UNIT * full_power(full, states),
                 np.concatenate([states, thrust.T, *turned], axis=1),
                 np.concatenate([0.0 * states, 0.0 * thrust.T, *turned], axis=1),

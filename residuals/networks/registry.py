@@ -12,7 +12,16 @@ from .base import Network, Scaling
 NETWORKS: dict[str, type[Network]] = {cls.name: cls for cls in classes_in(networks, Network)}
 """Every `Network` that a file of this folder defines."""
 
-_MOST = {"units": 4096, "layers": 16, "heads": 64, "window": 4096, "kernel": 64, "gain": 10.0, "leaves": 256}
+_MOST = {
+    "units": 4096,
+    "layers": 16,
+    "heads": 64,
+    "window": 4096,
+    "kernel": 64,
+    "gain": 10.0,
+    "leaves": 256,
+    "activation": 2,
+}
 """Largest value of each option; a file that asks for more is damaged or hostile."""
 
 

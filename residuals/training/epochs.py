@@ -3,16 +3,16 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from copy import deepcopy
-from dataclasses import asdict, dataclass
+from functools import partial
 from math import cos, isfinite, pi
 from pathlib import Path
 from time import perf_counter
 
 import torch
 
-from ...measurements.preparation.dataset import DataSet
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
+from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..models.network_model import NetworkModel
 from ..models.neural import CHECKPOINT
@@ -20,59 +20,22 @@ from ..models.threads import one_thread
 from ..networks.base import Network
 from ..networks.trees import Trees
 from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
+from .choosing import Auditor, Chooser
 from .growing import grow
 from .history import Epoch, best_epochs, stale
-from .holding import rollout_ratio, share_that_holds
 from .losses import Objective
 from .margins import interval_of
 from .preparation import Prepared, prepare_training
+from .trained import Trained
 from .training_settings import Choice, TrainingSettings
 
 _FOLLOWED = 0.1
 """Epochs of the first, in which the average follows the weights more closely: a start of zeros is soon forgotten."""
 _STEPS = 16
 """Least steps of an epoch: with three, as four minutes in batches of 16 give, no epoch gets far."""
-
-
-@dataclass(frozen=True, slots=True)
-class Trained:
-    """A trained network and how it came to be.
-
-    Attributes
-    ----------
-    model : with the weights of the best epoch
-    epochs : the history
-    best_epoch : the one whose weights were kept: the best that the auditor passed, or the best where it passed none
-    share : of its correction that holds in rollouts of the validation part, see `holding`; the rest is taken away
-    lawful : what the auditor says of those weights; None where there was no auditor
-    violating : share of the states without thrust and with it at which they break the laws, in the sample of training
-    stopped : why training ended
-    settings : of the recipe
-    start : name of the network that it went on from
-    """
-
-    model: NetworkModel
-    epochs: tuple[Epoch, ...]
-    best_epoch: int
-    share: float
-    lawful: bool | None
-    violating: float
-    stopped: str
-    settings: TrainingSettings
-    start: str | None = None
-
-    def to_dict(self) -> dict[str, object]:
-        """The training log that a model's file keeps."""
-        return {
-            "settings": self.settings.to_dict(),
-            **({} if self.start is None else {"start": self.start}),
-            "best_epoch": self.best_epoch,
-            "share": self.share,
-            "lawful": self.lawful,
-            "violating": self.violating,
-            "stopped": self.stopped,
-            "epochs": [asdict(epoch) for epoch in self.epochs],
-        }
+_MORE, _GENTLE = 10, 0.1
+"""Epochs at states against the laws, after which the average of the weights has left what it was, and the share of the
+learning rate by which they move."""
 
 
 def train(
@@ -84,7 +47,7 @@ def train(
     folder: Path | None = None,
     resume: bool = False,
     progress: Callable[[Epoch], None] | None = None,
-    auditor: Callable[[NetworkModel], bool] | None = None,
+    auditor: Auditor | None = None,
 ) -> Trained:
     """Train a network on the training part of a split; the validation part chooses the epoch that is kept.
 
@@ -100,7 +63,9 @@ def train(
     resume : go on from the checkpoint in `folder`, where there is one
     progress : called after each epoch
     auditor : says whether a model keeps all laws; the best epochs are put before it, the best first, until one passes.
-        The sample of states that judges every epoch is no proof
+        Where none does, training goes on at the states that it met against the laws, see `choosing`: without a
+        checkpoint, so that a training which is resumed does the same again. The sample of states that judges every
+        epoch is no proof
 
     Raises
     ------
@@ -118,19 +83,17 @@ def train(
             run.epoch()
             if progress is not None:
                 progress(run.history[-1])
-        network = prepared.network.cpu()
-        model = NetworkModel(
-            vehicle,
-            network,
-            prepared.time_step,
-            pure=choice.pure,
-            seconds_to_fit=perf_counter() - run.begun,
-        )
-        kept, share, lawful = run.choose(model, auditor, split.validation)
+        model = NetworkModel(vehicle, deepcopy(run.network).cpu(), prepared.time_step, pure=choice.pure)
+        chooser = Chooser(model, split.validation, chosen.shrink, auditor)
+        kept = chooser.best(run.history, run.kept)
+        whole = len(run.history)
+        if run.learns_laws:
+            kept = chooser.mended(kept, partial(run.again, progress))
+        model.seconds_to_fit = perf_counter() - run.begun
         model.interval = interval_of(model, split)
-    best = next(epoch for epoch in run.history if epoch.number == kept)
     start = None if choice.start is None else choice.start.name
-    return Trained(model, tuple(run.history), kept, share, lawful, best.violating, why, chosen, start)
+    more = len(run.history) - whole
+    return Trained(model, tuple(run.history), more, kept.epoch, kept.share, kept.lawful, why, chosen, start)
 
 
 def one_pass(
@@ -214,6 +177,11 @@ class _Run:
         return self.settings.averaging > 0.0 and not self.grows
 
     @property
+    def learns_laws(self) -> bool:
+        """Whether it has steps, and a loss of the laws."""
+        return self.settings.lambda_phys > 0.0 and not self.grows
+
+    @property
     def _next(self) -> int:
         return self.history[-1].number + 1 if self.history else 1
 
@@ -230,7 +198,9 @@ class _Run:
     def epoch(self) -> None:
         """One more epoch, judged and written."""
         network, prepared = self.network, self.prepared
-        self._judge(grow(network, prepared.table, self.settings.seed) if isinstance(network, Trees) else self._pass())
+        rate = _rate(self.settings, self._next)
+        grown = isinstance(network, Trees)
+        self._judge(grow(network, prepared.table, self.settings.seed) if grown else self._pass(rate))
         if self.folder is not None:
             write_checkpoint(
                 self.folder,
@@ -246,10 +216,19 @@ class _Run:
                 ),
             )
 
-    def _pass(self) -> float:
+    def again(self, progress: Callable[[Epoch], None] | None, against: Array) -> tuple[int, dict[str, torch.Tensor]]:
+        """Some epochs more at states against the laws, too, see `choosing.Again`; none of them is written."""
+        self.prepared.objective.met = self.prepared.asked_at(against)
+        for _ in range(_MORE):
+            self._judge(self._pass(_GENTLE * self.settings.learning_rate))
+            if progress is not None:
+                progress(self.history[-1])
+        return self.history[-1].number, self.averaged.state_dict()
+
+    def _pass(self, rate: float) -> float:
         """Steps over all windows; their mean loss."""
         for group in self.optimiser.param_groups:
-            group["lr"] = _rate(self.settings, self._next)
+            group["lr"] = rate
         average = self._average if self._averages else None
         return one_pass(self.network, self.prepared.objective, self.optimiser, self.settings, self.draw, average)
 
@@ -259,47 +238,6 @@ class _Run:
         share = min(self.settings.averaging, self._next / (self._next + _FOLLOWED))
         for mean, now in zip(self.averaged.parameters(), self.network.parameters(), strict=True):
             mean.lerp_(now, 1.0 - share)
-
-    def choose(
-        self, model: NetworkModel, auditor: Callable[[NetworkModel], bool] | None, held_out: DataSet
-    ) -> tuple[int, float, bool | None]:
-        """Load the best weights that the auditor passes into a model, or the best, as far as they hold.
-
-        The best are those of the least error, of one step and of rollouts alike.
-
-        Returns
-        -------
-        (epoch, share, lawful)
-            of which the weights are, how much of the correction is left, and what the auditor said
-        """
-        best = self._ranked(model, held_out)
-        for number in best if auditor is not None else []:
-            share = self._shrunk(model, number, held_out)
-            if auditor is not None and auditor(model):
-                return number, share, True
-        return best[0], self._shrunk(model, best[0], held_out), None if auditor is None else False
-
-    def _ranked(self, model: NetworkModel, held_out: DataSet) -> list[int]:
-        """The best epochs, those of the least product of both errors first, and those that break the laws last."""
-        told = {epoch.number: epoch for epoch in self.history}
-
-        def error(number: int) -> tuple[bool, float]:
-            self._load(model, number)
-            return told[number].violating > 0.0, told[number].rmse * rollout_ratio(model, held_out)
-
-        return sorted(best_epochs(self.history), key=error)
-
-    def _shrunk(self, model: NetworkModel, number: int, held_out: DataSet) -> float:
-        """Load the weights of an epoch, as far as they hold; the share that does."""
-        self._load(model, number)
-        share = share_that_holds(model, held_out) if self.settings.shrink else 1.0
-        model.network.shrink(share)
-        return share
-
-    def _load(self, model: NetworkModel, number: int) -> None:
-        head = f"{number}/"
-        mine = {label.removeprefix(head): x for label, x in self.kept.items() if label.startswith(head)}
-        model.network.load_state_dict(mine)
 
     def _judge(self, loss: float | None) -> None:
         number, judge = 0 if loss is None else self._next, self.prepared.judge

@@ -33,7 +33,13 @@ class Objective:
     coasting : states with and without thrust from the training envelope
     vehicle : rolled out with the network, where `settings.rollout_rows` asks for it
     augmenter : varies each batch, or None
+
+    Attributes
+    ----------
+    met : states more at which the laws are asked for: those that an audit met against them
     """
+
+    met: Coasting | None = None
 
     def __init__(
         self,
@@ -86,8 +92,12 @@ class Objective:
         """Mean squared power beyond the laws: along the windows, and at states with and without thrust."""
         power = self.base[index] + coasting_power(self.coasting.mass, inputs[..., :3], said)
         along = surplus(power - self.allowed[index]) / self.scale[index]
-        drawn = torch.randint(self.coasting.count, (STATES,), generator=draw).to(index)
-        return along.square().mean() + self.coasting.penalty(network, drawn)
+        loss = along.square().mean()
+        for asked in (self.coasting, self.met):
+            if asked is not None:
+                drawn = torch.randint(asked.count, (STATES,), generator=draw).to(index)
+                loss = loss + asked.penalty(network, drawn)
+        return loss
 
     def _astray(self, network: Network, index: Tensor, inputs: Tensor, draw: torch.Generator) -> Tensor:
         """Mean squared velocity error along rollouts from one random row, in what the unit adds up to on them.

@@ -1,6 +1,7 @@
 """What a training works on: the network, the loss and the judge, made from a split and the settings."""
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,6 +49,7 @@ class Prepared:
     network : on its device, with fresh weights; of a hybrid it fades beyond the training part already, so that each
         epoch is judged as the network will be used
     objective, judge : loss of a batch, and verdict on an epoch
+    asked_at : states u, v, r, heading and commands (n, 4 + thrusters) made ready to be put to the network
     pure : whether the network stands in the place of the physics
     table : standardised inputs (rows, inputs) and target (rows, 3) in units of the output, of all training rows
     time_step : of the rows [s]
@@ -57,6 +59,7 @@ class Prepared:
     network: Network
     objective: Objective
     judge: Judge
+    asked_at: Callable[[Array], Coasting]
     pure: bool
     table: tuple[Array, Array]
     time_step: float
@@ -104,13 +107,15 @@ def prepare_training(
 
     envelope, pool = envelope_of(motions, vehicle), np.concatenate([motion.commands for motion in motions])
     idle = np.array([neutral_command(t) for t in vehicle.thrusters])
+    how = {**chosen, "time_step": windows.time_step, "remembers": remembers, "like": like}
 
     def coasting(states: Array) -> Coasting:
         commands = pool[np.random.default_rng(5).integers(0, pool.shape[0], states.shape[0])]
         commands[::2] = idle
-        return Coasting(
-            vehicle, states, commands, **chosen, time_step=windows.time_step, remembers=remembers, like=like
-        )
+        return Coasting(vehicle, states, commands, **how)
+
+    def asked_at(states: Array) -> Coasting:
+        return Coasting(vehicle, states[:, :4], states[:, 4:], **how)
 
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
     judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen, kept=kept)
@@ -145,7 +150,7 @@ def prepare_training(
     table = inputs, target * kept
     if settings.fade and not choice.pure:  # where a pure network says nothing, no force at all is left
         network.fade_beyond(Reach.of(table[0][:, : 3 + scaling.drives], settings.fade))
-    return Prepared(network, objective, judge, choice.pure, table, windows.time_step, recipe)
+    return Prepared(network, objective, judge, asked_at, choice.pure, table, windows.time_step, recipe)
 
 
 def _table(data: DataSet, vehicle: Vehicle, choice: Choice, scaling: Scaling) -> tuple[Array, Array]:

@@ -290,6 +290,38 @@ def test_a_terminal_sees_a_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
     assert "validation error 0.125" in " ".join(capsys.readouterr().err.split())
 
 
+def test_epochs_beyond_the_last_are_those_at_states_against_the_laws() -> None:
+    told: list[str] = []
+    for number in (10, 20):
+        epochs_told(12, told.append)(Epoch(number, 0.25, 0.125, 0.0))
+    assert told[0].startswith("epoch 10 of at most 12: loss")
+    assert told[1].startswith("epoch 20, at states against the laws: loss")
+
+
+def test_what_the_laws_took_and_cost_is_told(place: Path) -> None:
+    from undertow.residuals.training.trained import Trained
+    from undertow.workflows.train import _the_laws
+
+    model = load_network(place / "M")
+    errors = (1.0, 0.5, 0.51, 0.6)
+    epochs = tuple(Epoch(k, 1.0, error, 0.0) for k, error in enumerate(errors))
+
+    def told(lawful: bool, more: int, best: int) -> str:
+        found = Trained(model, epochs, more, best, 1.0, lawful, "done", undertow.TrainingSettings())
+        return " ".join(_the_laws(found))
+
+    assert told(True, 0, 1) == "It keeps every law that 'undertow check' asks over these logs."
+    assert "Epoch 1 had a validation error of 0.5 and not 1" in told(True, 0, 0)
+    assert "It does after 1 epochs more at the states where they broke them; the validation error is then 20.0 %" in (
+        told(True, 1, 3)
+    )
+    assert "nor did the epochs next best: try" in told(False, 0, 1)
+    assert (
+        "and did not after 1 epochs more at the states where they broke them; the validation error is then 20.0 %"
+        in (told(False, 1, 1))
+    )
+
+
 def test_laws_that_the_audit_finds_broken_are_named(place: Path) -> None:
     pytest.importorskip("torch")
     inputs = read_inputs(place / "log.csv", "blueboat")

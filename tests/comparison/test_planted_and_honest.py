@@ -62,13 +62,14 @@ def test_what_cannot_create_energy_is_proved(study: ModuleType):
 
 @pytest.mark.parametrize("pure", [False, True])
 @pytest.mark.parametrize("layers", [1, 2])
-def test_bounds_enclose_the_power_in_every_cell(study: ModuleType, layers: int, pure: bool):
+@pytest.mark.parametrize("activation", [1, 2], ids=["relu", "tanh"])
+def test_bounds_enclose_the_power_in_every_cell(study: ModuleType, activation: int, layers: int, pure: bool):
     from undertow.residuals.models import bounds
     from undertow.residuals.models.network_model import NetworkModel
     from undertow.residuals.networks.registry import build
 
     boat = HULL.with_values({"N_v": 3.0, "yaw:|u|r": -4.0, "sway:ur": 2.0, "surge:|v|u": -3.0})
-    network = build("mlp", study.scaling(boat), {"layers": layers, "units": 24})
+    network = build("mlp", study.scaling(boat), {"layers": layers, "units": 24, "activation": activation})
     generator = study.torch.Generator().manual_seed(layers)
     for parameter in network.parameters():
         parameter.data.uniform_(-0.4, 0.4, generator=generator)
@@ -77,10 +78,10 @@ def test_bounds_enclose_the_power_in_every_cell(study: ModuleType, layers: int, 
     for _ in range(5):
         cells = bounds._halved(cells, np.array([3.2, 1.2, 2.2]))
     middle, half = cells
-    layered = bounds._layers(model)
-    assert layered is not None
+    perceptron = bounds._perceptron(model)
+    assert perceptron is not None
     terms = [] if pure else bounds._monomials(boat)
-    least, upper = bounds._power(mass_matrix(boat), terms, middle, half, *bounds._affine(layered, middle, half))
+    least, upper = bounds._power(mass_matrix(boat), terms, middle, half, *bounds._affine(perceptron, middle, half))
     rng = np.random.default_rng(0)
     idle = np.zeros((len(middle), 2))
     witness = witness_of(model, BOX)

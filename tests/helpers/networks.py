@@ -24,6 +24,7 @@ from undertow.residuals.networks.registry import build
 
 NETWORKS = [
     ("mlp", {"units": 16, "layers": 2}, True, False),
+    ("mlp", {"units": 16, "activation": 2}, False, False),
     ("lstm", {"units": 8, "layers": 2}, False, False),
     ("lstm", {"units": 8}, True, True),
     ("tcn", {"units": 6, "layers": 2}, False, False),

@@ -1,11 +1,12 @@
 """What a law says of a model (a `Ruling`), and what every law is."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
 import numpy as np
 
+from ...frames import Array
 from ...reading import Plain
 from ..damping_power import state_in_words
 from .witness import Witness
@@ -27,6 +28,8 @@ class Ruling:
     share : of quasi-random states, windows or rollouts that break the law
     proof : what the verdict rests on
     sentence : the same in plain words
+    against : states u, v, r, heading and commands (n, 4 + thrusters) that were met against it; None of a law of which
+        no state tells
     """
 
     law: str
@@ -39,6 +42,7 @@ class Ruling:
     unit: str = ""
     at: dict[str, float] | None = None
     share: float | None = None
+    against: Array | None = field(default=None, compare=False, repr=False)
 
     @property
     def margin(self) -> float | None:

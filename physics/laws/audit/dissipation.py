@@ -1,5 +1,6 @@
 """Dissipation: without thrust, the power nu^T M nu_dot that goes into the motion is never above zero."""
 
+from dataclasses import replace
 from typing import ClassVar, final
 
 import numpy as np
@@ -48,7 +49,7 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
         kept = f"Without thrust the model gains nowhere {where} more than 1 % of full thrust would give ({how})" + (
             f"; it gains {value:.3g} W at {in_words(at)}, where {limit:.3g} W is let pass." if gains else "."
         )
-    return law.rule(
+    ruling = law.rule(
         value=value,
         limit=limit,
         unit="W",
@@ -59,6 +60,8 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
         broken=f"Without thrust the model gains {value:.3g} W at {in_words(at)}{let_pass(witness, limit)}: "
         "it creates energy.",
     )
+    against = known.against
+    return replace(ruling, against=np.column_stack([against, np.tile(witness.neutral, (len(against), 1))]))
 
 
 @final

@@ -13,6 +13,9 @@ _MOVING = 0.05
 """Where nothing is gained, the state told is the closest to a gain at least this share of the envelope from rest: at
 rest itself every power is zero, and the closest state would always be that."""
 
+_AGAINST = 128
+"""States against a law that are told at most: enough for the windows in which a network breaks it, soon asked again."""
+
 _AGAIN = SearchSettings(starts=12)
 """Of the second search, from the tops of the first."""
 
@@ -36,6 +39,13 @@ class Gains:
     def broken(self) -> bool:
         """Whether some state gains more than is allowed."""
         return bool((self.over > 0.0).any())
+
+    @property
+    def against(self) -> Array:
+        """States that gain more than is allowed, the worst first; of many, as many of each size (n, d)."""
+        over = self.over
+        order = np.argsort(-over, kind="stable")[: int((over > 0.0).sum())]
+        return self.states[order[:: max(1, -(-order.size // _AGAINST))]]
 
     def told(self, witness: Witness, free: Array) -> tuple[int, bool]:
         """The state to tell of, and whether it gains more than is `free` (n,) [W], which no law minds.

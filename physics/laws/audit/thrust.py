@@ -1,5 +1,6 @@
 """Power under thrust: the motion gains no more than the thrusters give."""
 
+from dataclasses import replace
 from itertools import product
 from typing import ClassVar, final
 
@@ -70,7 +71,7 @@ class PowerUnderThrust(Law):
                 f"Under thrust the motion gains no more power than {giver}, or 1 % of full thrust ({how}); it gains "
                 f"{value:.3g} W at {told}, where {limit:.3g} W is let pass."
             )
-        return self.rule(
+        ruling = self.rule(
             value=value,
             limit=limit,
             unit="W",
@@ -80,6 +81,7 @@ class PowerUnderThrust(Law):
             kept=kept,
             broken=f"Under thrust the model gains {value:.3g} W at {told}, where the thrusters may give {limit:.3g} W.",
         )
+        return replace(ruling, against=known.against)
 
     @staticmethod
     def _drawn(witness: Witness) -> Array:

@@ -153,6 +153,7 @@ def test_the_options_it_was_built_with_are_kept(name: str):
         ("lstn", {}, r"unknown network 'lstn': did you mean 'lstm'\? There are: dissipative, lstm, mlp, tcn"),
         ("lstm", {"unit": 8}, r"network lstm: unknown option 'unit': did you mean 'units'\? There are: units, layers"),
         ("mlp", {"units": 0}, r"expected a whole number in \(0, 4096\] for units, got 0"),
+        ("mlp", {"activation": 3}, r"expected a whole number in \(0, 2\] for activation, got 3"),
         ("mlp", {"units": 5000}, r"expected a whole number in \(0, 4096\] for units, got 5000"),
         ("tcn", {"kernel": 2.5}, r"network tcn: expected a whole number in \(0, 64\] for kernel, got 2.5"),
         ("tcn", {"layers": True}, r"expected a whole number in \(0, 16\] for layers, got True"),

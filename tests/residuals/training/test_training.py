@@ -408,23 +408,6 @@ def test_the_penalty_of_the_laws_lowers_violations(dragged: Split) -> None:
     assert share(1000.0) < 0.5 * without
 
 
-def test_lawful_is_what_the_auditor_says(dragged: Split) -> None:
-    asked: list[bytes] = []
-
-    def auditor(model: NetworkModel) -> bool:
-        asked.append(b"".join(value.numpy().tobytes() for value in model.network.state_dict().values()))
-        return len(asked) == 2
-
-    choice, short = Choice("mlp", pure=True), replace(QUICK, epochs=3)
-    found = train(dragged, HULL, choice, settings=short, auditor=auditor)
-    order = best_epochs(list(found.epochs))
-    assert (found.lawful, found.best_epoch, weights(found)) == (True, order[1], asked[1]), (
-        "the best failed, the next not"
-    )
-    none = train(dragged, HULL, choice, settings=short, auditor=lambda model: False)
-    assert (none.lawful, none.best_epoch, weights(none)) == (False, order[0], asked[0])
-
-
 def test_smoothness_calms_the_correction(dragged: Split) -> None:
     def change(weight: float) -> float:
         found = train(dragged, HULL, Choice("mlp"), settings=replace(QUICK, epochs=25, lambda_smooth=weight))

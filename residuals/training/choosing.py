@@ -1,0 +1,145 @@
+"""Which weights are kept: the best that keep all laws, else those that learnt to keep them at states against the laws.
+
+An audit searches where training has only drawn. The states that it meets against the laws are asked in the loss from
+then on, for a few epochs more, and the audit searches anew, until it finds nothing, or a few times at most. Chang,
+Roohi and Gao (2019), "Neural Lyapunov control", train on counterexamples in this way.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from torch import Tensor
+
+from ...measurements.preparation.dataset import DataSet
+from ...physics.frames import Array
+from ..models.network_model import NetworkModel
+from .checkpoint import cloned
+from .history import Epoch, best_epochs
+from .holding import rollout_ratio, share_that_holds
+
+_ROUNDS = 5
+"""Times that the states of an audit are learnt at most."""
+_ALIKE = 128
+"""States as which those of each audit count: the last one meets few, and these are what is left to learn."""
+
+Weights = Mapping[str, Tensor]
+Again = Callable[[Array], tuple[int, Weights]]
+"""Trains on for some epochs at states u, v, r, heading, commands (n, 4 + thrusters); number and weights of the last."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verdict:
+    """What an auditor says of a model.
+
+    Attributes
+    ----------
+    lawful : whether it keeps all laws
+    against : states u, v, r, heading and commands (n, 4 + thrusters) that were met against them; none where a law is
+        broken of which no state tells
+    """
+
+    lawful: bool
+    against: Array
+
+
+Auditor = Callable[[NetworkModel], Verdict]
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """The weights that are kept.
+
+    Attributes
+    ----------
+    epoch : of which they are
+    share : of the correction that is left
+    lawful : what the auditor says of them; None where there is none
+    """
+
+    epoch: int
+    share: float
+    lawful: bool | None
+
+
+@final
+class Chooser:
+    """Loads weights into a model, as far as they hold, and puts them before the laws.
+
+    Parameters
+    ----------
+    model : that takes the weights
+    held_out : validation part, whose rollouts say how much of a correction holds
+    shrink : whether the rest of it is taken away
+    auditor : None for one who asks nothing
+    """
+
+    def __init__(self, model: NetworkModel, held_out: DataSet, shrink: bool, auditor: Auditor | None) -> None:
+        self.model, self.held_out, self.shrink, self.auditor = model, held_out, shrink, auditor
+        self._against: list[Array] = []
+        self._silent = True
+
+    def best(self, history: list[Epoch], kept: Weights) -> Chosen:
+        """Load the best weights that the auditor passes, or the best.
+
+        The best are those of the least error, of one step and of rollouts alike.
+
+        Parameters
+        ----------
+        kept : weights of the best epochs by `number/name`
+        """
+        ranked = self._ranked(history, kept)
+        for number in ranked if self.auditor is not None else []:
+            share = self._shrunk(_of(kept, number))
+            if self._passes():
+                return Chosen(number, share, True)
+        return Chosen(ranked[0], self._shrunk(_of(kept, ranked[0])), None if self.auditor is None else False)
+
+    def mended(self, found: Chosen, again: Again) -> Chosen:
+        """Where the auditor passed none: train on at the states against the laws until it does, or leave all as it is.
+
+        The weights at the end of a round are put before it, for those of its first epochs have learnt the least.
+        """
+        if found.lawful is not False:
+            return found
+        before = cloned(self.model.network.state_dict())
+        for _ in range(_ROUNDS):
+            if self._silent:
+                break
+            number, weights = again(np.concatenate(self._against))
+            share = self._shrunk(weights)
+            if self._passes():
+                return Chosen(number, share, True)
+        self.model.network.load_state_dict(before)
+        return found
+
+    def _passes(self) -> bool:
+        assert self.auditor is not None
+        said = self.auditor(self.model)
+        self._silent = not said.against.size
+        if not self._silent:
+            self._against.append(np.resize(said.against, (_ALIKE, said.against.shape[1])))
+        return said.lawful
+
+    def _ranked(self, history: list[Epoch], kept: Weights) -> list[int]:
+        """The best epochs, those of the least product of both errors first, and those that break the laws last."""
+        told = {epoch.number: epoch for epoch in history}
+
+        def error(number: int) -> tuple[bool, float]:
+            self.model.network.load_state_dict(_of(kept, number))
+            return told[number].violating > 0.0, told[number].rmse * rollout_ratio(self.model, self.held_out)
+
+        return sorted(best_epochs(history), key=error)
+
+    def _shrunk(self, weights: Weights) -> float:
+        """Load weights, as far as they hold; the share that does."""
+        self.model.network.load_state_dict(weights)
+        share = share_that_holds(self.model, self.held_out) if self.shrink else 1.0
+        self.model.network.shrink(share)
+        return share
+
+
+def _of(kept: Weights, number: int) -> dict[str, Tensor]:
+    head = f"{number}/"
+    return {label.removeprefix(head): x for label, x in kept.items() if label.startswith(head)}
