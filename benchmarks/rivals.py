@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             target = given.folder / f"{name.replace(' ', '_')}-{seed}.json"
             names = [n for n in wanted(case, seed, given.first) if n in (given.only or CONTENDERS)]
             records[name] += list(kept(target).values()) if given.tell else judge(case, seed, target, names)
-    text = page({name: (case, records[name]) for name, case in chosen.items()})
+    text = page({name: (case, records[name]) for name, case in chosen.items() if records[name]})
     if given.table is not None:
         write_text(given.table, text)
     if given.csv is not None:

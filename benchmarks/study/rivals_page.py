@@ -11,8 +11,9 @@ from undertow.physics.frames import AXES
 from undertow.physics.in_words import MINUS, listing
 
 from .resumed import in_a_table
+from .rivals.bare import EPOCHS
 from .rivals.cases import SHARES, Case
-from .rivals.contenders import CONTENDERS, EPOCHS
+from .rivals.contenders import CONTENDERS
 
 Records = Sequence[Mapping[str, Any]]
 Results = Mapping[str, tuple[Case, Records]]
@@ -32,10 +33,10 @@ def page(results: Results) -> str:
         f"Written by `python benchmarks/rivals.py --gazebo FOLDER --seeds {seeds} --table docs/rivals.md`; do not "
         "edit. Every kind of hybrid that the literature names, and other ways to model a boat, beside undertow's own.",
         f"All are fitted to one run. Its first {SHARES[0]:.0%} train; the rest chooses epochs and settings. All are "
-        "judged on another whole run, by undertow's own scores: root mean square errors of the filtered acceleration, and of "
-        "open-loop rollouts. A model is told velocities and the thrust of each thruster by the vehicle's curve; only "
-        f"what stands beside a vehicle knows more. Figures are means over {seeds} seed{'s' * (seeds > 1)}; what no "
-        "seed changes is made once.",
+        "judged on another whole run, by undertow's own scores: root mean square errors of the filtered acceleration, "
+        "and of open-loop rollouts. A model is told velocities and the thrust of each thruster by the vehicle's curve; "
+        f"only what stands beside a vehicle knows more. Figures are means over {seeds} seed{'s' * (seeds > 1)}; what "
+        "no seed changes is made once.",
         "## What it says",
         "\n".join(f"- {sentence}" for sentence in sentences(results)),
         "## All cases",
@@ -44,7 +45,7 @@ def page(results: Results) -> str:
         "rollouts of 10 s that reached 50 m/s; they count with their clipped speeds.",
         summary(results),
         "## What they are",
-        in_a_table(("model", "kind", "what it is"), [(n, c.kind, c.what) for n, c in CONTENDERS.items()]),
+        "\n".join(f"- **{name}** ({who.kind}): {who.what}." for name, who in CONTENDERS.items()),
         _SETTINGS,
     ]
     for name, (case, records) in results.items():
@@ -100,8 +101,8 @@ def summary(results: Results) -> str:
         done = [r for r in mine if "failed" not in r]
         lost, starts = (sum(r["10"][key] for r in done) for key in ("diverged", "starts"))
         failed = len(mine) - len(done)
-        seconds = f"{np.median([r['seconds'] for r in done]):.3g}" if done else "-"
-        cells += [f"{lost} of {starts}" + f", {failed} failed" * (failed > 0), seconds]
+        seconds = np.median([r["seconds"] for r in done]) if done else np.nan
+        cells += [f"{lost} of {starts}" + f", {failed} failed" * (failed > 0), _seconds(seconds)]
         rows.append((name, *cells))
     head = ("model", *results, "one step", "2 s", "10 s", "diverged", "to fit [s]")
     return in_a_table(head, rows)
@@ -154,8 +155,8 @@ def sentences(results: Results) -> Iterator[str]:
         told = (
             f"**{case}**: over 10 s {best} errs least ({_number(errors[best])} m; calibrated {_number(errors[BASE])})."
         )
-        told += f" The best network of ours is {mine.removeprefix('undertow ')} ({_number(own[mine])} m)."
-        told += f" Better than that: {listing([f'{n} ({_number(errors[n])})' for n in beaten])}." if beaten else ""
+        told += f" The best network of ours is {mine.removeprefix('undertow ')} ({_number(own[mine])})."
+        told += f" Better than it: {listing([f'{n} ({_number(errors[n])})' for n in beaten])}." if beaten else ""
         yield told
     for measure, axes in MEASURES[::2]:
         what = "one step ahead" if measure == "acceleration" else "in rollouts of 10 s"
@@ -192,6 +193,10 @@ def as_csv(records: Mapping[str, Records]) -> str:
 
 def _number(value: float) -> str:
     return f"{value:.3g}" if np.isfinite(value) else "-"
+
+
+def _seconds(value: float) -> str:
+    return "-" if not np.isfinite(value) else f"{value:.0f}" if value >= 1.0 else "< 1"
 
 
 def _percent(value: float) -> str:

@@ -39,7 +39,7 @@ LEARNT = (
 
 def linear_motion(rows: int, seed: int) -> Motion:
     """What nu_dot = DRAG nu + PUSH T makes of slow thrusts, whose means over a step act."""
-    rng, time = np.random.default_rng(seed), STEP * np.arange(rows)
+    rng, time = np.random.default_rng(seed), STEP * np.arange(rows, dtype=np.float64)
     waves = [np.sin(np.outer(time, rng.uniform(0.2, 1.5, 4)) + rng.uniform(0.0, 6.0, 4)).sum(axis=1) for _ in range(2)]
     commands, still = 10.0 * np.column_stack(waves), np.zeros((rows, 3))
     names = tuple(thruster.name for thruster in HULL.thrusters)
@@ -150,9 +150,7 @@ def test_the_page_says_who_errs_least_and_what_failed(rivals: SimpleNamespace):
     records.append({"name": "DMDc", "seed": 0, "failed": "no reason"})
     text = rivals.page.page({"made up": (case, records)})
     assert "**made up**: over 10 s symbolic errs least (0.1 m; calibrated 1)." in text
-    assert (
-        "The best network of ours is mlp (0.5 m). Better than that: symbolic (0.1) and Gaussian process (0.3)" in text
-    )
+    assert "The best network of ours is mlp (0.5). Better than it: symbolic (0.1) and Gaussian process (0.3)" in text
     assert "Rollouts ran away of pysindy." in text
     assert "| DMDc | - | - | - | - | 0 of 0, 1 failed | - |" in text
     assert "| undertow mlp | 0.5 | −50 % | −50 % | −50 % | 0 of 20 | 1 |" in text

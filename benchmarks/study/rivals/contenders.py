@@ -11,6 +11,7 @@ from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
 
+from .bare import EPOCHS, bare
 from .cases import Data
 from .gaussian import gaussian
 from .koopman import dmdc, koopman
@@ -19,8 +20,6 @@ from .rolled import neural_ode, port_hamiltonian
 from .sindy import scaled_sindy, sindy
 from .subspace import subspace
 
-EPOCHS = 40
-"""Of undertow's networks here, so that a seed of a case takes four minutes; `train` has 150."""
 Made = Callable[[Data, Vehicle, str, int], Model]
 """Makes a model from the data, the vehicle that it stands beside or takes its thrust from, its name, and a seed."""
 
@@ -63,9 +62,7 @@ def _network(choice: Choice, settings: Mapping[str, Any], data: Data, vehicle: V
 
 
 LAWFUL = {"fade": 0.0, "shrink": False}
-"""The losses of the laws alone: nothing fades beyond the training, and all of the correction is kept."""
-BARE = {**LAWFUL, "lambda_phys": 0.0, "lambda_smooth": 0.0}
-"""A residual that is fitted to the error of the acceleration, and to nothing else."""
+"""Settings of the losses of the laws alone: nothing fades beyond the training, and all of a correction is kept."""
 _AS_BARE = "without laws, fade and shrinking"
 
 
@@ -79,10 +76,10 @@ CONTENDERS: dict[str, Contender] = {
     "symbolic": Contender("vehicle", "`discover`, from the nominal vehicle", _symbolic, random=False),
     **{f"undertow {name}": _ours(name) for name in ("mlp", "lstm", "tcn", "transformer", "dissipative", "trees")},
     "feed-forward residual (Skulstad et al.)": Contender(
-        "literature", f"`mlp` {_AS_BARE}", partial(_network, Choice("mlp"), BARE), "calibrated"
+        "literature", f"`mlp` {_AS_BARE}", partial(bare, Choice("mlp")), "calibrated"
     ),
     "transformer residual (Miao et al., DyTR)": Contender(
-        "literature", f"`transformer` {_AS_BARE}", partial(_network, Choice("transformer"), BARE), "calibrated"
+        "literature", f"`transformer` {_AS_BARE}", partial(bare, Choice("transformer")), "calibrated"
     ),
     "kinetic prior (Lim and Oh)": Contender(
         "literature", "a perceptron that sees what the calibrated vehicle says", kinetic_prior, "calibrated"
@@ -90,7 +87,7 @@ CONTENDERS: dict[str, Contender] = {
     "trigonometric heading (Wang et al.)": Contender(
         "literature",
         f"`mlp --heading` {_AS_BARE}",
-        partial(_network, Choice("mlp", heading=True), BARE),
+        partial(bare, Choice("mlp", heading=True)),
         "calibrated",
     ),
     "PINN (Xu et al.), its network": Contender(
