@@ -73,10 +73,13 @@ class Chooser:
     held_out : validation part, whose rollouts say how much of a correction holds
     shrink : whether the rest of it is taken away
     auditor : None for one who asks nothing
+    lawful : whether epochs that break the laws stand behind the others, see `history.best_epochs`
     """
 
-    def __init__(self, model: NetworkModel, held_out: DataSet, shrink: bool, auditor: Auditor | None) -> None:
-        self.model, self.held_out, self.shrink, self.auditor = model, held_out, shrink, auditor
+    def __init__(
+        self, model: NetworkModel, held_out: DataSet, shrink: bool, auditor: Auditor | None, lawful: bool
+    ) -> None:
+        self.model, self.held_out, self.shrink, self.auditor, self.lawful = model, held_out, shrink, auditor, lawful
         self._against: list[Array] = []
         self._silent = True
 
@@ -128,9 +131,10 @@ class Chooser:
 
         def error(number: int) -> tuple[bool, float]:
             self.model.network.load_state_dict(_of(kept, number))
-            return told[number].violating > 0.0, told[number].rmse * rollout_ratio(self.model, self.held_out)
+            unlawful = self.lawful and told[number].violating > 0.0
+            return unlawful, told[number].rmse * rollout_ratio(self.model, self.held_out)
 
-        return sorted(best_epochs(history), key=error)
+        return sorted(best_epochs(history, lawful=self.lawful), key=error)
 
     def _shrunk(self, weights: Weights) -> float:
         """Load weights, as far as they hold; the share that does."""

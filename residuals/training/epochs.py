@@ -84,7 +84,7 @@ def train(
             if progress is not None:
                 progress(run.history[-1])
         model = NetworkModel(vehicle, deepcopy(run.network).cpu(), prepared.time_step, pure=choice.pure)
-        chooser = Chooser(model, split.validation, chosen.shrink, auditor)
+        chooser = Chooser(model, split.validation, chosen.shrink, auditor, run.learns_laws)
         kept = chooser.best(run.history, run.kept)
         whole = len(run.history)
         if run.learns_laws:
@@ -245,7 +245,7 @@ class _Run:
         if not isfinite(rmse):
             raise RequestError(self._not_finite(number, loss))
         self.history.append(Epoch(number, loss, rmse, judge.violating(self.averaged)))
-        best = best_epochs(self.history)
+        best = best_epochs(self.history, lawful=self.learns_laws)
         if number in best:
             self.kept |= {f"{number}/{name}": x for name, x in cloned(self.averaged.state_dict()).items()}
         self.kept = {label: x for label, x in self.kept.items() if int(label.partition("/")[0]) in best}

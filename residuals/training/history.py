@@ -26,9 +26,15 @@ class Epoch:
     violating: float
 
 
-def best_epochs(history: list[Epoch], count: int = CANDIDATES) -> list[int]:
-    """Numbers of the epochs to keep, the best first: by their error, those that break the laws behind all others."""
-    ranked = sorted(history, key=lambda epoch: (epoch.violating > 0.0, epoch.rmse))
+def best_epochs(history: list[Epoch], count: int = CANDIDATES, *, lawful: bool = True) -> list[int]:
+    """Numbers of the epochs to keep, the best first: by their error, and where laws count by these before it.
+
+    Parameters
+    ----------
+    lawful : whether those that break the laws stand behind all others. A network that never heard of laws breaks some,
+        and the vehicle alone, which is epoch 0, would be the best of its epochs
+    """
+    ranked = sorted(history, key=lambda epoch: (lawful and epoch.violating > 0.0, epoch.rmse))
     return [epoch.number for epoch in ranked[:count]]
 
 

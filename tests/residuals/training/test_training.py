@@ -387,6 +387,7 @@ def epochs_of(*rows: tuple[float, float]) -> list[Epoch]:
 def test_the_best_epochs_are_kept_those_that_break_laws_last() -> None:
     assert best_epochs(epochs_of((1.0, 0.0), (0.5, 0.0), (0.3, 0.01), (0.6, 0.0))) == [1, 3, 0, 2]
     assert best_epochs(epochs_of((1.0, 0.2), (0.5, 0.1), (0.7, 0.1)), 1) == [1]
+    assert best_epochs(epochs_of((1.0, 0.0), (0.5, 0.1), (0.3, 0.1)), lawful=False) == [2, 1, 0]
     assert stale(epochs_of((1.0, 0.0), (0.5, 0.0), (0.3, 0.01), (0.6, 0.0))) == 1
     assert stale(epochs_of((1.0, 0.1), (0.5, 0.1), (0.8, 0.0), (0.79999, 0.0))) == 1
     assert stale([]) == 0
