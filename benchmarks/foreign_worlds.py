@@ -151,6 +151,14 @@ def accused(record: Record) -> bool:
     return bool(set(record.get("sensors", ())) - set(record["cause"]))
 
 
+def honest(record: Record) -> bool:
+    """Whether the cause is named, in part at least, or its sensor, or it is among what the log cannot tell."""
+    word = outcome(record)
+    if word == "undecided":
+        return bool(record["listed"]) or not (record["true"] or record["part"] or record["cause"])
+    return word in ("true", "part", "sensor told", "a term")
+
+
 def page(records: Sequence[Record], command: str) -> str:
     """The study as a page in Markdown."""
     words = [outcome(r) for r in records]
@@ -173,7 +181,9 @@ def page(records: Sequence[Record], command: str) -> str:
         "# Foreign worlds",
         f"Written by `{command}`; do not edit. {INTRODUCTION}",
         f"**{false} of {len(records)} logs got a false name** ({false / total:.1%}; at most {MOST:.0%} is asked); with "
-        f"95 % confidence it is below {bound(false, total, 0.95):.1%}. In all: {shares}. "
+        f"95 % confidence it is below {bound(false, total, 0.95):.1%}. In all: {shares}. {sum(map(honest, records)) / total:.1%} "
+        "were told of the cause (at least 90 % is asked): it is named, in part at least, or its sensor, or a term, or, "
+        "where it has a name, it is among what the log cannot tell. "
         f"In {sum(accused(r) for r in records)} a sensor or a record that is right was accused.",
         in_a_table(head, rows),
         "\n".join(

@@ -108,7 +108,15 @@ def test_noise_with_a_memory_is_as_large_at_first_as_later(boats: ModuleType):
 def test_a_page_counts_what_was_said(study: ModuleType):
     told = {"unnamed": [], "sensors": [], "listed": [], "terms": [], "missing": [], "false": [], "verdict": "missing"}
     setting = {"kind": "gyro scale", "seed": 1, "programme": "rich", "noise": "field", "note": "sway_lift"}
-    record = {**setting, **told, "true": ["sway_lift"], "cause": ["gyro_scale"], "matters": 0.3, "seconds": 2.0}
+    record = {
+        **setting,
+        **told,
+        "seconds": 2.0,
+        "true": ["sway_lift"],
+        "part": [],
+        "cause": ["gyro_scale"],
+        "matters": 0.3,
+    }
     term = {"symbol": "Y_ur", "value": 1.0, "truth": 1.1, "covered": True}
     records = [
         {**record, "missing": ["sway_lift"], "terms": [term, {**term, "covered": False}]},
@@ -124,6 +132,18 @@ def test_a_page_counts_what_was_said(study: ModuleType):
     ]
     page = study.page(records, "this")
     assert "**1 of 7 logs got a false name** (14.3%" in page
+    assert "57.1% were told of the cause" in page
+    nameless = {**records[3], "listed": [], "true": [], "cause": []}
+    assert [study.honest(r) for r in (records[3], {**records[3], "listed": []}, nameless)] == [True, False, True]
     assert "| sensors: gyro scale | 7 | 1 | 2 | 0 | 1 | 0 | 1 | 1 | 1 | 1 | 1 |" in page
     assert "- gyro scale, seed 1 (rich, field, sway_lift): munk_moment" in page
     assert "Of the 2 intervals of right names whose true value is known 1 hold it (50.0%" in page
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [("propeller in its own advance", 300_000), ("gyro with a low-pass", 300_001), ("thrust curve wrong", 300_001)],
+)
+def test_a_world_that_got_a_false_name_gets_none(study: ModuleType, kind: str, seed: int):
+    record = study.judged(kind, seed)
+    assert record["false"] == [], record["headline"]
