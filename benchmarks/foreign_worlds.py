@@ -175,13 +175,14 @@ def page(records: Sequence[Record], command: str) -> str:
     terms = [t for r in records for t in r.get("terms", ())]
     covered = sum(t["covered"] for t in terms)
     seconds = [r["seconds"] for r in records if "seconds" in r] or [0.0]
+    told = sum(map(honest, records)) / total
     shares = ", ".join(f"{word} {words.count(word) / total:.1%}" for word in OUTCOMES)
     head = ("kind", "logs", *OUTCOMES[:6], "the cause listed", *OUTCOMES[6:], "accused")
     parts = [
         "# Foreign worlds",
         f"Written by `{command}`; do not edit. {INTRODUCTION}",
         f"**{false} of {len(records)} logs got a false name** ({false / total:.1%}; at most {MOST:.0%} is asked); with "
-        f"95 % confidence it is below {bound(false, total, 0.95):.1%}. In all: {shares}. {sum(map(honest, records)) / total:.1%} "
+        f"95 % confidence it is below {bound(false, total, 0.95):.1%}. In all: {shares}. {told:.1%} "
         "were told of the cause (at least 90 % is asked): it is named, in part at least, or its sensor, or a term, or, "
         "where it has a name, it is among what the log cannot tell. "
         f"In {sum(accused(r) for r in records)} a sensor or a record that is right was accused.",
