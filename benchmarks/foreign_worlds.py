@@ -155,7 +155,8 @@ def honest(record: Record) -> bool:
     """Whether the cause is named, in part at least, or its sensor, or it is among what the log cannot tell."""
     word = outcome(record)
     if word == "undecided":
-        return bool(record["listed"]) or not (record["true"] or record["part"] or record["cause"])
+        nameless = not (record["true"] or record["part"] or record["cause"] or record["note"] == "nothing hidden")
+        return bool(record["listed"]) or nameless
     return word in ("true", "part", "sensor told", "a term")
 
 

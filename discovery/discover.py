@@ -24,7 +24,7 @@ from .evidence.invariance import beside_changes, invariance, uneven
 from .evidence.lasting_rest import beside_rests, beyond_limits, lasting_rests, left_by_all, many_terms, of_stand_ins
 from .evidence.limits import as_timed, believed, doubts, of_differences, of_other_axes
 from .evidence.mostly_doubted import mostly_doubted
-from .evidence.other_forms import other_forms
+from .evidence.other_forms import judged_in_logs, other_forms
 from .evidence.own_changes import own_changes
 from .evidence.record_errors import beside, compass_error, record_errors
 from .evidence.unjudged_rivals import beside_unjudged
@@ -121,8 +121,8 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     forms = other_forms(forces, there, kept, settings.seed, search.balance)
     changed = own_changes(forces, there, kept, settings.seed, search.balance)
     terms = search.of_kind(state.active, Kind.TERM)
-    # On logs that rollouts judge, the balance always leaves something that follows something.
-    unexplained = forms.found if search.balance.forces else forms.taking
+    # On several logs that rollouts judge, the balance always leaves something that follows something.
+    unexplained = forms.taking if judged_in_logs(search.balance) else forms.found
     left = left_by_all(rests, unexplained, search.settings.materiality)
     left += many_terms([c for c in search.pool if c.key in terms])
     left += beyond_limits(search.pool, [e.key for e in evidence if e.selected and e.at_limit])
@@ -160,7 +160,8 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     }
     crowd = mostly_doubted(evidence, kept, held_back)
     if crowd:
-        held_back = {key: Doubt(Reason.MOSTLY_DOUBTED, crowd) for key in kept} | held_back
+        named = search.of_kind(kept, Kind.EFFECT)
+        held_back = {key: Doubt(Reason.MOSTLY_DOUBTED, crowd) for key in named} | held_back
     rehearsal = None if search.named(state.active) else looked.rehearsal
     grounds = Grounds(
         search=search,

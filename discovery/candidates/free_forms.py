@@ -158,16 +158,20 @@ def _powers(name: str, speed: Array) -> Iterator[_Form]:
 
 
 def _lost_by_turns(vehicle: Vehicle, speeds: Sequence[Array], thrusts: Sequence[Array]) -> Iterator[_Form]:
-    """What propellers lose to the water that each meets, by their turns: K_T falls with J (Fossen 2021, eq. 9.7)."""
+    """What propellers lose to the water that each meets, by their turns: K_T falls with J (Fossen 2021, eq. 9.7).
+
+    The force ahead and the moment; that abeam, of thrusters that are turned, is none of them.
+    """
     u, v, r = speeds
+    takes = "uvr" if any(np.sin(unit.angle) for unit in vehicle.thrusters) else "ur"
     ahead, turning = np.zeros_like(u), np.zeros_like(u)
     for unit, thrust in zip(vehicle.thrusters, thrusts, strict=True):
         along, aside = np.cos(unit.angle), np.sin(unit.angle)
         arm = unit.x * aside - unit.y * along
         lost = np.sqrt(np.abs(thrust)) * (along * u + aside * v + arm * r)
         ahead, turning = ahead + along * lost, turning + arm * lost
-    yield "the turns of the propellers times what they meet", ahead, "u"
-    yield "the same to one side more than to the other", turning, "r"
+    yield "the turns of the propellers times what they meet", ahead, takes
+    yield "the turns of the propellers times what they meet, to one side more than to the other", turning, takes
 
 
 def _pushes(vehicle: Vehicle, thrusts: Sequence[Array]) -> dict[str, Array]:

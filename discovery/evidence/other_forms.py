@@ -101,8 +101,12 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
 
 def least_change(judge: Balance) -> float:
     """Share of an effect's force by which it must change to be another effect, by what judged it."""
-    in_logs = several(np.concatenate([motion.minutes for motion in judge.motions]))
-    return _OTHER_IN_LOGS if in_logs and not judge.forces else _OTHER
+    return _OTHER_IN_LOGS if judged_in_logs(judge) else _OTHER
+
+
+def judged_in_logs(judge: Balance) -> bool:
+    """Whether rollouts of several logs judged: what they name holds in each, and the balance of one is no witness."""
+    return not judge.forces and several(np.concatenate([motion.minutes for motion in judge.motions]))
 
 
 def _given_way(columns: FormColumns, key: str, change: Change, found: Sequence[OtherForm]) -> tuple[OtherForm, str]:

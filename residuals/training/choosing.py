@@ -13,6 +13,7 @@ import numpy as np
 from torch import Tensor
 
 from ...measurements.preparation.dataset import DataSet
+from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ..models.network_model import NetworkModel
 from .checkpoint import cloned
@@ -93,6 +94,9 @@ class Chooser:
         kept : weights of the best epochs by `number/name`
         """
         ranked = self._ranked(history, kept)
+        ranked = (
+            ranked if self.lawful else ranked[:1]
+        )  # what never heard of laws is told of them, and not chosen by them
         for number in ranked if self.auditor is not None else []:
             share = self._shrunk(_of(kept, number))
             if self._passes():
@@ -107,13 +111,18 @@ class Chooser:
         if found.lawful is not False:
             return found
         before = cloned(self.model.network.state_dict())
+        told = bool(self._against)
         for _ in range(_ROUNDS):
-            if self._silent:
+            if not told:
                 break
-            number, weights = again(np.concatenate(self._against))
+            try:
+                number, weights = again(np.concatenate(self._against))
+            except RequestError:  # a loss that is not finite: what was found before is as good as it was
+                break
             share = self._shrunk(weights)
             if self._passes():
                 return Chosen(number, share, True)
+            told = not self._silent
         self.model.network.load_state_dict(before)
         return found
 

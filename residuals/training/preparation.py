@@ -46,8 +46,8 @@ class Prepared:
 
     Attributes
     ----------
-    network : on its device, with fresh weights; of a hybrid it fades beyond the training part already, so that each
-        epoch is judged as the network will be used
+    network : on its device, with fresh weights or those of a start; of a hybrid it fades beyond the training part
+        already, so that each epoch is judged as the network will be used
     objective, judge : loss of a batch, and verdict on an epoch
     asked_at : states u, v, r, heading and commands (n, 4 + thrusters) made ready to be put to the network
     pure : whether the network stands in the place of the physics

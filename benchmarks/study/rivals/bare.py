@@ -23,8 +23,8 @@ EPOCHS = 40
 def bare(choice: Choice, data: Data, vehicle: Vehicle, name: str, seed: int) -> Model:
     """A hybrid that is fitted to the error of the acceleration alone, and does not fade.
 
-    Kept is the average of the weights, as `train` has it, after the epoch of the least validation error. `train` itself
-    puts epochs that keep the laws before others, and among networks that never heard of laws that is often the vehicle.
+    Kept is the average of the weights, as `train` has it, after the epoch of the least validation error. `train` asks
+    rollouts, too, and may keep the vehicle alone.
     """
     settings = TrainingSettings(
         seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu", fade=0.0, lambda_phys=0.0, lambda_smooth=0.0

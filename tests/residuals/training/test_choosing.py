@@ -12,6 +12,7 @@ from training_parts import HULL, fresh, parts_of
 
 from undertow.comparison.audit import audit, witness_of
 from undertow.measurements.preparation.split import Split
+from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
 from undertow.physics.laws.audit.dissipation import Dissipation
 from undertow.physics.laws.audit.gain import Gains
@@ -99,6 +100,41 @@ def test_what_does_not_learn_them_is_left_as_it_was(dragged: Split) -> None:
     assert (said["more"], said["price"]) == (10, found.price)
     blind = train(dragged, HULL, PURE, settings=replace(SHORT, lambda_phys=0.0), auditor=Auditor(0, SOME))
     assert blind.more == 0, "a loss that does not ask for the laws learns none"
+
+
+def test_what_never_learnt_the_laws_is_told_of_them_and_kept_by_its_error(dragged: Split) -> None:
+    nobody = Auditor(0, SOME)
+    found = train(dragged, HULL, Choice("trees"), settings=replace(SHORT, fade=0.0, shrink=False), auditor=nobody)
+    assert [epoch.number for epoch in found.epochs] == [0, 1]
+    assert found.epochs[1].rmse < found.epochs[0].rmse
+    assert (found.best_epoch, found.lawful, len(nobody.asked)) == (1, False, 1)
+
+
+class Fickle(Auditor):
+    """One who meets states against the first model only, and nothing that he could tell of the others."""
+
+    def __call__(self, model: NetworkModel) -> Verdict:
+        verdict = super().__call__(model)
+        return verdict if len(self.asked) == 1 else replace(verdict, against=NONE)
+
+
+@pytest.mark.usefixtures("hasty")
+def test_states_that_were_met_are_learnt_whoever_was_asked_last(dragged: Split) -> None:
+    found = train(dragged, HULL, PURE, settings=SHORT, auditor=Fickle(6, SOME))
+    assert (found.lawful, found.more) == (True, 2)
+
+
+@pytest.mark.usefixtures("hasty")
+def test_a_loss_that_is_not_finite_while_it_learns_them_leaves_all_as_it_was(
+    dragged: Split, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*given: object) -> None:
+        raise RequestError("training: the loss is nan")
+
+    monkeypatch.setattr("undertow.residuals.training.epochs._Run.again", broken)
+    nobody = Auditor(0, SOME)
+    found = train(dragged, HULL, PURE, settings=SHORT, auditor=nobody)
+    assert (found.lawful, numbers(found.model)) == (False, nobody.asked[0])
 
 
 def searching(dragged: Split, seed: int) -> Callable[[NetworkModel], Verdict]:
