@@ -13,34 +13,25 @@ A seed takes some three minutes. It prints a line for each seed and length, and 
 
 import argparse
 import sys
-import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Self
+from dataclasses import replace
 
 import numpy as np
 import torch
-from foreign_causes import Foreign
-from study.foreign_forces import Force, causes
+from unnamed import SECONDS, boats, position, read
 
 from undertow.measurements.prepared_logs import Inputs
-from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull
-from undertow.physics.worlds.world import NOISE
-from undertow.residuals.models.base import Model, VehicleModel
+from undertow.physics.vehicle import Vehicle
+from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.network_model import NetworkModel
-from undertow.residuals.scores import rollout_scores
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.fine_tuning import going_on_from, take_weights
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
-from undertow.workflows.inputs import read_inputs
 
 CAUSES = ("drag with a kink", "thrust lost in turns")
 STARTS = ("fresh weights", "plain start", "start made to be one")
 KNOWN, ROUNDS, PART = 6, 24, 0.5
 """Hulls that a start is made from, how often it goes to one of them, and what part of the way."""
-SECONDS, HORIZON = 240.0, 10.0
 WHOLE = TrainingSettings(device="cpu")
 FEW = replace(WHOLE, epochs=10, averaging=0.0, shrink=False)
 """The way to one hull."""
@@ -48,33 +39,17 @@ TUNED = replace(WHOLE, epochs=60, learning_rate=2e-3)
 """After a start: smaller steps, or the first of them lose it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Boat:
-    """A hull that lacks a cause, whose size goes with the hull."""
-
-    hull: Vehicle
-    push: Force
-    seed: int
-
-    @classmethod
-    def of(cls, cause: str, seed: int) -> Self:
-        """The boat of a seed."""
-        rng = np.random.default_rng([seed, *cause.encode()])
-        hull = random_hull(load_vehicle("blueboat"), rng)
-        return cls(hull, causes(hull, rng)[cause], seed)
-
-    def log(self, seconds: float, noise: str = "field", judge: str = "test") -> Inputs:
-        """A log as the verbs read it; one that judges is of another course."""
-        world = Foreign(self.hull, "rich", seconds, 2 * self.seed + (judge == "all"), force=self.push)
-        with tempfile.TemporaryDirectory() as scratch:
-            path = world.run(NOISE[noise]).write(Path(scratch) / "log.csv")
-            return read_inputs(path, self.hull, judge=judge, progress=None)
+def log_of(cause: str, seed: int, seconds: float = SECONDS, noise: str = "field") -> tuple[Vehicle, Inputs]:
+    """A hull that lacks a cause, and its log; one without noise is of another course, and judges."""
+    hull, world = boats(cause, seed)
+    clean = noise == "clean"
+    driven = replace(world("rich", 2 * seed + clean), duration=seconds)
+    return hull, read(driven, noise, hull, "all" if clean else "test")
 
 
 def made_start(cause: str, first: int, network: str) -> tuple[NetworkModel, NetworkModel]:
     """The network of one hull, and a start that was made from several."""
-    boats = [Boat.of(cause, first + k) for k in range(KNOWN)]
-    known = [(each.hull, each.log(SECONDS)) for each in boats]
+    known = [log_of(cause, first + k) for k in range(KNOWN)]
     hull, inputs = known[0]
     plain = train(inputs.parts.split, hull, Choice(network), settings=WHOLE).model
     start = train(inputs.parts.split, hull, Choice(network), settings=replace(FEW, epochs=1)).model
@@ -88,27 +63,21 @@ def made_start(cause: str, first: int, network: str) -> tuple[NetworkModel, Netw
     return plain, start
 
 
-def error(model: Model, judged: Inputs) -> float:
-    """Error of position in rollouts [m]."""
-    return rollout_scores(model, judged.parts.judged, (HORIZON,))[f"{HORIZON:g}"].position
-
-
 def gains(cause: str, seed: int, minutes: Sequence[float], network: str) -> dict[float, list[float]]:
     """By what share of the vehicle's own error each way errs less, by the length of the new hull's log [min]."""
     starts = [None, *made_start(cause, 1_000 * (seed + 1), network)]
-    boat = Boat.of(cause, seed)
-    hull, judged = boat.hull, boat.log(SECONDS, "clean", "all")
-    alone = error(VehicleModel(hull, "nominal"), judged)
+    hull, judged = log_of(cause, seed, noise="clean")
+    alone = position(VehicleModel(hull, "nominal"), judged)
     found = {}
     for length in minutes:
-        short = boat.log(60.0 * length).parts.split
+        short = log_of(cause, seed, 60.0 * length)[1].parts.split
         ways = [
             train(short, hull, Choice(network), settings=replace(WHOLE, seed=seed))
             if start is None
             else train(short, hull, going_on_from(start), settings=replace(TUNED, seed=seed))
             for start in starts
         ]
-        found[length] = [error(way.model, judged) / alone - 1.0 for way in ways]
+        found[length] = [position(way.model, judged) / alone - 1.0 for way in ways]
     return found
 
 

@@ -15,7 +15,7 @@ from .foreign_faults import Make, between, either
 from .foreign_world import World
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Kind:
     """One kind of foreign world.
 

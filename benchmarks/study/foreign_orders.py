@@ -39,8 +39,8 @@ def ship(rng: np.random.Generator) -> Vehicle:
     """A vessel of 10 to 40 m with two screws that turn it: takes 30 to 200 s to gather way.
 
     Ratios are those of displacement hulls (Fossen 2021, section 6.5; Clarke, Gedling and Hine 1983): length over beam
-    4, beam over draught 3, block coefficient 0.6. The moment of drift is nine tenths that of an ideal fluid less, as
-    viscous lift of the stern takes it, and damping in yaw holds the course.
+    4, beam over draught 3, block coefficient 0.6. The moment of drift is a tenth of that in an ideal fluid, as viscous
+    lift of the stern takes the rest, and damping in yaw holds the course.
     """
     length = rng.uniform(10.0, 40.0)
     mass = 1025.0 * 0.6 * length**3 / 48.0
@@ -50,7 +50,7 @@ def ship(rng: np.random.Generator) -> Vehicle:
     sway, slow = rng.uniform(0.06, 0.12) * way, rng.uniform(0.05, 0.1) * way
     Y_v, munk = m22 / sway, 0.1 * (m22 - m11)
     N_r = max(m33 / slow, 1.5 * munk * m11 * top**2 / Y_v)
-    full = 0.5 * m11 * top / way * 2.0
+    full = m11 * top / way
     values = {
         "name": "ship",
         "mass": mass,
