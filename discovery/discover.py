@@ -121,8 +121,10 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     forms = other_forms(forces, there, kept, settings.seed, search.balance)
     changed = own_changes(forces, there, kept, settings.seed, search.balance)
     terms = search.of_kind(state.active, Kind.TERM)
-    # On several logs that rollouts judge, the balance always leaves something that follows something.
-    unexplained = forms.taking if judged_in_logs(search.balance) else forms.found
+    # On several logs that rollouts judge, the balance always leaves something that follows something, and each log was
+    # left out once: what is named there holds in all others, whatever stands beside it.
+    in_logs = judged_in_logs(search.balance)
+    unexplained = forms.taking if in_logs else forms.found
     left = left_by_all(rests, unexplained, search.settings.materiality)
     left += many_terms([c for c in search.pool if c.key in terms])
     left += beyond_limits(search.pool, [e.key for e in evidence if e.selected and e.at_limit])
@@ -141,7 +143,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
     invariant = beside_changes(invariance(search, final, about), changed)
     sizes = uneven({key: same for key, same in invariant.items() if key not in forms.rivals})
-    left += of_stand_ins(evidence, {*forms.rivals, *sizes}, search.settings.least)
+    left += [] if in_logs else of_stand_ins(evidence, {*forms.rivals, *sizes}, search.settings.least)
     doubtful = sizes | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     doubtful = of_other_axes(evidence, search.pool, kept, search.settings.least) | doubtful
@@ -159,7 +161,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},
     }
     crowd = mostly_doubted(evidence, kept, held_back)
-    if crowd:
+    if crowd and not in_logs:
         named = search.of_kind(kept, Kind.EFFECT)
         held_back = {key: Doubt(Reason.MOSTLY_DOUBTED, crowd) for key in named} | held_back
     rehearsal = None if search.named(state.active) else looked.rehearsal

@@ -40,7 +40,7 @@ class Reason(Enum):
     NOT_IN_MOST_FOLDS = ("not_in_most_folds", "In the corrected model, but not certain: {told}. ({meaning})")
     MOSTLY_DOUBTED = (
         "mostly_doubted",
-        "In the corrected model, but not certain: beside it {told} were found, and most of all this is doubtful. "
+        "In the corrected model, but not certain: beside it {told} were found, and so half of it or more is doubtful. "
         "({meaning})",
     )
     UNFOUND = ("unfound", "In the model because it was asked for, but not certain: {told}. ({meaning})")
