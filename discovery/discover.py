@@ -146,7 +146,8 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     left += [] if in_logs else of_stand_ins(evidence, {*forms.rivals, *sizes}, search.settings.least)
     doubtful = sizes | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
-    doubtful = of_other_axes(evidence, search.pool, kept, search.settings.least) | doubtful
+    if looked.free is None:  # beside numbers that are calibrated, what an effect alone explains is little on any axis
+        doubtful = of_other_axes(evidence, search.pool, kept, search.settings.least) | doubtful
     doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)

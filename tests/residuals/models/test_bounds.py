@@ -29,7 +29,9 @@ def perceptron(activation: int, units: int = 128, layers: int = 1, size: float =
     scale = np.concatenate([0.4 * (HIGH - LOW), np.full(len(HULL.thrusters), 20.0)])
     names = input_names(HULL, False)
     constants = scaling_of(HULL, Standardisation(names, np.zeros(len(names)), scale), np.array([0.1, 0.05, 0.1]))
-    network = build("mlp", constants, {"units": units, "layers": layers, "activation": activation}).double()
+    with torch.random.fork_rng():
+        torch.manual_seed(0)
+        network = build("mlp", constants, {"units": units, "layers": layers, "activation": activation}).double()
     generator = torch.Generator().manual_seed(units + layers)
     with torch.no_grad():
         for parameter in network.parameters():
@@ -83,7 +85,7 @@ def test_a_proof_turns_on_the_knife_edge(activation: int, units: int, layers: in
     model = NetworkModel(HULL, perceptron(activation, units, layers, size=0.5 / layers), 0.1)
     force = share * full_force(HULL)
     most = highest(model, force)
-    assert most > 0.05
+    assert most > 0.01, "this network gives power, so that there is an edge"
     assert bound_power(model, BOX, 1.01 * most, force).proved
     found = bound_power(model, BOX, 0.99 * most, force)
     assert not found.proved
