@@ -161,10 +161,10 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         **{key: Doubt(Reason.OTHER_FORM, rival.told, rival.form) for key, rival in forms.rivals.items()},
         **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},
     }
-    crowd = mostly_doubted(evidence, kept, held_back)
-    if crowd and not (in_logs or search.balance.forces):  # on the force balance axes are fitted apart
-        named = search.of_kind(kept, Kind.EFFECT)
-        held_back = {key: Doubt(Reason.MOSTLY_DOUBTED, crowd) for key in named} | held_back
+    if not in_logs:
+        apart = search.settings.least if search.balance.forces else None
+        crowds = mostly_doubted(evidence, kept, held_back, apart)
+        held_back |= {key: Doubt(Reason.MOSTLY_DOUBTED, crowd) for key, crowd in crowds.items()}
     rehearsal = None if search.named(state.active) else looked.rehearsal
     grounds = Grounds(
         search=search,

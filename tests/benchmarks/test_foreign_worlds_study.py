@@ -147,6 +147,7 @@ def test_a_page_counts_what_was_said(study: ModuleType):
         ("gyro with a low-pass", 300_001),
         ("thrust curve wrong", 300_001),
         ("bank", 310_001),
+        ("antenna off the origin", 310_003),
     ],
 )
 def test_a_world_that_got_a_false_name_gets_none(study: ModuleType, kind: str, seed: int):

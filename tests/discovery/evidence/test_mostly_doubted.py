@@ -32,11 +32,19 @@ def test_half_of_a_model_must_be_doubted(kept: str, doubted: str, many: bool) ->
 
 
 def test_a_single_doubted_effect_is_no_crowd() -> None:
-    assert mostly_doubted(model("a", "b"), "ab", "b") == ""
-    assert mostly_doubted(model(*"abcde"), "abcde", "de") == ""
-    assert mostly_doubted(model(*"abcd"), "abcd", "cd") == "c and d"
+    assert mostly_doubted(model("a", "b"), "ab", "b") == {}
+    assert mostly_doubted(model(*"abcde"), "abcde", "de") == {}
+    assert mostly_doubted(model(*"abcd"), "abcd", "cd") == {"a": "c and d", "b": "c and d"}
 
 
 def test_terms_without_a_name_and_what_was_not_selected_do_not_count() -> None:
     rest = [replace(ONE, key="c", selected=False), replace(ONE, key="yaw:v|v|", kind=Kind.TERM)]
-    assert mostly_doubted([*model("a", "b"), *rest], "a", "") == ""
+    assert mostly_doubted([*model("a", "b"), *rest], "a", "") == {}
+
+
+def test_where_axes_are_fitted_apart_those_on_its_own_count() -> None:
+    drag = replace(ONE, key="drag", share=np.array([0.3, 0.0, 0.001]))
+    others = [replace(ONE, key=key, share=np.array([0.0, 0.0, 0.1])) for key in ("arm", "lift", "coupling")]
+    found = [drag, *others]
+    assert mostly_doubted(found, ("drag", "arm"), (), 0.007) == {"arm": "lift and coupling"}
+    assert set(mostly_doubted(found, ("drag", "arm"), ())) == {"drag", "arm"}
