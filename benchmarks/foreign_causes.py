@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from study.foreign_forces import SECONDS, Force, causes
 from study.judging import compared
-from study.resumed import Study, bound, carried_out, in_a_table
+from study.resumed import Study, bound, carried_out, in_a_table, times_told
 from study.worlds import Values, merged
 
 from undertow.discovery.reason import Reason
@@ -175,7 +175,6 @@ def page(records: Sequence[Record], command: str) -> str:
     others = sum(outcome(r) == "false" for r in pairs)
     doubted = sum(bool(r.get("doubted")) for r in pairs)
     covered = sum(t["covered"] for t in terms)
-    seconds = [r["seconds"] for r in records if "seconds" in r] or [0.0]
     parts = [
         "# Causes without a name",
         f"Written by `{command}`; do not edit. {INTRODUCTION}",
@@ -195,8 +194,7 @@ def page(records: Sequence[Record], command: str) -> str:
         f"{others} another, and in {doubted} a right name was doubted because of a form. Of the {len(terms)} intervals "
         f"of those that were rightly named {covered} hold the truth ({covered / max(len(terms), 1):.1%}; 92 to 98 % is "
         "asked).",
-        f"An answer took {np.median(seconds):.1f} s in the median, nine of ten at most "
-        f"{np.percentile(seconds, 90.0):.1f} s, the longest {max(seconds):.0f} s.",
+        times_told(records),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
 

@@ -27,7 +27,7 @@ from study.foreign_kinds import KINDS, prepare
 from study.foreign_orders import DRAWN, boat
 from study.foreign_sensors import NOISES
 from study.foreign_world import World
-from study.resumed import Study, bound, carried_out, in_a_table
+from study.resumed import Study, bound, carried_out, in_a_table, times_told
 
 from undertow.discovery.findings import Findings
 from undertow.physics.errors import LogError, RequestError, VehicleError
@@ -176,7 +176,6 @@ def page(records: Sequence[Record], command: str) -> str:
     total = max(len(records), 1)
     terms = [t for r in records for t in r.get("terms", ())]
     covered = sum(t["covered"] for t in terms)
-    seconds = [r["seconds"] for r in records if "seconds" in r] or [0.0]
     told = sum(map(honest, records)) / total
     shares = ", ".join(f"{word} {words.count(word) / total:.1%}" for word in OUTCOMES)
     head = ("kind", "logs", *OUTCOMES[:6], "the cause listed", *OUTCOMES[6:], "accused")
@@ -197,8 +196,7 @@ def page(records: Sequence[Record], command: str) -> str:
         ),
         f"Of the {len(terms)} intervals of right names whose true value is known {covered} hold it "
         f"({covered / max(len(terms), 1):.1%}; 92 to 98 % is asked).",
-        f"An answer took {np.median(seconds):.1f} s in the median, nine of ten at most "
-        f"{np.percentile(seconds, 90.0):.1f} s, the longest {max(seconds):.0f} s.",
+        times_told(records),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
 

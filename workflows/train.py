@@ -19,17 +19,17 @@ from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json
 from ..physics.folders import held, put_right
 from ..physics.forces import at_beginning
-from ..physics.frames import AXES
-from ..physics.in_words import listing, percent, unit_text
+from ..physics.in_words import percent
 from ..physics.reading import Plain
 from ..physics.stage import Say
 from ..reports.terminal.progress import SHOWN, showing
 from ..reports.terminal.training_progress import epochs_told
+from ..reports.training_words import broken_laws, left_in_words, share_in_words, what_it_holds, what_laws_took
 from ..residuals.left_to_learn import Left, left_to_learn
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, load_network, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
-from ..residuals.scores import ACCELERATION_UNITS, evaluate
+from ..residuals.scores import evaluate
 from ..residuals.training.training_settings import Choice, TrainingSettings
 from .run_folder.targets import check_target_folder
 
@@ -40,10 +40,6 @@ if TYPE_CHECKING:
     from ..residuals.training.history import Epoch
 
 TRAIN_SCHEMA = "undertow.train/1"
-_DEAR = 0.1
-"""Share of the validation error that the law may cost before it is worth a sentence: neighbouring epochs differ by some
-per cent by themselves."""
-
 _MANY = 0.05
 """Share of the judged rows beyond what a network has seen that is worth a sentence: few rows decide no error."""
 
@@ -91,10 +87,10 @@ class TrainRun:
             than = "the vehicle alone" if found.start is None else f"the network {found.start} as it was"
             told.append(f"No epoch was better than {than}, so the network is as it began.")
         elif found.share < 1.0:
-            told.append(_in_words(found.share))
-        told += [*self._beyond(), *_what_it_holds(self.models[-1])]
-        told += _the_laws(found)
-        return [*told, *_broken_laws(self.models[-1])]
+            told.append(share_in_words(found.share))
+        told += [*self._beyond(), *what_it_holds(self.models[-1])]
+        told += what_laws_took(found)
+        return [*told, *broken_laws(self.models[-1])]
 
     def _beyond(self) -> list[str]:
         """At how many of the judged rows the correction is nothing; nothing where it is at few, or does not fade."""
@@ -132,78 +128,6 @@ class TrainRun:
                 "notes": list(self.inputs.notes),
             },
         }
-
-
-def _broken_laws(model: ComparedModel) -> list[str]:
-    """Which laws the audit found broken, and where the states are told; nothing where it kept them all."""
-    broken = [law.law for law in model.laws if law.outcome == "fail"]
-    if not broken:
-        return []
-    return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]
-
-
-def _what_it_holds(model: ComparedModel) -> list[str]:
-    """What its interval holds of the judged rows that are like those of training; nothing where none is."""
-    found = model.interval
-    if found is None or found.inside.share is None:
-        return []
-    shares = listing([f"{percent(found.inside.share.of(axis))} in {axis}" for axis in AXES])
-    return [
-        f"Of the judged rows within what it has seen, its {percent(found.level)} interval of the acceleration holds "
-        f"{shares}."
-    ]
-
-
-def _in_words(share: float) -> str:
-    """How much of a correction holds where it was not trained."""
-    if share == 0.0:
-        return (
-            "Nothing learnt that holds: on the validation part no share of the correction predicts better than the "
-            "vehicle alone, so it is taken away. Use the vehicle as it is, or train on more varied logs."
-        )
-    return f"On the validation part {percent(share)} of the correction predicts best, so the rest is taken away."
-
-
-def _the_laws(found: "Trained") -> list[str]:
-    """Whether it keeps the laws, what that took, and its price."""
-    asked = "that 'undertow check' asks over these logs"
-    after = f"{found.more} epochs more at the states where they broke them"
-    price = f"the validation error is then {100.0 * found.price:.1f} % above the least"
-    if found.lawful and not found.more:
-        return [f"It keeps every law {asked}.", *_price_of_the_law(found)]
-    if found.lawful:
-        return [f"Its best epochs did not keep every law {asked}. It does after {after}; {price}."]
-    tried = f" and did not after {after}; {price}" if found.more else ", nor did the epochs next best"
-    return [
-        f"It does not keep the laws {asked}{tried}: try a larger --lambda-phys, or --residual dissipative, whose "
-        "correction creates no energy."
-    ]
-
-
-def _price_of_the_law(found: "Trained") -> list[str]:
-    """What the kept epoch gives away against the best one that breaks the laws, where that is much."""
-    kept, best = found.epochs[found.best_epoch - found.epochs[0].number], min(found.epochs, key=lambda e: e.rmse)
-    if best.rmse > (1.0 - _DEAR) * kept.rmse:
-        return []
-    return [
-        f"Epoch {best.number} had a validation error of {best.rmse:.3g} and not {kept.rmse:.3g}, but breaks the laws: "
-        "try a larger --lambda-phys, or other physics under it."
-    ]
-
-
-def left_in_words(left: Left) -> str:
-    """What a vehicle leaves to learn on each axis and in rollouts, and how much of that no model explains."""
-    told = []
-    for axis, error, floor, learnable in zip(AXES, left.error, left.floor, left.learnable, strict=True):
-        unit = unit_text(ACCELERATION_UNITS[axis])
-        what = "more than" if learnable else "no more than"
-        told.append(f"in {axis} the vehicle errs by {error:.2g} {unit}, {what} noise and preparation ({floor:.2g})")
-    if left.horizon:
-        told.append(
-            f"over {left.horizon:g} s it is off by {left.position:.2g} m, where noise and preparation alone make "
-            f"{left.position_floor:.2g} m"
-        )
-    return "; ".join(told)
 
 
 def _left(inputs: Inputs, settings: TrainingSettings) -> Left:

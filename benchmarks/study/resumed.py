@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
+import numpy as np
 from joblib import Parallel, delayed
 
 from .fingerprint import fingerprint
@@ -115,3 +116,13 @@ def in_a_table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     """A table in Markdown, its first column to the left."""
     lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
     return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
+
+
+def times_told(records: Sequence[Mapping[str, Any]]) -> str:
+    """How long answers took, in words, of records that have `seconds`."""
+    seconds = [r["seconds"] for r in records if "seconds" in r] or [0.0]
+    median, most = np.percentile(seconds, (50.0, 90.0))
+    return (
+        f"An answer took {median:.1f} s in the median, nine of ten at most {most:.1f} s, the longest "
+        f"{max(seconds):.0f} s."
+    )

@@ -299,8 +299,8 @@ def test_epochs_beyond_the_last_are_those_at_states_against_the_laws() -> None:
 
 
 def test_what_the_laws_took_and_cost_is_told(place: Path) -> None:
+    from undertow.reports.training_words import what_laws_took
     from undertow.residuals.training.trained import Trained
-    from undertow.workflows.train import _the_laws
 
     model = load_network(place / "M")
     errors = (1.0, 0.5, 0.51, 0.6)
@@ -308,7 +308,7 @@ def test_what_the_laws_took_and_cost_is_told(place: Path) -> None:
 
     def told(lawful: bool, more: int, best: int) -> str:
         found = Trained(model, epochs, more, best, 1.0, lawful, "done", undertow.TrainingSettings())
-        return " ".join(_the_laws(found))
+        return " ".join(what_laws_took(found))
 
     assert told(True, 0, 1) == "It keeps every law that 'undertow check' asks over these logs."
     assert "Epoch 1 had a validation error of 0.5 and not 1" in told(True, 0, 0)
