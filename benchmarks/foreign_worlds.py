@@ -45,9 +45,10 @@ OUTCOMES = ("false", "true", "part", "sensor told", "a term", "undecided", "pass
 INTRODUCTION = f"""Each log has random hull, programme, noise and size of the cause. False: an effect was called missing
 that is neither hidden nor a fair part of what is. True: all that is hidden was called missing, or nothing material is
 hidden and nothing was. Part: what was called missing is a part of it. Sensor told: nothing was called missing, and the
-sensor or the record is told. A term: only terms without a name. Undecided; the cause listed: of these, the cause is
-among what may be there. Passed by: nothing missing, though rollouts of 10 s part by {_MATERIAL:.0%} and more. Refused:
-the log was taken for a broken one. Accused, whatever the answer: a sensor or a record was told that is right."""
+sensor or the record is told, if need be by a refusal that says what of it is wrong. A term: only terms without a name.
+Undecided; the cause listed: of these, the cause is among what may be there. Passed by: nothing missing, though rollouts
+of 10 s part by {_MATERIAL:.0%} and more. Refused: the log was taken for a broken one, for another reason than its own.
+Accused, whatever the answer: a sensor or a record was told that is right."""
 NAMES = tuple(KINDS)
 
 
@@ -114,7 +115,7 @@ def said(findings: Findings, world: World) -> Record:
         "false": [c.effect for c in missing if c.effect not in fair],
         "unnamed": [t.symbol for t in findings.unnamed],
         "sensors": sorted({s.error for s in findings.sensors if s.verdict == "present"}),
-        "listed": sorted(possible & fair) + sorted(doubted & world.sensors),
+        "listed": sorted(possible & fair) + sorted((possible | doubted) & world.sensors),
         "possible": sorted(possible),
         "headline": findings.headline[:300],
         "terms": [
@@ -133,7 +134,8 @@ def said(findings: Findings, world: World) -> Record:
 def outcome(record: Record) -> str:
     """In a word, what a log was answered."""
     if record["verdict"] == "refused":
-        return "refused"
+        words = KINDS[record["kind"]].refusal
+        return "sensor told" if words and words in record["told"] else "refused"
     if record["false"]:
         return "false"
     if record["missing"]:

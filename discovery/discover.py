@@ -199,7 +199,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
             why = WHY_TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
             findings = findings.but(verdict="undecided", headline=TOO_SHORT, reasons=(why,))
-    notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
+    notes = (*looked.notes, *(s.sentence for s in findings.sensors if s.verdict != "no evidence"))
     basis.forces.forget()
     return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, unseen, notes, hidden)
 

@@ -98,23 +98,11 @@ def select(basis: Basis, say: Say) -> Selected:
     RequestError
         when the log is too short for a few blocks of rollouts.
     """
-    if basis.rolls:
-        return _on_rollouts(basis, say)
-    looked = _on_forces(basis, say)
-    if not (basis.sensed and leaves_structure(looked.search, looked.state)):
-        return looked
-    # What no model explains is no white noise, and the names of such a model are those of stand-ins.
-    rolling = basis.rolling(LEAVES)
-    try:
-        rolling.balance()
-    except RequestError:  # too short for that
-        return looked
-    say(rolling.why)
-    return _on_rollouts(rolling, say)
+    return _on_rollouts(basis, say) if basis.rolls else _on_forces(basis, say)
 
 
 def _on_forces(basis: Basis, say: Say) -> Selected:
-    """Search the catalogue, then terms where named effects leave structure; rollouts may object."""
+    """Search the catalogue, then terms where named effects leave structure; rollouts may object, or judge."""
     weak, search, free = basis.forces, basis.instant, None
     nominal, seed = basis.nominal, basis.settings.seed
     if basis.settings.refit and not weak.claimed:
@@ -131,6 +119,13 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
         say(Stage("named effects leave structure: looking for terms that nobody has named"))
         search, state = _with_terms(weak, search, state, say)
     state = in_plain_words(search, state)
+    if basis.sensed and leaves_structure(search, state):
+        # What no model explains is no white noise, and the names of such a model are those of stand-ins.
+        weak.forget()
+        rolling = basis.rolling(LEAVES)
+        if _long_enough(rolling):
+            say(rolling.why)
+            return _on_rollouts(rolling, say)
     say(Stage("weighing the evidence", WEIGHING))
     if search.pool != pool:
         rehearsal = rehearse(search, nominal, search.nuisances)
@@ -159,6 +154,15 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
         notes=basis.told,
         free=free,
     )
+
+
+def _long_enough(rolling: Basis) -> bool:
+    """Whether a log has rollouts enough to judge by."""
+    try:
+        rolling.balance()
+    except RequestError:
+        return False
+    return True
 
 
 def _on_rollouts(basis: Basis, say: Say) -> Selected:

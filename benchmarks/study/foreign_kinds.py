@@ -28,6 +28,7 @@ class Kind:
     sensors : errors of sensors or of the record that are the cause
     honest : why, and what an honest answer would be
     hides : whether every second world has one effect of the catalogue beside it
+    refusal : words of a refusal that tells the cause
     """
 
     group: str
@@ -37,6 +38,7 @@ class Kind:
     sensors: tuple[str, ...] = ()
     honest: str = ""
     hides: bool = False
+    refusal: str = ""
 
 
 _HULL = "the thrust and the plane are those of the file"
@@ -109,6 +111,7 @@ KINDS: dict[str, Kind] = {
         sensors=("velocity_latency", "channel_offset"),
         honest=_RIGHT,
         hides=True,
+        refusal="tell of different instants",
     ),
     "antenna off the origin": Kind(
         "sensors",
@@ -131,7 +134,13 @@ KINDS: dict[str, Kind] = {
         sensors=("water_speed",),
         honest="the water moves and speeds are through it: the speed log is to be told, or the current",
     ),
-    "outliers": Kind("sensors", lambda w: w.spoils.append(sensors.spikes), honest=_RECORD, hides=True),
+    "outliers": Kind(
+        "sensors",
+        lambda w: w.spoils.append(sensors.spikes),
+        honest=_RECORD,
+        hides=True,
+        refusal="stand far out of their record",
+    ),
     "missing stretches": Kind("sensors", lambda w: w.spoils.append(sensors.gaps), honest=_RECORD, hides=True),
     "satellite velocity that is smoothed": Kind(
         "sensors",
@@ -139,6 +148,7 @@ KINDS: dict[str, Kind] = {
         sensors=("velocity_latency", "channel_offset"),
         honest=_RIGHT,
         hides=True,
+        refusal="tell of different instants",
     ),
     "current that turns": Kind(
         "changes",

@@ -76,7 +76,12 @@ def compass_error(compass: Compass) -> tuple[SensorError, ...]:
 
 
 def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
-    """Findings with the errors of the record, and the delay that would look like one as its look-alike."""
+    """Findings with the errors of the record, and the delay that would look like one as its look-alike.
+
+    An offset of the commands is told by the model beside which it was fitted: where that is not certain, nor is this.
+    """
+    if findings.verdict == "undecided" or findings.unnamed:
+        sensors = tuple(map(_in_doubt, sensors))
     offsets = [s for s in sensors if s.error == "channel_offset"]
     late = any(s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in offsets)
     candidates = tuple(
@@ -84,6 +89,13 @@ def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
         for c in findings.candidates
     )
     return findings.but(sensors=sensors, candidates=tuple(sorted(candidates, key=lambda c: c.rank)))
+
+
+def _in_doubt(sensor: SensorError) -> SensorError:
+    if (sensor.error, sensor.verdict) != ("channel_offset", "present"):
+        return sensor
+    told = f"{sensor.sentence.split('. ')[0]}; the model beside which that was found is not certain itself."
+    return sensor.but(verdict="possible", sentence=told.replace("commands act", "commands may act"))
 
 
 def _alike(delay: FoundEffect) -> FoundEffect:
