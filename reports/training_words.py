@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from ..comparison.facts import ComparedModel
 from ..physics.frames import AXES
-from ..physics.in_words import listing, percent, unit_text
+from ..physics.in_words import counted, listing, percent, unit_text
 from ..residuals.left_to_learn import Left
 from ..residuals.scores import ACCELERATION_UNITS
 
@@ -49,16 +49,17 @@ def share_in_words(share: float) -> str:
 def what_laws_took(found: "Trained") -> list[str]:
     """Whether it keeps the laws, what that took, and its price."""
     asked = "that 'undertow check' asks over these logs"
-    after = f"{found.more} epochs more at the states where they broke them"
+    after = f"{counted(found.more, 'epoch')} more at the states where they broke them"
     price = f"the validation error is then {100.0 * found.price:.1f} % above the least"
     if found.lawful and not found.more:
         return [f"It keeps every law {asked}.", *_price_of_the_law(found)]
     if found.lawful:
         return [f"Its best epochs did not keep every law {asked}. It does after {after}; {price}."]
     tried = f" and did not after {after}; {price}" if found.more else ", nor did the epochs next best"
+    hears = found.model.network.name != "trees" and found.settings.lambda_phys > 0.0
+    what = "a larger --lambda-phys" if hears else "a network and --lambda-phys that hear of the laws"
     return [
-        f"It does not keep the laws {asked}{tried}: try a larger --lambda-phys, or --residual dissipative, whose "
-        "correction creates no energy."
+        f"It does not keep the laws {asked}{tried}: try {what}, or --residual dissipative, which creates no energy."
     ]
 
 

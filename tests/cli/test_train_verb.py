@@ -312,12 +312,12 @@ def test_what_the_laws_took_and_cost_is_told(place: Path) -> None:
 
     assert told(True, 0, 1) == "It keeps every law that 'undertow check' asks over these logs."
     assert "Epoch 1 had a validation error of 0.5 and not 1" in told(True, 0, 0)
-    assert "It does after 1 epochs more at the states where they broke them; the validation error is then 20.0 %" in (
+    assert "It does after 1 epoch more at the states where they broke them; the validation error is then 20.0 %" in (
         told(True, 1, 3)
     )
     assert "nor did the epochs next best: try" in told(False, 0, 1)
     assert (
-        "and did not after 1 epochs more at the states where they broke them; the validation error is then 20.0 %"
+        "and did not after 1 epoch more at the states where they broke them; the validation error is then 20.0 %"
         in (told(False, 1, 1))
     )
 
