@@ -14,7 +14,6 @@ from ..physics.freed_memory import hand_back
 from ..physics.motion import Motion
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
-from .balance.sensor_errors import misalignment
 from .basis import Basis, choose
 from .calibration.beside_effects import with_calibration
 from .candidates.candidate import Kind
@@ -22,14 +21,13 @@ from .candidates.nuisance import CALIBRATED
 from .evidence.inclusion import inclusion
 from .evidence.invariance import beside_changes, invariance, uneven
 from .evidence.lasting_rest import beside_rests, beyond_limits, lasting_rests, left_by_all, many_terms, of_stand_ins
-from .evidence.limits import as_timed, believed, doubts, of_differences, of_other_axes
+from .evidence.limits import as_timed, doubts, in_step, of_differences, of_other_axes
 from .evidence.mostly_doubted import mostly_doubted
 from .evidence.other_forms import judged_in_logs, other_forms
 from .evidence.own_changes import own_changes
-from .evidence.record_errors import beside, compass_error, record_errors
+from .evidence.record_errors import beside, clocks, compass_error, record_errors
 from .evidence.unjudged_rivals import beside_unjudged
 from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
-from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
 from .findings import Findings
 from .fold_models import FoldModels, fold_models
@@ -39,7 +37,6 @@ from .lawful.passivity import lawful_model
 from .reason import Reason
 from .search.bootstrap import Interval, intervals
 from .search.command_resolution import within_resolution
-from .search.floating import Search, State
 from .selection import Selected, select
 from .settings import DiscoverySettings
 
@@ -111,7 +108,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     """Keep the effects that are sure, fit them under the laws, and say what was found."""
     basis, nominal, settings = looked.basis, looked.basis.nominal, looked.basis.settings
     search, state = looked.search, looked.state
-    evidence = _in_step(looked.evidence, search, state)
+    evidence = in_step(looked.evidence, search.pool, nominal, state.vehicle, search.balance.motions)
     kept = tuple(e.key for e in evidence if e.sure)
     final = settle(search, state, kept, settings.shooting)
     if kept and not search.named(final.active):
@@ -185,7 +182,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
     findings = conclude(grounds, advice, unmeasured(looked.motions))
     findings = findings.but(folds=folds)
-    sensors = record_errors(search, final.vehicle, final.active, found)
+    sensors = (*clocks(search.balance.motions), *record_errors(search, final.vehicle, final.active, found))
     sensors = (*(hidden.findings if hidden else ()), *sensors)
     if basis.rolls:
         sensors = (*compass_error(compass_shown(basis.forces.motions)), *sensors)
@@ -202,15 +199,3 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     notes = (*looked.notes, *(s.sentence for s in findings.sensors if s.verdict != "no evidence"))
     basis.forces.forget()
     return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, unseen, notes, hidden)
-
-
-def _in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list[Evidence]:
-    """The evidence, with a lag or a delay doubted where the log's own channels are as far out of step."""
-    if not {"thruster_lag", "input_delay"} & set(state.active):
-        return list(evidence)
-    late = misalignment(search.balance.motions)
-    pool = {candidate.key: candidate for candidate in search.pool}
-    return [
-        believed(e, late, pool[e.key], [state.vehicle.value(s) for s in pool[e.key].symbols]) if e.selected else e
-        for e in evidence
-    ]

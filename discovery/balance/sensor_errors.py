@@ -55,8 +55,15 @@ def nuisances(motions: Sequence[Motion]) -> Nuisances:
 def misalignment(motions: Sequence[Motion]) -> float:
     """How far the channels of motions are out of step with each other [s], 0 where it is no more than rounding.
 
-    The median offset between compass and gyro over the motions of at least 20 s that turn enough to tell, or what the
-    reader of a log could not tell of its clocks, whichever is more.
+    Compass and gyro, or what the reader of a log could not tell of its clocks, whichever is more.
+    """
+    return max([abs(gyro_lateness(motions)), *(motion.out_of_step for motion in motions)])
+
+
+def gyro_lateness(motions: Sequence[Motion]) -> float:
+    """By how much the gyro tells of a motion later than the compass does [s], 0 where it is no more than rounding.
+
+    The median over the motions of at least 20 s that turn enough to tell.
     """
     offsets = []
     for motion in motions:
@@ -64,6 +71,5 @@ def misalignment(motions: Sequence[Motion]) -> float:
             turning = np.gradient(motion.heading, motion.time_step), motion.velocity[:, 2]
             offset = align("the compass", "the gyro", turning, motion.time_step).offset
             if offset is not None:
-                offsets.append(abs(offset) if abs(offset) > _OUT_OF_STEP * motion.time_step else 0.0)
-    unknown = max((motion.out_of_step for motion in motions), default=0.0)
-    return max(float(np.median(offsets)) if offsets else 0.0, unknown)
+                offsets.append(offset if abs(offset) > _OUT_OF_STEP * motion.time_step else 0.0)
+    return float(np.median(offsets)) if offsets else 0.0

@@ -3,9 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from ...physics.matrices import damping_matrix
 from ...physics.motion import Motion
 from ...physics.possible_hulls import impossible
 from ...physics.vehicle import Vehicle
+from ..balance.sensor_errors import misalignment
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..search.bootstrap import Interval
@@ -29,7 +33,9 @@ _WIDER = 0.5
 standard deviations, of estimates that a dozen blocks give."""
 _CLEARLY = 2.0
 """Times the misalignment that a lag or a delay must exceed to be believed."""
-_TIMES = ("lag", "delay")
+_TIMES, _INERTIA = ("lag", "delay"), "N_rdot"
+_FASTER = 0.01
+"""Share by which turning is faster where the slope of its damping is taken."""
 _ELSEWHERE = "where it acts it explains next to nothing, and what asks for it is the force on another axis"
 
 
@@ -135,15 +141,30 @@ def _of(
     return ""
 
 
-def believed(e: Evidence, late: float, candidate: Candidate, values: Sequence[float]) -> Evidence:
-    """Evidence for a lag or a delay, doubted when it is not clearly larger than the log's own misalignment.
+def in_step(
+    evidence: Sequence[Evidence], pool: Sequence[Candidate], nominal: Vehicle, found: Vehicle, motions: Sequence[Motion]
+) -> list[Evidence]:
+    """The evidence, with what is not clearly more than the log's own misalignment doubted: a lag, a delay, an inertia.
 
-    Parameters
-    ----------
-    late : misalignment of the channels [s]
-    values : of the candidate's parameters
+    Of an inertia in yaw it is the time by which damping lags behind the gyro: with r T late, (I - N_rdot) dr/dt + N(r)
+    = tau reads as if N_rdot were less by T dN/dr.
     """
-    times = [v for p, v in zip(candidate.parameters, values, strict=True) if p.symbol in _TIMES]
-    if e.selected and late > 0.0 and times and max(times) <= _CLEARLY * late:
-        return replace(e, out_of_step=late)
-    return e
+    parameters = {candidate.key: candidate.symbols for candidate in pool}
+    timed = {e.key: _times(parameters[e.key], nominal, found, motions) for e in evidence if e.selected}
+    if not any(timed.values()):
+        return list(evidence)
+    late = misalignment(motions)
+    small = {key for key, times in timed.items() if times and late > 0.0 and max(times) <= _CLEARLY * late}
+    return [replace(e, out_of_step=late) if e.key in small else e for e in evidence]
+
+
+def _times(symbols: Sequence[str], nominal: Vehicle, found: Vehicle, motions: Sequence[Motion]) -> list[float]:
+    """The times that stand for parameters [s]."""
+    times = [found.value(symbol) for symbol in symbols if symbol in _TIMES]
+    if _INERTIA in symbols:
+        usual = np.sqrt(np.mean(np.concatenate([m.velocity**2 for m in motions]), axis=0)) * (1.0, 0.0, 1.0)
+        faster = usual * (1.0, 0.0, 1.0 + _FASTER)
+        slow, fast = ((damping_matrix(found, nu) @ nu)[2] for nu in (usual, faster))
+        slope = abs(fast - slow) / max(faster[2] - usual[2], 1e-12)
+        times.append(abs(found.value(_INERTIA) - nominal.value(_INERTIA)) / max(slope, 1e-12))
+    return times

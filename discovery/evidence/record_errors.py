@@ -1,14 +1,15 @@
 """What the log's own record is found to do wrong, beside which every effect was judged."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import numpy as np
 
 from ...measurements.compass import Compass
 from ...physics.effects import BY_NAME
+from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.sensor_errors import STRAIGHT_RUNS
+from ..balance.sensor_errors import STRAIGHT_RUNS, gyro_lateness
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Kind
 from ..findings import Findings, SensorError
@@ -62,6 +63,19 @@ def record_errors(
     return tuple(found)
 
 
+def clocks(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
+    """The finding on a gyro and a compass that tell of the same turns at different instants."""
+    late = gyro_lateness(motions)
+    if abs(late) <= max(motion.time_step for motion in motions):
+        return ()
+    first, second = ("gyro", "compass") if late > 0.0 else ("compass", "gyro")
+    told = (
+        f"The {first} tells of turns {abs(late):.2g} s later than the {second} does: it is filtered, or stamped late. "
+        "Nothing is corrected for it, and a lag, a delay or an inertia in yaw that it may look like is not certain."
+    )
+    return (SensorError(error="channel_offset", verdict="present", sentence=told),)
+
+
 def compass_error(compass: Compass) -> tuple[SensorError, ...]:
     """The finding on a compass whose deviation is plain on straight runs, and for which the motion was corrected."""
     if not compass.plain:
@@ -82,7 +96,7 @@ def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
     """
     if findings.verdict == "undecided" or findings.unnamed:
         sensors = tuple(map(_in_doubt, sensors))
-    offsets = [s for s in sensors if s.error == "channel_offset"]
+    offsets = [s for s in sensors if s.error == "channel_offset" and s.terms]
     late = any(s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in offsets)
     candidates = tuple(
         _alike(c) if late and (c.effect, c.verdict) == ("input_delay", "no evidence") else c
@@ -92,7 +106,7 @@ def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
 
 
 def _in_doubt(sensor: SensorError) -> SensorError:
-    if (sensor.error, sensor.verdict) != ("channel_offset", "present"):
+    if (sensor.error, sensor.verdict) != ("channel_offset", "present") or not sensor.terms:
         return sensor
     told = f"{sensor.sentence.split('. ')[0]}; the model beside which that was found is not certain itself."
     return sensor.but(verdict="possible", sentence=told.replace("commands act", "commands may act"))
