@@ -134,6 +134,8 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
     yield from _lost_by_turns(vehicle, speeds, thrusts)
     for (of, thrust), (beside_it, other) in combinations(pushes.items(), 2):
         yield f"{of} times {beside_it}", thrust * other, ""
+        yield f"how unlike {of} and {beside_it} are", np.abs(thrust - other), ""
+        yield f"how unlike {of} and {beside_it} are, squared", (thrust - other) ** 2, ""
     changing = _changing(vehicle, speeds, thrusts)
     yield from _setting_in(changing, onsets(minutes, _SETS_IN))
     for name, (signal, takes) in changing.items():

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import add_effects
+from undertow.discovery.balance.sensor_errors import gyro_lateness
 from undertow.discovery.candidates.nuisance import calibratable
 from undertow.discovery.discover import find_missing
+from undertow.discovery.evidence.record_errors import beside
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import read_log
@@ -121,3 +123,24 @@ def test_a_delay_within_the_step_of_the_record_is_its_look_alike():
     assert [s.verdict for s in findings.sensors] == ["present"]
     delay = next(c for c in findings.candidates if c.effect == "input_delay")
     assert (delay.verdict, delay.indistinguishable_from) == ("possible", ("channel_offset",))
+
+
+@pytest.mark.parametrize("late", [2, 4])
+def test_a_gyro_that_is_late_is_told_and_is_no_inertia(late):
+    motion = simulate_world(HULL, {}, programme="gentle", duration=240.0, noise="field", seed=5).motion()
+    velocity = motion.velocity.copy()
+    velocity[late:, 2] = velocity[:-late, 2]
+    findings = find_missing([replace(motion, velocity=velocity)], HULL).findings
+    assert findings.missing == ()
+    (told,) = [s for s in findings.sensors if s.verdict == "present"]
+    assert told.sentence.startswith("The gyro tells of turns 0.")
+    assert gyro_lateness([replace(motion, velocity=velocity)]) == pytest.approx(late * motion.time_step, abs=0.005)
+
+
+def test_an_offset_beside_a_model_that_is_not_certain_is_only_possible():
+    late = zigzag(0.06, effects={"yaw_quadratic_damping": 1.0})
+    sure = find_missing([late], HULL).findings
+    doubted = beside(sure.but(verdict="undecided"), sure.sensors)
+    assert [s.verdict for s in sure.sensors] == ["present"]
+    assert [s.verdict for s in doubted.sensors] == ["possible"]
+    assert "is not certain itself" in doubted.sensors[0].sentence
