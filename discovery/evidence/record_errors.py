@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from ...measurements.compass import Compass
-from ...physics.effects import BY_NAME
+from ...physics.effects import BY_NAME, COMMAND_OFFSET
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.sensor_errors import STRAIGHT_RUNS, gyro_lateness
@@ -73,7 +73,8 @@ def clocks(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
         f"The {first} tells of turns {abs(late):.2g} s later than the {second} does: it is filtered, or stamped late. "
         "Nothing is corrected for it, and a lag, a delay or an inertia in yaw that it may look like is not certain."
     )
-    return (SensorError(error="channel_offset", verdict="present", sentence=told),)
+    terms = (FoundTerm(symbol="gyro_latency", value=late, unit="s"),)
+    return (SensorError(error="channel_offset", verdict="present", sentence=told, terms=terms),)
 
 
 def compass_error(compass: Compass) -> tuple[SensorError, ...]:
@@ -96,8 +97,7 @@ def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
     """
     if findings.verdict == "undecided" or findings.unnamed:
         sensors = tuple(map(_in_doubt, sensors))
-    offsets = [s for s in sensors if s.error == "channel_offset" and s.terms]
-    late = any(s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in offsets)
+    late = any(_of_commands(s) and s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in sensors)
     candidates = tuple(
         _alike(c) if late and (c.effect, c.verdict) == ("input_delay", "no evidence") else c
         for c in findings.candidates
@@ -105,8 +105,12 @@ def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
     return findings.but(sensors=sensors, candidates=tuple(sorted(candidates, key=lambda c: c.rank)))
 
 
+def _of_commands(sensor: SensorError) -> bool:
+    return [term.symbol for term in sensor.terms] == [COMMAND_OFFSET.symbol]
+
+
 def _in_doubt(sensor: SensorError) -> SensorError:
-    if (sensor.error, sensor.verdict) != ("channel_offset", "present") or not sensor.terms:
+    if not _of_commands(sensor) or sensor.verdict != "present":
         return sensor
     told = f"{sensor.sentence.split('. ')[0]}; the model beside which that was found is not certain itself."
     return sensor.but(verdict="possible", sentence=told.replace("commands act", "commands may act"))
