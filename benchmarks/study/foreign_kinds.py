@@ -111,7 +111,7 @@ KINDS: dict[str, Kind] = {
         sensors=("velocity_latency", "channel_offset"),
         honest=_RIGHT,
         hides=True,
-        refusal="tell of different instants",
+        refusal="speeds and positions tell of different instants",
     ),
     "antenna off the origin": Kind(
         "sensors",
@@ -148,7 +148,7 @@ KINDS: dict[str, Kind] = {
         sensors=("velocity_latency", "channel_offset"),
         honest=_RIGHT,
         hides=True,
-        refusal="tell of different instants",
+        refusal="speeds and positions tell of different instants",
     ),
     "current that turns": Kind(
         "changes",

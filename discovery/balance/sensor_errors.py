@@ -57,14 +57,17 @@ def misalignment(motions: Sequence[Motion]) -> float:
 
     Compass and gyro, or what the reader of a log could not tell of its clocks, whichever is more.
     """
-    return max([abs(gyro_lateness(motions)), *(motion.out_of_step for motion in motions)])
+    offsets = [abs(offset) for offset in _gyro_offsets(motions)]
+    return max([float(np.median(offsets or [0.0])), *(motion.out_of_step for motion in motions)])
 
 
 def gyro_lateness(motions: Sequence[Motion]) -> float:
-    """By how much the gyro tells of a motion later than the compass does [s], 0 where it is no more than rounding.
+    """By how much the gyro tells of a motion later than the compass does [s], 0 where it is no more than rounding."""
+    return float(np.median(_gyro_offsets(motions) or [0.0]))
 
-    The median over the motions of at least 20 s that turn enough to tell.
-    """
+
+def _gyro_offsets(motions: Sequence[Motion]) -> list[float]:
+    """The same in each motion of at least 20 s that turns enough to tell."""
     offsets = []
     for motion in motions:
         if motion.duration >= _LONG_ENOUGH:
@@ -72,4 +75,4 @@ def gyro_lateness(motions: Sequence[Motion]) -> float:
             offset = align("the compass", "the gyro", turning, motion.time_step).offset
             if offset is not None:
                 offsets.append(offset if abs(offset) > _OUT_OF_STEP * motion.time_step else 0.0)
-    return float(np.median(offsets)) if offsets else 0.0
+    return offsets
