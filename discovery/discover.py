@@ -182,11 +182,6 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
     findings = conclude(grounds, advice, unmeasured(looked.motions))
     findings = findings.but(folds=folds)
-    sensors = (*clocks(search.balance.motions), *record_errors(search, final.vehicle, final.active, found))
-    sensors = (*(hidden.findings if hidden else ()), *sensors)
-    if basis.rolls:
-        sensors = (*compass_error(compass_shown(basis.forces.motions)), *sensors)
-    findings = beside(findings, sensors)
     if looked.free is not None:
         findings = with_calibration(findings, looked.free, nominal, lawful, found)
     error = np.sqrt(final.fit.held_out)
@@ -196,6 +191,12 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
             why = WHY_TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
             findings = findings.but(verdict="undecided", headline=TOO_SHORT, reasons=(why,))
-    notes = (*looked.notes, *(s.sentence for s in findings.sensors if s.verdict != "no evidence"))
+    certain = findings.verdict != "undecided" and not findings.unnamed
+    sensors = record_errors(search, final.vehicle, final.active, found, certain)
+    sensors = (*(hidden.findings if hidden else ()), *clocks(search.balance.motions), *sensors)
+    if basis.rolls:
+        sensors = (*compass_error(compass_shown(basis.forces.motions)), *sensors)
+    findings = beside(findings, sensors)
+    notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
     basis.forces.forget()
     return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, unseen, notes, hidden)

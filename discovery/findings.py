@@ -54,6 +54,11 @@ class SensorError(Record):
     terms: tuple[FoundTerm, ...] = ()
     correction: str = Field(default="", exclude_if=lambda value: not value)
 
+    @property
+    def what(self) -> str:
+        """The error, or, of an offset, its number's name: commands, positions and the gyro have one each."""
+        return self.terms[0].symbol if self.error == "channel_offset" and self.terms else self.error
+
 
 class Calibrated(Record):
     """One parameter before and after.

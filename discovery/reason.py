@@ -48,8 +48,8 @@ class Reason(Enum):
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")
     OUT_OF_STEP = (
         "out_of_step",
-        "This log cannot tell: its channels are out of step by about {told} s, or may be, and what it asks for is "
-        "hardly more. ({meaning})",
+        "This log cannot tell: its channels are out of step by about {told} s, or may be, and that alone could look "
+        "like it. ({meaning})",
         True,
     )
     AT_LIMIT = (

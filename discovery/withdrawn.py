@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..physics.effects import BY_NAME
+from ..physics.effects import BY_NAME, COMMAND_OFFSET
 from ..physics.in_words import listing, words
 from ..physics.laws.damping_power import envelope_of
 from .discover import Discovery
-from .findings import Findings, Left
+from .findings import Findings, Left, SensorError
 from .found_effects import FoundEffect
 from .lawful.passivity import judge
 from .reason import Reason
@@ -72,9 +72,14 @@ def _without(found: Discovery, why: str) -> Findings:
         missing=(),
         candidates=tuple(_possible(c, why) if c in kept else c for c in findings.candidates),
         unnamed=(),
-        sensors=tuple(s.but(verdict="possible") if s in hidden else s for s in findings.sensors),
+        sensors=tuple(_in_doubt(s) if s in hidden or s.what == COMMAND_OFFSET.symbol else s for s in findings.sensors),
         folds=None if findings.folds is None else findings.folds.but(same_names=None),
     )
+
+
+def _in_doubt(sensor: SensorError) -> SensorError:
+    """An error of a sensor that was found beside what is taken back."""
+    return sensor.but(verdict="possible") if sensor.verdict == "present" else sensor
 
 
 def _possible(effect: FoundEffect, why: str) -> FoundEffect:

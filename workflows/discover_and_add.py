@@ -254,9 +254,9 @@ def _split_of(inputs: Inputs, found: Discovery) -> str:
 
 def _sensors(own: Sequence[SensorError], inputs: Inputs) -> tuple[SensorError, ...]:
     """What the forces tell of the sensors, and what the records do that does not contradict it."""
-    told = {sensor.error for sensor in own if sensor.verdict == "present"}
+    told = {sensor.what for sensor in own if sensor.verdict == "present"}
     compared = sensor_errors(inputs.sensors)
-    return (*own, *(s for s in compared if s.verdict != "no evidence" or s.error not in told))
+    return (*own, *(s for s in compared if s.verdict != "no evidence" or s.what not in told))
 
 
 def _added(label: str | None) -> tuple[str | None, str | None]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..discovery.findings import Findings, SensorError
 from ..discovery.found_effects import FoundEffect, FoundTerm
-from ..physics.effects import BY_NAME
+from ..physics.effects import BY_NAME, COMMAND_OFFSET
 from ..physics.errors import RequestError
 from ..physics.in_words import unit_text, words
 from ..reports.page.figures.missing_force import MissingForce, best_signal, force_drawings, signal_rows
@@ -43,7 +43,8 @@ def numbers_of(terms: Sequence[FoundTerm]) -> tuple[str, ...]:
 
 
 def _sensor(found: SensorError, findings: Findings) -> Card:
-    alike = [effect_words(c) for c in findings.candidates if found.error in c.indistinguishable_from]
+    of_commands = found.what in (found.error, COMMAND_OFFSET.symbol)  # of no other record is a delay the twin
+    alike = [effect_words(c) for c in findings.candidates if of_commands and found.error in c.indistinguishable_from]
     title = words(found.error).capitalize()
     return Card(found.correction, title, "", found.sentence, found.verdict, numbers_of(found.terms), twins=tuple(alike))
 

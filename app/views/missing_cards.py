@@ -82,7 +82,7 @@ class MissingCards:
             shown.set_in(name in stand.names)
         for name, card in self._sensors.items():
             card.set_in(name not in stand.left)
-        if self._sensors:
+        if any(self._sensors):  # what has no name was not corrected
             left = listing([words(name) for name in stand.left])
             text = f"Now the log is read without the correction of {left}." if left else _CORRECTED
             self._corrected.set_text(session.names.told(text))

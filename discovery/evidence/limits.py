@@ -9,7 +9,7 @@ from ...physics.matrices import damping_matrix
 from ...physics.motion import Motion
 from ...physics.possible_hulls import impossible
 from ...physics.vehicle import Vehicle
-from ..balance.sensor_errors import misalignment
+from ..balance.sensor_errors import gyro_lateness, misalignment
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..search.bootstrap import Interval
@@ -147,7 +147,7 @@ def in_step(
     """The evidence, with what is not clearly more than the log's own misalignment doubted: a lag, a delay, an inertia.
 
     Of an inertia in yaw it is the time by which damping lags behind the gyro: with r T late, (I - N_rdot) dr/dt + N(r)
-    = tau reads as if N_rdot were less by T dN/dr.
+    = tau reads as if N_rdot were less by T dN/dr. What changes the other way than the clocks tell is none of that.
     """
     parameters = {candidate.key: candidate.symbols for candidate in pool}
     timed = {e.key: _times(parameters[e.key], nominal, found, motions) for e in evidence if e.selected}
@@ -161,10 +161,11 @@ def in_step(
 def _times(symbols: Sequence[str], nominal: Vehicle, found: Vehicle, motions: Sequence[Motion]) -> list[float]:
     """The times that stand for parameters [s]."""
     times = [found.value(symbol) for symbol in symbols if symbol in _TIMES]
-    if _INERTIA in symbols:
+    heavier = nominal.value(_INERTIA) - found.value(_INERTIA)
+    if _INERTIA in symbols and heavier * gyro_lateness(motions) >= 0.0:
         usual = np.sqrt(np.mean(np.concatenate([m.velocity**2 for m in motions]), axis=0)) * (1.0, 0.0, 1.0)
         faster = usual * (1.0, 0.0, 1.0 + _FASTER)
         slow, fast = ((damping_matrix(found, nu) @ nu)[2] for nu in (usual, faster))
         slope = abs(fast - slow) / max(faster[2] - usual[2], 1e-12)
-        times.append(abs(found.value(_INERTIA) - nominal.value(_INERTIA)) / max(slope, 1e-12))
+        times.append(abs(heavier) / max(slope, 1e-12))
     return times

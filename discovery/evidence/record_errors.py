@@ -24,7 +24,11 @@ _MATERIAL = 0.2
 
 
 def record_errors(
-    search: Scoring, fitted: Vehicle, active: tuple[str, ...], intervals: Mapping[str, Interval]
+    search: Scoring,
+    fitted: Vehicle,
+    active: tuple[str, ...],
+    intervals: Mapping[str, Interval],
+    certain: bool = True,
 ) -> tuple[SensorError, ...]:
     """Findings on the timing of the commands, where a model with the keys `active` has one that is fitted.
 
@@ -32,6 +36,7 @@ def record_errors(
     ----------
     fitted : what the log asks for
     intervals : 95 % intervals by symbol
+    certain : whether the model is; beside one that is not, an offset is fitted with whatever that model leaves
     """
     found = []
     for candidate in search.pool:
@@ -50,11 +55,15 @@ def record_errors(
                 "next, or something else looks so; 'undertow inspect' compares the clocks."
             )
         elif sure and abs(term.value) >= _MATERIAL * parameter.upper:
-            verdict = "present"
+            verdict, act = ("present", "act") if certain else ("possible", "may act")
             sentence = (
-                f"The commands act {abs(term.value):.2g} s {when} than their record says, less than the {step} from "
-                "one record to the next. No effect was blamed for it; errors of predictions still hold it."
+                f"The commands {act} {abs(term.value):.2g} s {when} than their record says, less than the {step} from "
+                "one record to the next. "
             )
+            if certain:
+                sentence += "No effect was blamed for it; errors of predictions still hold it."
+            else:
+                sentence += "The model beside which that was fitted is not certain itself."
         found.append(
             SensorError(
                 error="channel_offset", verdict=verdict, sentence=sentence, terms=terms, correction=candidate.key
@@ -91,29 +100,14 @@ def compass_error(compass: Compass) -> tuple[SensorError, ...]:
 
 
 def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
-    """Findings with the errors of the record, and the delay that would look like one as its look-alike.
-
-    An offset of the commands is told by the model beside which it was fitted: where that is not certain, nor is this.
-    """
-    if findings.verdict == "undecided" or findings.unnamed:
-        sensors = tuple(map(_in_doubt, sensors))
-    late = any(_of_commands(s) and s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in sensors)
+    """Findings with the errors of the record, and the delay that would look like one as its look-alike."""
+    offsets = [s for s in sensors if s.what == COMMAND_OFFSET.symbol]
+    late = any(s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in offsets)
     candidates = tuple(
         _alike(c) if late and (c.effect, c.verdict) == ("input_delay", "no evidence") else c
         for c in findings.candidates
     )
     return findings.but(sensors=sensors, candidates=tuple(sorted(candidates, key=lambda c: c.rank)))
-
-
-def _of_commands(sensor: SensorError) -> bool:
-    return [term.symbol for term in sensor.terms] == [COMMAND_OFFSET.symbol]
-
-
-def _in_doubt(sensor: SensorError) -> SensorError:
-    if not _of_commands(sensor) or sensor.verdict != "present":
-        return sensor
-    told = f"{sensor.sentence.split('. ')[0]}; the model beside which that was found is not certain itself."
-    return sensor.but(verdict="possible", sentence=told.replace("commands act", "commands may act"))
 
 
 def _alike(delay: FoundEffect) -> FoundEffect:

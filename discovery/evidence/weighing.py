@@ -56,7 +56,7 @@ class Evidence:
     dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
     absorbed : True when it was not selected, and calibration takes up what a plausible amount of it would do
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
-    out_of_step : misalignment of the log's channels [s], where it is as large as a lag or delay that was selected
+    out_of_step : misalignment of the log's channels [s], where the lag, delay or inertia selected is hardly more
     chance : of nothing looking as good, for one that was selected
     faint : the quiet axis on which it would explain what moves there, too faint for the search; else empty
     """

@@ -9,8 +9,10 @@ from undertow.discovery.add_effects import add_effects
 from undertow.discovery.balance.sensor_errors import gyro_lateness
 from undertow.discovery.candidates.nuisance import calibratable
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.record_errors import beside
+from undertow.discovery.evidence.record_errors import record_errors
+from undertow.discovery.search.bootstrap import Interval
 from undertow.discovery.settings import DiscoverySettings
+from undertow.discovery.withdrawn import withdrawn
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import read_log
 from undertow.measurements.preparation.dataset import WEAK
@@ -138,9 +140,14 @@ def test_a_gyro_that_is_late_is_told_and_is_no_inertia(late):
 
 
 def test_an_offset_beside_a_model_that_is_not_certain_is_only_possible():
-    late = zigzag(0.06, effects={"yaw_quadratic_damping": 1.0})
-    sure = find_missing([late], HULL).findings
-    doubted = beside(sure.but(verdict="undecided"), sure.sensors)
-    assert [s.verdict for s in sure.sensors] == ["present"]
-    assert [s.verdict for s in doubted.sensors] == ["possible"]
-    assert "is not certain itself" in doubted.sensors[0].sentence
+    discovery = find_missing([zigzag(0.06, effects={"yaw_quadratic_damping": 1.0})], HULL)
+    assert [s.verdict for s in discovery.findings.sensors] == ["present"]
+    taken_back = withdrawn(discovery, "errs more").findings
+    assert (taken_back.verdict, [s.verdict for s in taken_back.sensors]) == ("undecided", ["possible"])
+    search = discovery.basis.instant
+    state = search.evaluate(HULL, ())
+    intervals = {"command_offset": Interval(-0.07, -0.05)}
+    (told,) = record_errors(search, state.vehicle, state.active, intervals, certain=False)
+    assert (told.verdict, told.what) == ("possible", "command_offset")
+    assert "The commands may act" in told.sentence
+    assert "is not certain itself" in told.sentence
