@@ -108,13 +108,13 @@ def said(findings: Findings, world: World) -> Record:
     possible = {c.effect for c in findings.candidates if c.verdict == "possible" and not c.cannot_tell}
     possible |= {other for c in findings.candidates for other in c.indistinguishable_from}
     terms = [t for c in missing if c.effect in fair for t in c.terms if t.symbol in world.known]
-    doubted = {s.error for s in findings.sensors if s.verdict == "possible"}
+    doubted = {s.what for s in findings.sensors if s.verdict == "possible"}
     return {
         "verdict": findings.verdict,
         "missing": [c.effect for c in missing],
         "false": [c.effect for c in missing if c.effect not in fair],
         "unnamed": [t.symbol for t in findings.unnamed],
-        "sensors": sorted({s.error for s in findings.sensors if s.verdict == "present"}),
+        "sensors": sorted({s.what for s in findings.sensors if s.verdict == "present"}),
         "listed": sorted(possible & fair) + sorted((possible | doubted) & world.sensors),
         "possible": sorted(possible),
         "headline": findings.headline[:300],

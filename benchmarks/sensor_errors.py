@@ -26,6 +26,7 @@ from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.sensors_compared import sensor_errors
 from undertow.measurements.kinematics import kinematics_of
 from undertow.measurements.log import read_log
+from undertow.physics.effects import COMMAND_OFFSET
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.frames import body_to_earth, earth_to_body
 from undertow.physics.vehicle import load_vehicle
@@ -181,7 +182,7 @@ def right(seeds: range) -> int:
         except RequestError:  # no draw of the effect changes the motion of this hull
             continue
         findings = find_missing([motion], hull).findings
-        hidden_ones = {s.error for s in findings.sensors if s.verdict == "present"} - {"channel_offset"}
+        hidden_ones = {s.what for s in findings.sensors if s.verdict == "present"} - {COMMAND_OFFSET.symbol}
         told = hidden_ones | set(kinematics_of([motion]).present)
         wrong = set(findings.missing) - {hidden}
         logs, accused, false = logs + 1, accused + bool(told), false + bool(wrong)

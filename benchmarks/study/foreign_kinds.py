@@ -25,7 +25,7 @@ class Kind:
     make : sets what is true of a world
     true : effects that are what is hidden
     part : effects that are a fair part of it, or an exact equivalent
-    sensors : errors of sensors or of the record that are the cause
+    sensors : errors of sensors or of the record that are the cause; of an offset, which channel's
     honest : why, and what an honest answer would be
     hides : whether every second world has one effect of the catalogue beside it
     refusal : words of a refusal that tells the cause
@@ -87,7 +87,7 @@ KINDS: dict[str, Kind] = {
     "gyro with a low-pass": Kind(
         "sensors",
         faults.sensed(lambda w: sensors.slow(between(w, 0.1, 0.3), "r")),
-        sensors=("channel_offset", "velocity_latency"),
+        sensors=("gyro_latency",),
         honest=_RIGHT,
         hides=True,
     ),
@@ -108,7 +108,7 @@ KINDS: dict[str, Kind] = {
     "velocity that is late": Kind(
         "sensors",
         faults.sensed(lambda w: sensors.late(between(w, 0.1, 0.4), "u", "v")),
-        sensors=("velocity_latency", "channel_offset"),
+        sensors=("velocity_latency", "position_latency"),
         honest=_RIGHT,
         hides=True,
         refusal="speeds and positions tell of different instants",
@@ -145,7 +145,7 @@ KINDS: dict[str, Kind] = {
     "satellite velocity that is smoothed": Kind(
         "sensors",
         faults.sensed(lambda w: sensors.filtered_fix(between(w, 0.2, 0.6))),
-        sensors=("velocity_latency", "channel_offset"),
+        sensors=("velocity_latency", "position_latency"),
         honest=_RIGHT,
         hides=True,
         refusal="speeds and positions tell of different instants",
@@ -228,19 +228,19 @@ KINDS: dict[str, Kind] = {
     "backlash of the thrusters": Kind("no name", plants.backlash, honest=_NONE),
     "drift in waves": Kind("no name", plants.wave_drift, part=("mean_wind",), honest="its mean is fixed to the earth"),
     "commands switch between records": Kind(
-        "commands", faults.switching, sensors=("channel_offset",), honest=_RECORD, hides=True
+        "commands", faults.switching, sensors=("command_offset",), honest=_RECORD, hides=True
     ),
-    "commands at 1 to 50 Hz": Kind("commands", faults.rated, sensors=("channel_offset",), honest=_RECORD, hides=True),
+    "commands at 1 to 50 Hz": Kind("commands", faults.rated, sensors=("command_offset",), honest=_RECORD, hides=True),
     "commands rounded": Kind("commands", faults.rounded, honest=_RECORD, hides=True),
     "commands that act late": Kind(
         "commands",
         faults.acts_late,
         true=("input_delay",),
-        sensors=("channel_offset",),
+        sensors=("command_offset",),
         honest="a delay of the input, or of the record: which of the two no log can tell",
     ),
     "commands that are stamped late": Kind(
-        "commands", faults.stamped_late, sensors=("channel_offset",), honest=_RIGHT, hides=True
+        "commands", faults.stamped_late, sensors=("command_offset",), honest=_RIGHT, hides=True
     ),
     "set points before a slew limit": Kind(
         "commands",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...measurements.preparation.held_out import Fold
 from ...physics.frames import Array
@@ -102,6 +103,13 @@ class Balance(ABC):
     @abstractmethod
     def balances(self, vehicle: Vehicle) -> Array:
         """The balance, and that of copies of the log with the sensor noise added once more, (1 + copies, tests, 3)."""
+
+    @abstractmethod
+    def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> NDArray[np.float32] | None:
+        """What sensor noise, drawn anew, makes of the balance, (3, copies, tests).
+
+        None where there is no such noise, or where what is left of a balance tells nothing of it.
+        """
 
     @abstractmethod
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:

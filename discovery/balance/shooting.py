@@ -130,6 +130,9 @@ class Shooting(Balance):
         """
         return self.with_noise(self.balance(vehicle))
 
+    def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> None:
+        """None: rollouts are asked where the noise has a colour, and then only what is left tells of it."""
+
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
         """See `Balance.recorded`, [m/s, m/s, rad/s]."""
         data = self._data.recorded(motions)

@@ -22,6 +22,7 @@ from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, WeakSettings
 from .column_cache import Remembered, room
 from .rollout_test import HORIZON, overlap_of, rollout_squares
+from .sensed import Single, sensed
 from .tested_terms import Kernel, TestedTerms
 
 __all__ = ["WeakForm", "WeakSettings"]
@@ -98,6 +99,7 @@ class WeakForm(Balance):
             self.motions, velocities, self._kernels, claims, None if like is None else like._terms
         )
         self._memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
+        self._sensed: tuple[tuple[Vehicle, int, int], Single] | None = None
         self.time = np.concatenate(times)
         # Of one block nothing is held out, so that it may be as short as a window that is followed live.
         alone = settings.blocks == 1 and self.time.size > 0
@@ -121,6 +123,7 @@ class WeakForm(Balance):
         """Keep no columns and no products: they are most of the memory of a search, and made again where asked for."""
         self._memo.clear()
         self._terms.forget()
+        self._sensed = None
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The same for every vehicle; the form does not keep it, so that it is gone with the last who asked for it."""
@@ -201,6 +204,15 @@ class WeakForm(Balance):
         |r| r.
         """
         return self._terms.balances(vehicle).transpose(1, 2, 0)
+
+    def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> Single | None:
+        """See `Balance.sensed`; the last draws are kept, for whoever asks for the same ones."""
+        if not (self.noise > LEAST_NOISE).any():
+            return None
+        asked = (vehicle, copies, seed)
+        if self._sensed is None or self._sensed[0] != asked:
+            self._sensed = asked, sensed(self.motions, self._kernels, self.noise, *asked)
+        return self._sensed[1]
 
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
         """See `Balance.recorded`, [N, N, N m]."""

@@ -82,7 +82,7 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
         if form is not None:
             listed = " and ".join(words(key) for key in group.keys)
             rivals |= dict.fromkeys(group.keys, Rival(form, f"in place of {listed}, {form.in_words} does as well"))
-    found = rest.followed(NoiseCopies(search.balance, seed))
+    found = rest.followed(NoiseCopies(search.balance, state.vehicle, seed))
     changes: dict[str, float] = {}
     much = least_change(judge)
     for key in there if found else ():

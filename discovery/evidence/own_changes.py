@@ -48,7 +48,7 @@ def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, ju
     if not there or not seen.any():
         return {}
     rest = RestBesideForms(FormColumns(search, state, seen))
-    copies, tests = NoiseCopies(search.balance, seed), np.stack([part.tests for part in parts])
+    copies, tests = NoiseCopies(search.balance, state.vehicle, seed), np.stack([part.tests for part in parts])
     found = {}
     for key in there:
         change = rest.own_change(key, tests, least_change(judge), copies)

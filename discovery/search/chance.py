@@ -65,7 +65,7 @@ class Rehearsals:
         self._gram = scores.gram.sum(axis=0)
         self._noise = np.zeros_like(self._gram) if scores.noise is None else scores.noise.sum(axis=0)
         self._total, self._blur = (np.einsum("a,aij->ij", scores.weight, gram) for gram in (self._gram, self._noise))
-        self._copies = NoiseCopies(search.balance, seed)
+        self._copies = NoiseCopies(search.balance, linear.vehicle, seed)
 
     @cached_property
     def _columns(self) -> Single:
@@ -77,15 +77,15 @@ class Rehearsals:
         gone = self._linear.options[key][1]
         rest = [*(option for name, option in self._now.items() if name != key), gone]
         own = self._trial(self._now[key], gone.offset)
-        return self._of(rest, [own], [own, *self._others()])
+        return self._of(rest, [own], [own, *self._others()])[1]
 
-    def best(self) -> Chance:
-        """How often nothing would have looked as good as the best effect that the model does not have."""
+    def best(self) -> tuple[float, Chance]:
+        """What the best effect that the model does not have earns, and how often nothing would have looked as good."""
         others = self._others()
         return self._of(list(self._now.values()), others, others)
 
-    def _of(self, rest: Sequence[Option], own: Sequence[_Trial], every: Sequence[_Trial]) -> Chance:
-        """How often the best of all trials earns as much on a copy as the best of some does on the log itself."""
+    def _of(self, rest: Sequence[Option], own: Sequence[_Trial], every: Sequence[_Trial]) -> tuple[float, Chance]:
+        """What the best of some trials earns on the log itself, and how often the best of all does so on a copy."""
         fit = self._scores.fit(rest)
         combination = self._scores.layout(rest)[3]
         combination[fit.columns] -= fit.change * self._scores.scale[fit.columns]
@@ -97,7 +97,7 @@ class Rehearsals:
         pulled = [self._pulled(copies) for copies in self._copies.of(left)]
         squares, pulls = (np.concatenate(part, axis=1) for part in zip(*pulled, strict=True))
         best = self._gains(squares, pulls, columns, every).max(axis=0)
-        return Chance(better=int((best >= mine).sum()), of=REHEARSALS)
+        return float(mine), Chance(better=int((best >= mine).sum()), of=REHEARSALS)
 
     def _pulled(self, rests: Single) -> tuple[Array, Array]:
         """Squares (3, rests) of rests (3, rests, tests), and their products with the columns (3, rests, columns)."""

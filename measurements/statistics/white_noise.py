@@ -31,8 +31,8 @@ _DIFFERENCED = np.sqrt(2.0 / 1.4)
 """What third differences miss of the noise on a central difference: of 2 parts of its variance they tell 28/20."""
 
 
-def drawn_noise(motion: Motion, level: Array, rng: np.random.Generator) -> Array:
-    """Noise like that on the velocities of a motion, drawn anew, (n, 3) [m/s, m/s, rad/s].
+def drawn_noise(motion: Motion, level: Array, rng: np.random.Generator, *copies: int) -> Array:
+    """Noise like that on the velocities of a motion, drawn anew, (*copies, n, 3) [m/s, m/s, rad/s].
 
     White, but for velocities that are derivatives: their noise is the difference of a white one two steps apart, which
     all but vanishes in an average over seconds.
@@ -41,10 +41,10 @@ def drawn_noise(motion: Motion, level: Array, rng: np.random.Generator) -> Array
     ----------
     level : (3,) as `sensor_noise` tells it
     """
-    drawn = rng.standard_normal(motion.velocity.shape)
+    drawn = rng.standard_normal((*copies, *motion.velocity.shape))
     for axis in np.flatnonzero(motion.derived):
-        white = np.concatenate([drawn[-1:, axis], drawn[:, axis], drawn[:1, axis]])
-        drawn[:, axis] = _DIFFERENCED * (white[2:] - white[:-2]) / np.sqrt(2.0)
+        white = drawn[..., axis]
+        drawn[..., axis] = _DIFFERENCED * (np.roll(white, -1, axis=-1) - np.roll(white, 1, axis=-1)) / np.sqrt(2.0)
     return level * drawn
 
 

@@ -11,7 +11,7 @@ import pytest
 from places import ROOT
 
 from undertow.discovery.findings import SensorError
-from undertow.physics.effects import BY_NAME
+from undertow.physics.effects import BY_NAME, COMMAND_OFFSET
 from undertow.physics.forces import ForceEquation, relative_velocity
 from undertow.physics.matrices import thruster_matrix
 from undertow.physics.vehicle import load_vehicle
@@ -76,7 +76,8 @@ def test_integrators_agree(boats: ModuleType, steps: tuple[str, float, float]):
 
 
 def test_kinds_speak_of_effects_and_sensors_that_there_are(study: ModuleType):
-    errors = get_args(get_type_hints(SensorError)["error"])
+    offsets = (COMMAND_OFFSET.symbol, "gyro_latency", "position_latency")
+    errors = (*get_args(get_type_hints(SensorError)["error"]), *offsets)
     for name, kind in study.KINDS.items():
         assert {*kind.true, *kind.part} <= set(BY_NAME), name
         assert set(kind.sensors) <= set(errors), name

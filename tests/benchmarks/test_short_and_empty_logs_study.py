@@ -1,4 +1,4 @@
-"""The studies of short logs and of nothing hidden: they judge, keep and tell honestly, and find no wrong name."""
+"""The studies of short logs, of nothing hidden and of chance: they judge and tell honestly, and find no wrong name."""
 
 import importlib
 from collections.abc import Iterator
@@ -65,7 +65,7 @@ def test_a_page_counts_what_is_wrong(studies: tuple[ModuleType, ModuleType]):
     told = lengths.page([{**record, "answers": answers}], "this")
     assert "**1 of 6 pieces of 20 to 120 s got a wrong name**: 16.7%" in told
     assert "munk_moment for sway_lift" in told
-    empty = {**record, "verdict": "nothing missing", "named": [], "rolls": False, "better": 500, "seconds": 1.0}
+    empty = {**record, "verdict": "nothing missing", "named": [], "rolls": False, "seconds": 1.0}
     told = nothing.page([empty, {**empty, "named": ["sway_lift"]}], "this")
     assert "**1 of 2 logs got a name**" in told
     assert "seed 1 (otter, rich, field): sway_lift" in told
@@ -78,3 +78,23 @@ def test_nothing_is_named_where_nothing_is_hidden(studies: tuple[ModuleType, Mod
     page = (tmp_path / "page.md").read_text("utf-8")
     assert "**0 of 1 logs got a name**" in page
     assert nothing.main([*command, "--tell"]) == 0
+
+
+def test_a_page_tells_how_rare_chance_is(studies: tuple[ModuleType, ModuleType]):
+    rare = importlib.import_module("how_rare_chance_is")
+    record = {"seed": 1, "part": "field", "gain": -1.0, "rolls": False}
+    even = [{**record, "better": n} for n in range(0, 1000, 10)]
+    assert "**0 of 14 shares" in rare.page(even, "this")
+    often = [{**record, "better": 0, "gain": 2.0}, *even[::2]]
+    told = rare.page([*often, *({**r, "part": "waves"} for r in often)], "this")
+    assert "**1 of 14 shares" in told  # one log of 51 is among the best of 1,000
+    assert "| share p of rehearsals | field (51 logs) | waves (51 logs) |" in told
+    assert "| an effect earns its price | 2.0% | 2.0% |" in told
+
+
+def test_the_best_effect_of_a_log_is_rehearsed(studies: tuple[ModuleType, ModuleType]):
+    rare = importlib.import_module("how_rare_chance_is")
+    record = rare.judge(rare.FIRST["tuning"], 1)
+    assert (record["part"], record["noise"]) == ("rough", "rough")
+    assert 0 <= record["better"] <= 999
+    assert not record["rolls"]
