@@ -7,8 +7,7 @@ where it was; they count only for the source that made them.
     python benchmarks/how_rare_chance_is.py [--logs 800] [--seeds tuning|reporting] [--jobs N] [--tell]
         [--table docs/how_rare_chance_is.md]
 
-Exit code 1 where, in logs with the noise of sensors alone, chance is rarer or more frequent than 95 of 100 such studies
-would find.
+Exit code 1 where, in logs with the noise of sensors alone, a share is outside of what 95 of 100 such studies find.
 """
 
 import sys
@@ -34,11 +33,14 @@ PARTS = (
 )
 """What logs are drawn of, in turn."""
 SENSED = ("field", "rough")
+"""Parts whose noise is that of sensors alone."""
 LEVELS = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
+_TAIL = 0.025 / len(LEVELS) / len(SENSED)
+"""On either side of each share, so that in 95 of 100 studies none of them is outside (Bonferroni)."""
 INTRODUCTION = f"""Logs of 300 s of random sisters of the shipped vehicles over all programmes, driven by the very model
 that discovery gets. Of {REHEARSALS} rehearsals of nothing about it, in how many does some effect earn as much as the
 best one does on the log itself? Where rehearsals are as the log is, a share p of the logs is among the best p of their
-rehearsals; in brackets, between what 95 of 100 such studies would find."""
+rehearsals; in brackets, what all shares of the first two columns are within in 95 of 100 such studies."""
 NO_CHANCE = """Two columns are no chance, and tell why an effect is not named for its rarity alone. Without noise the
 rest is what a simulator's steps leave, which follows the columns. Waves push the boat, so that what a model leaves and
 how the boat moves share a cause; and a drag that bends takes more of a boat that is shaken. Such effects are there, and
@@ -65,11 +67,11 @@ def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
     head = ("share p of rehearsals", *(f"{name} ({len(some)} logs)" for name, some in of.items()))
     rows = [(f"{level:g}", *(_told(some, level) for some in of.values())) for level in LEVELS]
     paid = [f"{np.mean([r['gain'] > 0.0 for r in some]):.1%}" for some in of.values()]
-    told = sum(not low <= share <= high for share, low, high in compared(records))
+    outside = sum(not low <= share <= high for share, low, high in compared(records))
     parts = [
         "# How rare chance is",
         f"Written by `{command}`; do not edit. {INTRODUCTION}",
-        f"**{told} of {2 * len(LEVELS)} shares of logs with the noise of sensors alone lie outside these bounds.**",
+        f"**{outside} of {2 * len(LEVELS)} shares of logs with the noise of sensors alone lie outside these bounds.**",
         in_a_table(head, [*rows, ("an effect earns its price", *paid)]),
         NO_CHANCE,
     ]
@@ -90,7 +92,7 @@ def compared(records: Sequence[Mapping[str, Any]]) -> Iterator[tuple[float, floa
 
 def within(records: Sequence[Mapping[str, Any]], level: float) -> tuple[float, float, float]:
     """The share of logs within a share of their rehearsals, and the bounds that chance gives it."""
-    low, high = (float(binom.ppf(q, len(records), level)) / len(records) for q in (0.025, 0.975))
+    low, high = (float(binom.ppf(q, len(records), level)) / len(records) for q in (_TAIL, 1.0 - _TAIL))
     # The log counts as one of the rehearsals: none better is a share of 1 in 1,000.
     share = np.mean([(r["better"] + 1.0) / (REHEARSALS + 1.0) <= level for r in records])
     return float(share), low, high

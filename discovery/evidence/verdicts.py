@@ -179,7 +179,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str, thrust: st
     if reason is None:
         sentence = f"{meaning} {_alone(candidate, e.share, what)}"
         if e.chance is not None:
-            sentence += f" {e.chance.in_words}"
+            sentence += f" {e.chance.in_words(g.search.balance.forces)}"
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
         sentence = reason.tell(meaning, doubt.told if doubt else _told(e, reason))

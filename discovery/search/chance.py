@@ -31,10 +31,13 @@ class Chance(Record):
         """Whether none of them did."""
         return self.better == 0
 
-    @property
-    def in_words(self) -> str:
-        """What it says of an effect that none of them reached, in a sentence."""
-        return f"In {self.of} rehearsals of this log's noise without it no effect looked as good: 1 in {self.of + 1:,}."
+    def in_words(self, forces: bool) -> str:
+        """What it says of an effect that none of them reached; where rollouts judge it is no measure of chance."""
+        if forces:
+            told = f"this log's noise without it no effect looked as good: 1 in {self.of + 1:,}"
+        else:
+            told = "what is left without it no effect looked as good; where waves move the boat, chance is not as rare"
+        return f"In {self.of} rehearsals of {told}."
 
 
 class _Trial(NamedTuple):
