@@ -119,6 +119,20 @@ class WeakForm(Balance):
         number = np.repeat(np.arange(len(self.motions)), [kernel.count for kernel in self._kernels])
         return number, self.time - self.settings.half_width, self.time + self.settings.half_width
 
+    def of_switches(self, vehicle: Vehicle) -> Array:
+        """What sums over rows make of thrust that jumps, beyond integrals, (tests, 3) [N, N, N m].
+
+        By Euler and Maclaurin a sum errs by h^2/12 times the jump of the integrand's slope at a row. Where thrust jumps
+        by F, that is phi' F for momentum and as much again for force; where it does not jump, nothing. So it is a
+        bound: records that are averages of the commands, or late, leave less.
+        """
+        found = []
+        for motion, kernel in zip(self.motions, self._kernels, strict=True):
+            still = replace(motion, velocity=np.zeros_like(motion.velocity), past=None)
+            jumps = np.gradient(modelled_force(vehicle, still), axis=0)
+            found.append(motion.time_step / 6.0 * kernel.apply(jumps.T, kernel.rate).T)
+        return np.concatenate(found)
+
     def forget(self) -> None:
         """Keep no columns and no products: they are most of the memory of a search, and made again where asked for."""
         self._memo.clear()

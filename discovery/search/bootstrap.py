@@ -1,6 +1,6 @@
 """Intervals by block bootstrap: whole blocks are drawn again, because residuals in time are not independent."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,15 +12,16 @@ from ...physics.file_records import Number
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
+from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate
-from ..candidates.linearisation import Option
+from ..candidates.linearisation import Linearisation, Option
 from .gram import RIDGE, GramScores
 
 _SMALL = 1e-12
 """Square that stands for that of a column without any."""
 RESOLVED = 1e-3
-"""Share of a value that no interval is narrower than to either side: steps of integrators and of records, which are in
-all blocks alike, leave up to so much where there is no noise."""
+"""Share of a value that no interval is narrower than to either side: steps of integrators, which are in all blocks
+alike, leave up to so much where there is no noise."""
 _PROFILE, _LEAST_PROFILE, _PROFILED = 0.5, 0.05, 40
 """A profile first reaches half the value (or half of 0.05) to either side, in so many steps."""
 _WIDER = 5
@@ -36,12 +37,18 @@ class Interval(NamedTuple):
     upper: Number
 
 
-def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, draws: int = 400) -> dict[str, Interval]:
+def block_bootstrap(
+    scores: GramScores,
+    chosen: Sequence[Option],
+    seed: int,
+    draws: int = 400,
+    beside: Mapping[str, float] | None = None,
+) -> dict[str, Interval]:
     """95 % intervals of every free parameter of a model, by symbol; none for one whose limits leave it no room.
 
     Blocks are drawn with replacement and the model is fitted to each draw from the blocks' Gram matrices; the interval
-    is the estimate -+ t standard deviations, and no less than `RESOLVED` of it, cut at the physical limits (Efron and
-    Tibshirani 1993, chapters 8 and 12).
+    is the estimate -+ t standard deviations, and no less than `RESOLVED` of it, and what is in all blocks alike, cut at
+    the physical limits (Efron and Tibshirani 1993, chapters 8 and 12).
     The degrees of freedom of n blocks and p parameters are n - p; draws of blocks scatter by what a fit takes up.
 
     Parameters
@@ -49,6 +56,7 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
     scores : Gram matrices about the model, in which every chosen option stands at its start
     chosen : the options present in the model
     seed : of the draws
+    beside : by symbol, an error that is in all blocks alike
     """
     columns, left, right = scores.block_normal(chosen)
     found: dict[str, Interval] = {}
@@ -67,7 +75,7 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
         rows = zip(option.symbols, option.start, option.free, option.lower, option.upper, strict=True)
         for symbol, start, index, lower, upper in rows:
             if index >= 0 and lower < upper:
-                wide = max(size[index], RESOLVED * abs(start))
+                wide = max(size[index], RESOLVED * abs(start)) + (beside or {}).get(symbol, 0.0)
                 low, high = start - wide, start + wide
                 found[symbol] = Interval(max(low, start + min(lower, 0.0)), min(high, start + max(upper, 0.0)))
     return found
@@ -88,10 +96,30 @@ def intervals(
     pool : holds the candidate of every chosen option
     vehicle : the model about which the scores were taken
     """
-    found = block_bootstrap(scores, chosen, seed)
+    found = block_bootstrap(scores, chosen, seed, beside=_of_switches(balance, scores, pool, chosen, vehicle))
     active = {option.key for option in chosen}
     stepped = [p for candidate in pool if candidate.key in active for p in candidate.parameters if p.stepped]
     return found | {p.symbol: profile_interval(balance, vehicle, p, scores.weight, seed) for p in stepped}
+
+
+def _of_switches(
+    balance: Balance, scores: GramScores, pool: Sequence[Candidate], chosen: Sequence[Option], vehicle: Vehicle
+) -> dict[str, float]:
+    """By how much each parameter would change if commands jump from one row to the next, by symbol."""
+    if not isinstance(balance, WeakForm) or balance.claimed or not chosen:
+        return {}
+    active = [option.key for option in chosen]
+    alike = [candidate for candidate in pool if candidate.key in active]
+    linear = Linearisation(balance, vehicle, vehicle, alike, active, standing=True)
+    options = [linear.options[key][0] for key in active]
+    free = [(s, k) for option in options for s, k in zip(option.symbols, option.free, strict=True) if k >= 0]
+    columns = linear.columns[:, :, [k for _, k in free]]
+    pull = np.einsum("a,tap,ta->p", scores.weight, columns, balance.of_switches(vehicle), optimize=True)
+    _, normal, _ = scores.block_normal(chosen)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal.sum(axis=0)), _SMALL))
+    system = normal.sum(axis=0) * (scale[:, None] * scale) + RIDGE * np.eye(scale.size)
+    change = np.abs(np.linalg.solve(system, pull * scale) * scale)
+    return {symbol: float(by) for (symbol, _), by in zip(free, change, strict=True)}
 
 
 def profile_interval(
