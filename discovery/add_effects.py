@@ -25,7 +25,7 @@ from .in_order import fit_named, own_numbers
 from .kept_effects import without_offset
 from .reason import Reason
 from .search.floating import Search
-from .selection import base
+from .selected import base
 from .settings import DiscoverySettings
 
 _FOUND = {

@@ -37,7 +37,7 @@ from .lawful.passivity import lawful_model
 from .reason import Reason
 from .search.bootstrap import Interval, intervals
 from .search.command_resolution import within_resolution
-from .selection import Selected, select
+from .selected import Selected
 from .settings import DiscoverySettings
 
 
@@ -101,7 +101,7 @@ def find_missing(
     basis = basis or choose(motions, nominal, settings or DiscoverySettings())
     for told in filter(None, (basis.part, basis.why)):
         say(told)
-    return _conclude(*beside_sensors(select(basis, say), say))
+    return _conclude(*beside_sensors(basis, say))
 
 
 def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapping[str, str]) -> Discovery:

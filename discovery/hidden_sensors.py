@@ -15,15 +15,16 @@ import numpy as np
 from ..measurements.kinematic_errors import corrected_for
 from ..physics.frames import Array
 from ..physics.motion import Motion
-from ..physics.stage import Stage
-from .basis import LEAVES, Basis, choose
+from ..physics.stage import Say, Stage
+from .basis import Basis, choose
 from .candidates.candidate import Kind
 from .findings import SensorError
 from .found_effects import FoundTerm
 from .search.beside_errors import Beside, best_beside
 from .search.command_resolution import leaves_structure
 from .search.floating import Search, State
-from .selection import Selected, select
+from .selected import Selected, Unsettled
+from .selection import on_forces, rolled
 
 _USUAL = (1.0, 1.0, 0.2)
 """Errors that are nothing unusual [m, m, rad]: of an antenna on a boat of one or two metres, and 11 degrees."""
@@ -107,27 +108,36 @@ class BesideSensors(NamedTuple):
     doubts: Mapping[str, str] = MappingProxyType({})
 
 
-def beside_sensors(looked: Selected, say: Callable[[str], None]) -> BesideSensors:
-    """What was found, or what is found without an error of the sensors, where the force balance asks for one.
+def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
+    """What is found, or what is found without an error of the sensors, where the force balance asks for one.
 
-    Where rollouts judge, a third of what stood unexplained may be left without it. Where the log asks less plainly,
-    nothing is corrected: effects that it asks for no longer beside the error are not certain.
+    Where rollouts judge, a third of what stood unexplained may be left without it; they are not asked of a log that
+    forces explain without it. Where the log asks less plainly, nothing is corrected: effects that it asks for no longer
+    beside the error are not certain.
     """
-    basis, search = looked.basis, looked.search
+    found = None if basis.rolls else on_forces(basis, say)
+    looked = found if isinstance(found, Selected) else None
+    unsettled = found if isinstance(found, Unsettled) else None
+
+    def before() -> Selected:
+        nonlocal looked
+        looked = looked or rolled(unsettled, basis, say)
+        return looked
+
     if basis.forces.claimed:
-        return BesideSensors(looked)
-    earned, doubts = _earned(search, looked.state)
+        return BesideSensors(before())
+    earned, doubts = _earned(looked.search, looked.state) if looked else (0.0, {})
     estimate = None
-    # Where no model and no errors explain a log, rollouts judge whatever the sensors did.
-    if basis.why == LEAVES if basis.rolls else _crowded(search, looked.state):
+    if unsettled or (looked and _crowded(looked.search, looked.state)):
         estimate = _asked(basis)
-    if estimate is None and not basis.rolls and earned >= _ASKS:
-        estimate = _beside(search).errors * _USUAL
-    if estimate is not None:
-        corrected = _corrected(looked, estimate, say)
-        if corrected is not None:
-            return corrected
-    return BesideSensors(looked, None, doubts)
+    if estimate is None and looked and earned >= _ASKS:
+        estimate = _beside(looked.search).errors * _USUAL
+    judge = unsettled.rolling if unsettled else basis
+    corrected = None if estimate is None else _corrected(judge, before, estimate, say)
+    # Where no model and no errors explain a log, rollouts judge whatever the sensors did.
+    if corrected is None and not isinstance(found, Selected):
+        _, doubts = _earned(before().search, before().state)
+    return corrected or BesideSensors(before(), None, doubts)
 
 
 def _crowded(search: Search, state: State) -> bool:
@@ -145,33 +155,40 @@ def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
     return beside.earned, dict.fromkeys(beside.unneeded if beside.earned >= _ASKS else (), told)
 
 
-def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) -> BesideSensors | None:
+def _corrected(basis: Basis, before: Callable[[], Selected], estimate: Array, say: Say) -> BesideSensors | None:
     """What is found on motions without an error of the sensors, as it is refined.
 
     None where that is no better, or leaves what no noise explains.
+
+    Parameters
+    ----------
+    basis : what judges the motions as they are
+    before : what is found on them
     """
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
-    basis, best, found, unsure = looked.basis, looked, None, ()
-    worth = np.inf if basis.rolls else looked.state.score - _BETTER
+    best: Selected | None = None
+    found, unsure = None, ()
+    worth = np.inf if basis.rolls else before().state.score - _BETTER
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
         begun = choose([errors.corrected(motion) for motion in basis.forces.motions], basis.nominal, basis.settings)
-        other = select(begun, lambda text: None)
-        search, state = _on_forces(begun, other)
-        paid = looked.search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-        both_roll = basis.rolls and other.basis.rolls
-        if (both_roll and _share_left(looked, other) > _STAND_IN) or state.score + paid > worth:
+        other = _selected(begun, basis, before)
+        if other is None:
             break
-        if not _simpler(looked, other, errors):
+        search, state = _on_forces(begun, other)
+        paid = search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
+        if state.score + paid > worth or not _simpler(basis, before, other, errors):
             break
         best, found, worth = other, errors, state.score + paid
-        beside = min(_beside(search, state), _beside(search), key=Beside.worth)
+        beside = min(_beside(search, state), _beside(basis.instant), key=Beside.worth)
         unsure = sorted(({*search.named(state.active)} - {*beside.state.active}) | {*beside.unneeded})
         more = beside.errors
         if np.abs(more).max() < _SETTLED[basis.sensed]:
             break
         estimate = estimate + more * _USUAL
-    if found is None or (leaves_structure(best.search, best.state) and _share_left(looked, best) > _STAND_IN):
+    if best is None or found is None:
+        return None
+    if leaves_structure(best.search, best.state) and _share_left(before(), best) > _STAND_IN:
         return None
     say("; ".join(error.sentence for error in found.findings))
     notes = (*filter(None, [basis.part]), *best.notes)
@@ -179,7 +196,24 @@ def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) ->
     return BesideSensors(best, found, dict.fromkeys(unsure, f"{_A_LITTLE} more, the log would not ask for it"))
 
 
-def _simpler(before: Selected, after: Selected, errors: HiddenErrors) -> bool:
+def _selected(begun: Basis, basis: Basis, before: Callable[[], Selected]) -> Selected | None:
+    """What is found on corrected motions; None where both roll, and more than a stand-in leaves is left of the first.
+
+    Rollouts are asked last: what forces leave of a log they hardly explain.
+    """
+    found = None if begun.rolls else on_forces(begun, _quiet)
+    if isinstance(found, Unsettled) and basis.rolls and _share(before(), found.search, found.state) > _STAND_IN:
+        return None
+    other = found if isinstance(found, Selected) else rolled(found, begun, _quiet)
+    both_roll = basis.rolls and other.basis.rolls
+    return None if both_roll and _share_left(before(), other) > _STAND_IN else other
+
+
+def _quiet(text: str) -> None:
+    """Say nothing."""
+
+
+def _simpler(basis: Basis, before: Callable[[], Selected], after: Selected, errors: HiddenErrors) -> bool:
     """Whether fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
 
     Turning moves an antenna as it bends the flow along a hull: four effects about another origin do as well as five
@@ -191,13 +225,19 @@ def _simpler(before: Selected, after: Selected, errors: HiddenErrors) -> bool:
         if arm and abs(state.vehicle.value(symbol) - search.nominal.value(symbol)) > abs(arm):
             return False
     named = len(search.named(state.active)) + np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-    explained = not before.basis.rolls and not leaves_structure(before.search, before.state)
-    return not _crowded(search, state) and not (explained and named >= len(before.search.named(before.state.active)))
+    if _crowded(search, state):
+        return False
+    explained = not basis.rolls and not leaves_structure(before().search, before().state)
+    return not explained or bool(named < len(before().search.named(before().state.active)))
 
 
 def _share_left(before: Selected, after: Selected) -> float:
     """The share of what one model leaves unexplained that another leaves, both on the force balance of the other."""
-    (_, earlier), (search, later) = (_on_forces(found.basis, found) for found in (before, after))
+    return _share(before, *_on_forces(after.basis, after))
+
+
+def _share(before: Selected, search: Search, later: State) -> float:
+    _, earlier = _on_forces(before.basis, before)
     return search.unexplained(later.fit.held_out) / max(search.unexplained(earlier.fit.held_out), 1e-12)
 
 

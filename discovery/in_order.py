@@ -18,10 +18,10 @@ from .candidates.unnamed_terms import term_candidate
 from .fold_models import FoldModels, models_of_given
 from .kept_effects import on_rollouts, without_offset
 from .lawful.passivity import Lawful, lawful_model
+from .rollout_selection import slender
 from .search.bootstrap import Interval, intervals
 from .search.floating import Search, State
 from .search.gram import GramScores
-from .selection import slender
 
 Step = tuple[str | None, Vehicle]
 """What was added, None for the nominal model, and the vehicle with it."""

@@ -11,7 +11,7 @@ from .balance.shooting import ShootingSettings
 from .candidates.candidate import Kind
 from .search.floating import Search, State
 from .search.output_error import polish
-from .selection import base
+from .selected import base
 
 ENOUGH_BLOCKS = 5
 """Blocks of rollouts from which anything can be sure: fewer may all agree by chance in more than one of ten logs."""

@@ -12,7 +12,7 @@ from ..discovery.experiment.open_question import OpenQuestion, ask
 from ..discovery.experiment.optimal_manoeuvre import LEAST_SECONDS, Manoeuvre, shortest
 from ..discovery.experiment.separation import MOST_RIVALS
 from ..discovery.hidden_sensors import beside_sensors
-from ..discovery.selection import Selected, select
+from ..discovery.selected import Selected
 from ..exports.missions.base import Mission, Place
 from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.single_threaded import single_threaded
@@ -156,7 +156,7 @@ def plan(
     record = read_run_inputs(run, moved)
     inputs = read_inputs(record.logs, record.vehicle, record.reading, progress=progress)
     say = progress or (lambda text: None)
-    looked = beside_sensors(select(choose(inputs.fitting, inputs.vehicle, record.settings), say), say).looked
+    looked = beside_sensors(choose(inputs.fitting, inputs.vehicle, record.settings), say).looked
     named = tuple(effects) or first_question(looked)
     if not named:
         return None

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from undertow.discovery import hidden_sensors
 from undertow.discovery.discover import find_missing
 from undertow.discovery.hidden_sensors import HiddenErrors
 from undertow.measurements.log import read_log
@@ -57,8 +58,9 @@ def test_an_error_that_only_forces_show_is_found_and_blamed_on_no_effect(
         assert told.get(symbol, 0.0) == pytest.approx(value, abs=0.02 + 0.06 * abs(value))
 
 
-def test_a_lever_arm_is_found_under_noise_where_no_effect_leaves_it_white():
-    """Where it is not looked for, rollouts judge, and a part of the force has no name."""
+def test_a_lever_arm_is_found_under_noise_where_no_effect_leaves_it_white(monkeypatch: pytest.MonkeyPatch):
+    """Where it is not looked for, rollouts judge, and a part of the force has no name; they are not asked for it."""
+    monkeypatch.setattr(hidden_sensors, "rolled", None)
     found = find_missing([measured(sailed(noise="field"), HiddenErrors(0.0, 0.5, 0.0))], HULL).findings
     assert found.verdict == "nothing missing"
     (arm,) = [s for s in found.sensors if s.error == "antenna_arm"]
