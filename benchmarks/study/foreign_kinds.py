@@ -240,7 +240,12 @@ KINDS: dict[str, Kind] = {
         honest="a delay of the input, or of the record: which of the two no log can tell",
     ),
     "commands that are stamped late": Kind(
-        "commands", faults.stamped_late, sensors=("command_offset",), honest=_RIGHT, hides=True
+        "commands",
+        faults.stamped_late,
+        sensors=("command_offset",),
+        honest=_RIGHT,
+        hides=True,
+        refusal="the motion leads the command",
     ),
     "set points before a slew limit": Kind(
         "commands",
