@@ -323,6 +323,17 @@ def test_a_resumed_training_ends_like_one_that_was_never_interrupted(
     assert [path.name for path in tmp_path.iterdir()] == [CHECKPOINT]  # until the model is saved
 
 
+@pytest.mark.parametrize(("name", "averaging"), [("mlp", 0.0), ("trees", 0.95)], ids=["not averaged", "trees"])
+def test_a_checkpoint_is_written_where_nothing_is_averaged(
+    dragged: Split, tmp_path: Path, name: str, averaging: float
+) -> None:
+    settings, choice = replace(QUICK, epochs=2, averaging=averaging), Choice(name, {"units": 8})
+    whole = train(dragged, HULL, choice, settings=settings)
+    with pytest.raises(HaltError):
+        train(dragged, HULL, choice, settings=settings, folder=tmp_path, progress=stop_at(1))
+    assert weights(train(dragged, HULL, choice, settings=settings, folder=tmp_path, resume=True)) == weights(whole)
+
+
 def test_a_checkpoint_goes_on_only_with_its_own_settings_and_data(dragged: Split, tmp_path: Path) -> None:
     settings = replace(QUICK, epochs=3)
 
