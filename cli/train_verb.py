@@ -27,7 +27,9 @@ def train(
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the network to write.")],
     residual: Annotated[
         str | None,
-        typer.Option("--residual", help="Network: mlp, lstm (when not given), tcn, transformer, dissipative or trees."),
+        typer.Option(
+            "--residual", help="Network: mlp, lstm (when not given), tcn, transformer, dissipative, trees or gp."
+        ),
     ] = None,
     start: Annotated[
         Path | None, typer.Option("--start", metavar="MODEL", help="Go on from this network, of another boat or log.")

@@ -56,7 +56,7 @@ def what_laws_took(found: "Trained") -> list[str]:
     if found.lawful:
         return [f"Its best epochs did not keep every law {asked}. It does after {after}; {price}."]
     tried = f" and did not after {after}; {price}" if found.more else ", nor did the epochs next best"
-    hears = found.model.network.name != "trees" and found.settings.lambda_phys > 0.0
+    hears = found.model.network.grown is None and found.settings.lambda_phys > 0.0
     what = "a larger --lambda-phys" if hears else "a network and --lambda-phys that hear of the laws"
     return [
         f"It does not keep the laws {asked}{tried}: try {what}, or --residual dissipative, which creates no energy."

@@ -19,6 +19,7 @@ _NETWORKS = {
     "lstm": "LSTM: with memory",
     "tcn": "TCN: with a fixed memory",
     "dissipative": "dissipative: creates no energy, by its form",
+    "gp": "Gaussian process: what the present state tells, smoothly",
     "trees": "boosted trees: what the present state tells, in steps",
 }
 

@@ -49,6 +49,22 @@ class Scaling:
         return self.reach.shape[1]
 
 
+@dataclass(frozen=True, slots=True)
+class Grown:
+    """What a network is that is found at once from all rows of a training part, and not by steps along a gradient.
+
+    No law plays a part while it is, and no training goes on from it. `training.growing` knows how it is found.
+
+    Attributes
+    ----------
+    parts : what it consists of, such as trees
+    how : what is done to them, such as grown
+    """
+
+    parts: str
+    how: str
+
+
 class Network(nn.Module, ABC):
     """A causal network.
 
@@ -57,6 +73,7 @@ class Network(nn.Module, ABC):
     name : how the command line and the files call it
     ends : layers to whose weights and biases the correction is proportional, and by which power of a share of it they
         shrink
+    grown : of a network that is grown and not trained; else None
     scaling : physical constants
     options : what it was built with, by name
     fade : of its correction beyond its training; None for one that does not fade
@@ -64,6 +81,7 @@ class Network(nn.Module, ABC):
 
     name: ClassVar[str]
     ends: ClassVar[Mapping[str, float]] = {"head": 1.0}
+    grown: ClassVar[Grown | None] = None
     fade: Fade | None
 
     def __init__(self, scaling: Scaling, options: dict[str, int | float]) -> None:

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from ...physics.errors import RequestError
-from .base import Memory, Network, Scaling
+from .base import Grown, Memory, Network, Scaling
 
 
 class Nodes(NamedTuple):
@@ -34,11 +34,12 @@ class Nodes(NamedTuple):
 class Trees(Network):
     """The sum of `units` trees of at most `leaves` leaves for each axis, and a constant; without memory.
 
-    Trees are grown by `training.growing`, not by steps along a gradient; before, all are alike and say nothing. Beyond
-    their training they say what they said at its edge.
+    Trees are grown by `training.growing_trees`, not by steps along a gradient; before, all are alike and say nothing.
+    Beyond their training they say what they said at its edge.
     """
 
     name: ClassVar[str] = "trees"
+    grown: ClassVar[Grown | None] = Grown("trees", "grown")
 
     def __init__(self, scaling: Scaling, *, units: int = 60, leaves: int = 31) -> None:
         if leaves < 2:

@@ -18,7 +18,6 @@ from ..models.network_model import NetworkModel
 from ..models.neural import CHECKPOINT
 from ..models.threads import one_thread
 from ..networks.base import Network
-from ..networks.trees import Trees
 from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
 from .choosing import Auditor, Chooser
 from .growing import grow
@@ -135,7 +134,7 @@ class _Run:
     def __init__(self, prepared: Prepared, settings: TrainingSettings, folder: Path | None, begun: float) -> None:
         self.prepared, self.settings, self.folder, self.begun = prepared, settings, folder, begun
         self.network = prepared.network
-        self.grows = isinstance(prepared.network, Trees)
+        self.grown = prepared.network.grown
         self.averaged = deepcopy(prepared.network) if self._averages else prepared.network
         self.optimiser = torch.optim.AdamW(
             self.network.parameters(), settings.learning_rate, weight_decay=settings.weight_decay
@@ -174,12 +173,12 @@ class _Run:
 
     @property
     def _averages(self) -> bool:
-        return self.settings.averaging > 0.0 and not self.grows
+        return self.settings.averaging > 0.0 and self.grown is None
 
     @property
     def learns_laws(self) -> bool:
         """Whether it has steps, and a loss of the laws."""
-        return self.settings.lambda_phys > 0.0 and not self.grows
+        return self.settings.lambda_phys > 0.0 and self.grown is None
 
     @property
     def _next(self) -> int:
@@ -187,8 +186,8 @@ class _Run:
 
     def finished(self) -> str:
         """Why training ends here; empty while it goes on."""
-        if self.grows and self._next > 1:
-            return "all trees are grown"
+        if self.grown is not None and self._next > 1:
+            return f"all {self.grown.parts} are {self.grown.how}"
         if stale(self.history) >= self.settings.patience:
             return f"no better validation error for {self.settings.patience} epochs"
         if self._next > self.settings.epochs:
@@ -198,9 +197,10 @@ class _Run:
     def epoch(self) -> None:
         """One more epoch, judged and written."""
         network, prepared = self.network, self.prepared
-        rate = _rate(self.settings, self._next)
-        grown = isinstance(network, Trees)
-        self._judge(grow(network, prepared.table, self.settings.seed) if grown else self._pass(rate))
+        if self.grown is None:
+            self._judge(self._pass(_rate(self.settings, self._next)))
+        else:
+            self._judge(grow(network, prepared.table, self.settings.seed))
         if self.folder is not None:
             write_checkpoint(
                 self.folder,

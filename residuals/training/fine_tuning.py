@@ -13,7 +13,6 @@ from ...physics.vehicle import Vehicle
 from ..models.network_inputs import input_names
 from ..models.network_model import NetworkModel, scaling_of
 from ..networks.base import Network, Scaling
-from ..networks.trees import Trees
 from .training_settings import Choice
 
 
@@ -23,12 +22,14 @@ def going_on_from(start: NetworkModel) -> Choice:
     Raises
     ------
     RequestError
-        for trees, which are not trained but grown.
+        for one that is not trained but grown, such as trees.
     """
-    if isinstance(start.network, Trees):
+    grown = start.network.grown
+    if grown is not None:
         raise RequestError(
-            f"train: expected a network that can go on learning, got the trees of {start.name}, which are grown anew; "
-            "start from an mlp, lstm, tcn, transformer or dissipative, or leave the start out"
+            f"train: expected a network that can go on learning, got the {grown.parts} of {start.name}, which are "
+            f"{grown.how} anew; start from an mlp, lstm, tcn, transformer or "
+            "dissipative, or leave the start out"
         )
     heading = start.network.width > 3 + start.network.scaling.drives
     return Choice(start.network.name, dict(start.network.options), start.pure, heading, start=start)

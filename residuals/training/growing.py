@@ -1,88 +1,31 @@
-"""Growing boosted trees on the rows of a training part: scikit-learn finds them, and plain arrays keep them."""
+"""How networks are found that are grown at once from a table of rows, and not trained by steps."""
 
+from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-import torch
-
-from ...physics.errors import RequestError
-from ...physics.extras import how_to_install
 from ...physics.frames import Array
-from ..networks.trees import Nodes, Trees
+from ..networks.base import Network
+from ..networks.gaussian_process import GaussianProcess
+from ..networks.trees import Trees
+from .growing_processes import fit_processes
+from .growing_trees import grow_trees
 
-_RATE, _DEPTH = 0.15, 6
-"""Share of each tree that counts, and its depth. With 0.1 and no limit, as scikit-learn has them, and 100 trees the
-errors on Gazebo's tuning runs are the same, and an answer takes five times as long."""
-_SAME = 1e-3
-"""By how much the arrays may say something else than the learner, in units of the output: inputs in single precision
-fall on the other side of a threshold now and then."""
-_ALIKE = 0.99
-"""Share of the rows of which that must hold."""
+Table = tuple[Array, Array]
+"""Standardised inputs (rows, inputs), and target (rows, 3) in units of the output."""
+
+GROWING: dict[type[Network], Callable[[Any, Table, int], float]] = {
+    GaussianProcess: fit_processes,
+    Trees: grow_trees,
+}
+"""How each network with `Network.grown` is grown from a table and a seed; gives the mean square of what is left."""
 
 
-def grow(network: Trees, table: tuple[Array, Array], seed: int) -> float:
-    """Grow the trees of each axis by scikit-learn's HistGradientBoostingRegressor, all rows alike.
-
-    Parameters
-    ----------
-    table : standardised inputs (rows, inputs), and target (rows, 3) in units of the output
-
-    Returns
-    -------
-    float
-        mean square of what is left of the target
+def grow(network: Network, table: Table, seed: int) -> float:
+    """Grow a network from all rows of a table, see `GROWING`; the mean square of what is left of the target.
 
     Raises
     ------
     RequestError
-        when scikit-learn is missing, or keeps its trees in another form than this version knows.
+        when scikit-learn is missing, or is a version that cannot be used.
     """
-    rows, wanted = table[0].astype(np.float32), table[1]
-    learners = [_learner(network.options, seed).fit(rows, column) for column in wanted.T]
-    try:
-        nodes = _nodes(learners, network.feature.shape)
-        network.plant(nodes, np.array([learner._baseline_prediction.item() for learner in learners]))
-    except (AttributeError, KeyError, IndexError, ValueError, RuntimeError) as error:
-        raise RequestError(
-            f"trees: this scikit-learn keeps its trees in another form ({error}); train another network"
-        ) from error
-    told = np.column_stack([learner.predict(rows) for learner in learners])
-    asked = torch.as_tensor(rows).to(network.threshold)
-    ours = network.correct(asked, asked, None)[0].double().cpu().numpy()
-    if (np.abs(ours - told).max(axis=1) <= _SAME).mean() < _ALIKE:
-        raise RequestError(
-            "trees: this version of scikit-learn means something else by its trees; train another network"
-        )
-    return float(((ours - wanted) ** 2).mean())
-
-
-def _learner(options: dict[str, int | float], seed: int) -> Any:
-    try:
-        from sklearn.ensemble import HistGradientBoostingRegressor
-    except ImportError as error:
-        raise RequestError(f"trees need scikit-learn ({error}): {how_to_install('neural')}") from None
-    made: Any = HistGradientBoostingRegressor  # its annotations are guessed from its defaults
-    return made(
-        learning_rate=_RATE,
-        max_depth=_DEPTH,
-        max_iter=int(options["units"]),
-        max_leaf_nodes=int(options["leaves"]),
-        early_stopping=False,
-        random_state=seed,
-    )
-
-
-def _nodes(learners: list[Any], shape: tuple[int, ...]) -> Nodes:
-    """The trees of all learners; those with fewer nodes are filled up with leaves that nothing reaches."""
-    here = np.broadcast_to(np.arange(shape[-1]), shape)
-    found = Nodes(np.zeros(shape, int), np.zeros(shape), here.copy(), here.copy(), np.zeros(shape))
-    for axis, learner in enumerate(learners):
-        for k, (tree,) in enumerate(learner._predictors):
-            nodes = tree.nodes
-            inner, size = nodes["is_leaf"] == 0, nodes.shape[0]
-            where = (axis, k, np.flatnonzero(inner))
-            found.feature[where] = nodes["feature_idx"][inner]
-            found.threshold[where] = nodes["num_threshold"][inner]
-            found.left[where], found.right[where] = nodes["left"][inner], nodes["right"][inner]
-            found.value[axis, k, :size] = np.where(inner, 0.0, nodes["value"])
-    return found
+    return GROWING[type(network)](network, table, seed)

@@ -109,7 +109,8 @@ def test_what_a_network_says_is_differentiated(tmp_path: Path):
     np.testing.assert_allclose(slope(at.numpy()).full(), expected.numpy(), rtol=1e-12, atol=1e-15)
 
 
-def test_a_network_of_another_kind_is_refused():
-    model = learnt("transformer", {}, False, False)
-    with pytest.raises(RequestError, match="expected a network of the kinds mlp, .*, got transformer"):
+@pytest.mark.parametrize("kind", ["transformer", "gp"])
+def test_a_network_of_another_kind_is_refused(kind: str):
+    model = learnt(kind, {}, False, False)
+    with pytest.raises(RequestError, match=f"expected a network of the kinds mlp, .*, got {kind}"):
         to_casadi.EXPORT.files(Given(model.vehicle, facts("as it is"), network=model), Path("a.json"))

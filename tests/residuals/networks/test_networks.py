@@ -20,7 +20,7 @@ from undertow.residuals.networks.registry import NETWORKS, build, default_option
 HULL = load_vehicle("otter")
 ROWS = 90
 EVERY_NETWORK = pytest.mark.parametrize("name", NETWORKS)
-WITH_MEMORY = pytest.mark.parametrize("name", [n for n in NETWORKS if n not in ("mlp", "dissipative", "trees")])
+WITH_MEMORY = pytest.mark.parametrize("name", [n for n in NETWORKS if n not in ("mlp", "dissipative", "trees", "gp")])
 
 
 def scaling(heading: bool = False) -> Scaling:
@@ -150,7 +150,7 @@ def test_the_options_it_was_built_with_are_kept(name: str):
 @pytest.mark.parametrize(
     ("name", "options", "match"),
     [
-        ("lstn", {}, r"unknown network 'lstn': did you mean 'lstm'\? There are: dissipative, lstm, mlp, tcn"),
+        ("lstn", {}, r"unknown network 'lstn': did you mean 'lstm'\? There are: dissipative, gp, lstm, mlp, tcn"),
         ("lstm", {"unit": 8}, r"network lstm: unknown option 'unit': did you mean 'units'\? There are: units, layers"),
         ("mlp", {"units": 0}, r"expected a whole number in \(0, 4096\] for units, got 0"),
         ("mlp", {"activation": 3}, r"expected a whole number in \(0, 2\] for activation, got 3"),
@@ -158,6 +158,7 @@ def test_the_options_it_was_built_with_are_kept(name: str):
         ("tcn", {"kernel": 2.5}, r"network tcn: expected a whole number in \(0, 64\] for kernel, got 2.5"),
         ("tcn", {"layers": True}, r"expected a whole number in \(0, 16\] for layers, got True"),
         ("dissipative", {"gain": float("nan")}, r"expected a number in \(0, 10\] for gain, got nan"),
+        ("gp", {"unit": 50}, r"network gp: unknown option 'unit': did you mean 'units'\? There are: units"),
         ("transformer", {"heads": 5}, r"expected units that the heads divide, got 32 units, 5 heads"),
     ],
 )

@@ -22,7 +22,7 @@ from undertow.workflows.train import choice_of
 
 SISTER = HULL.with_values({"mass": 1.2 * HULL.mass}, "sister")
 QUICK = TrainingSettings(epochs=6, fade=0.0, shrink=False)
-LEARNS = [name for name in NETWORKS if name != "trees"]
+LEARNS = [name for name in NETWORKS if NETWORKS[name].grown is None]
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +82,9 @@ def test_what_cannot_be_a_start_is_told(dragged: Split, trained: Trained) -> Non
     trees = train(dragged, HULL, Choice("trees"), settings=QUICK).model
     with pytest.raises(RequestError, match="trees of hybrid trees, which are grown anew"):
         going_on_from(trees)
+    process = train(dragged, HULL, Choice("gp", {"units": 20}), settings=QUICK).model
+    with pytest.raises(RequestError, match="Gaussian processes of hybrid gp, which are fitted anew"):
+        going_on_from(process)
     with pytest.raises(RequestError, match="a boat with the same thrusters"):
         scaling_from(trained.model, load_vehicle("cybership2"), heading=False)
 

@@ -323,7 +323,9 @@ def test_a_resumed_training_ends_like_one_that_was_never_interrupted(
     assert [path.name for path in tmp_path.iterdir()] == [CHECKPOINT]  # until the model is saved
 
 
-@pytest.mark.parametrize(("name", "averaging"), [("mlp", 0.0), ("trees", 0.95)], ids=["not averaged", "trees"])
+@pytest.mark.parametrize(
+    ("name", "averaging"), [("mlp", 0.0), ("trees", 0.95), ("gp", 0.95)], ids=["not averaged", "trees", "gp"]
+)
 def test_a_checkpoint_is_written_where_nothing_is_averaged(
     dragged: Split, tmp_path: Path, name: str, averaging: float
 ) -> None:

@@ -1,0 +1,42 @@
+"""Means of Gaussian processes (Rasmussen and Williams 2006) as plain arrays: smooth, and asked like any network."""
+
+from typing import ClassVar, final
+
+import torch
+from torch import Tensor, nn
+
+from .base import Grown, Memory, Network, Scaling
+
+
+@final
+class GaussianProcess(Network):
+    """Sum of `units` bells for each axis, each at a row that training has seen; without memory.
+
+    With centres c_j and, for each axis, a length l_i of each input, it says sum_j w_j exp(-1/2 sum_i ((s_i - c_ji) /
+    l_i)^2) at standardised inputs s: the squared-exponential kernel of several lengths, Rasmussen and Williams 2006,
+    equation 5.1. The constants are found by `training.growing_processes`, not by steps along a gradient; before, it
+    says nothing. It has no constant: far from all centres it says nothing again.
+    """
+
+    name: ClassVar[str] = "gp"
+    grown: ClassVar[Grown | None] = Grown("Gaussian processes", "fitted")
+
+    def __init__(self, scaling: Scaling, *, units: int = 400) -> None:
+        super().__init__(scaling, {"units": units})
+
+        def fixed(*shape: int) -> nn.Parameter:
+            return nn.Parameter(torch.zeros(shape), requires_grad=False)
+
+        self.centres = fixed(units, self.width)
+        self.sharpness = fixed(3, self.width)  # 1 / l_i, so that 0 is an input that tells nothing
+        self.head = nn.Module()  # what the correction is proportional to, as in the other networks
+        self.head.register_parameter("weight", fixed(3, units))
+
+    def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
+        """See `Network.correct`."""
+        seen = standardised.reshape(-1, standardised.shape[-1])
+        sharpness = self.sharpness[:, None]
+        # By differences: products of matrices lose digits where a row is near a centre.
+        apart = torch.cdist(seen * sharpness, self.centres * sharpness, compute_mode="donot_use_mm_for_euclid_dist")
+        said = torch.exp(-0.5 * apart.square()) @ self.head.get_parameter("weight")[..., None]
+        return said[..., 0].T.reshape(*standardised.shape[:-1], 3), ()

@@ -1,0 +1,134 @@
+"""Networks that are grown: Gaussian processes that say what scikit-learn's say, smoothly and as plain arrays."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+from training_parts import HULL, parts_of
+
+from undertow.measurements.preparation.split import Split
+from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.physics.errors import RequestError
+from undertow.physics.frames import Array
+from undertow.residuals.models.base import VehicleModel
+from undertow.residuals.models.model_files import load_network, save_network
+from undertow.residuals.models.network_inputs import input_names
+from undertow.residuals.models.network_model import scaling_of
+from undertow.residuals.networks.base import Network
+from undertow.residuals.networks.registry import NETWORKS, build
+from undertow.residuals.scores import acceleration_score, rollout_scores
+from undertow.residuals.training import growing_processes
+from undertow.residuals.training.epochs import train
+from undertow.residuals.training.growing import GROWING, grow
+from undertow.residuals.training.training_settings import Choice, TrainingSettings
+
+SETTINGS = TrainingSettings(fade=0.0)
+ROWS = 300
+"""So few that all of them can be centres."""
+
+
+@pytest.fixture(scope="module")
+def dragged() -> Split:
+    """A world with quadratic drag and lift that the nominal model lacks."""
+    return parts_of({"surge_quadratic_damping": -10.0, "sway_lift": 20.0})
+
+
+def table(rows: int = ROWS) -> tuple[Array, Array]:
+    """Inputs, and a smooth target of them with noise; nothing is to be learnt in yaw."""
+    rng = np.random.default_rng(8)
+    seen = rng.normal(size=(rows, 5)).astype(np.float32).astype(float)
+    smooth = np.column_stack([np.sin(2.0 * seen[:, 0]) + 0.3 * seen[:, 3], np.tanh(seen[:, 1] * seen[:, 2])])
+    return seen, np.column_stack([smooth + rng.normal(0.0, 0.1, smooth.shape), np.zeros(rows)])
+
+
+def fitted(units: int, seed: int = 0, rows: int = ROWS) -> Network:
+    names = input_names(HULL, False)
+    scaling = scaling_of(HULL, Standardisation(names, np.zeros(5), np.ones(5)), np.ones(3))
+    network = build("gp", scaling, {"units": units})
+    grow(network, table(rows), seed)
+    return network
+
+
+def says(network: Network, seen: Array) -> Array:
+    with torch.no_grad():
+        return network(torch.as_tensor(seen, dtype=torch.float32)[None])[0][0].double().numpy()
+
+
+def test_every_network_that_is_grown_is_known_to_grow() -> None:
+    assert set(GROWING) == {network for network in NETWORKS.values() if network.grown is not None}
+
+
+@pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
+@pytest.mark.parametrize(("nugget", "most"), [(1e-8, 5e-4), (growing_processes._NUGGET, 1e-2)])
+def test_where_all_rows_are_centres_it_says_what_scikit_learn_does(
+    nugget: float, most: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Up to single precision, and with the nugget by no more than a tenth of the noise."""
+    monkeypatch.setattr(growing_processes, "_NUGGET", nugget)
+    seen, target = table()
+    drawn = np.random.default_rng(0).permutation(ROWS)
+    asked = np.random.default_rng(9).normal(size=(200, 5)).astype(np.float32).astype(float)
+    said = says(fitted(ROWS), asked)
+    for axis in range(2):
+        lengths: Any = np.full(5, 2.0)  # annotated as a number alone
+        kernel = ConstantKernel(1.0, (1e-3, 1e2)) * RBF(lengths, (0.1, 1e2)) + WhiteKernel(0.1, (1e-4, 10.0))
+        process = GaussianProcessRegressor(kernel).fit(seen[drawn], target[drawn, axis])
+        assert said[:, axis] == pytest.approx(process.predict(asked), abs=most)
+    assert not said[:, 2].any(), "where nothing is to be learnt, nothing is said"
+
+
+def test_more_rows_than_centres_tell_more() -> None:
+    rng = np.random.default_rng(10)
+    asked = rng.normal(size=(2000, 5))
+    truth = np.sin(2.0 * asked[:, 0]) + 0.3 * asked[:, 3]
+    few, many = (np.sqrt(((says(fitted(100, rows=rows), asked)[:, 0] - truth) ** 2).mean()) for rows in (100, 4000))
+    assert many < 0.5 * few
+
+
+def test_fewer_rows_than_centres_are_enough_and_far_away_nothing_is_said() -> None:
+    network = fitted(400, rows=50)
+    assert says(network, table(50)[0])[:, :2].any(axis=1).all()
+    far = np.full((1, 5), 1e4)
+    assert not says(network, far).any()
+
+
+def test_another_seed_draws_other_rows_and_the_same_seed_the_same() -> None:
+    one, same, other = (fitted(50, seed).state_dict() for seed in (0, 0, 1))
+    assert all(torch.equal(one[name], same[name]) for name in one)
+    assert not torch.equal(one["centres"], other["centres"])
+
+
+def test_it_learns_what_the_nominal_model_lacks_and_is_plain_arrays(dragged: Split, tmp_path: Path) -> None:
+    found = train(dragged, HULL, Choice("gp", {"units": 100}, axes=(True, True, False)), settings=SETTINGS)
+    nominal = VehicleModel(HULL, "nominal")
+    before, after = (acceleration_score(model, dragged.test).rmse for model in (nominal, found.model))
+    assert (after[:2] < 0.5 * before[:2]).all()
+    far, near = (rollout_scores(model, dragged.test)["10"].position for model in (nominal, found.model))
+    assert near < 0.5 * far
+    assert (len(found.epochs), found.stopped) == (2, "all Gaussian processes are fitted")
+    motion = dragged.test.motions[0]
+    assert (found.model.correction(motion)[:, 2] == 0.0).all()
+    again = load_network(save_network(found.model, tmp_path / "gp", {}))
+    assert np.array_equal(again.correction(motion), found.model.correction(motion))
+
+
+@pytest.fixture
+def lacking() -> Iterator[None]:
+    """No scikit-learn."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in [name for name in sys.modules if name.partition(".")[0] == "sklearn"]:
+            patch.setitem(sys.modules, name, None)
+        yield
+
+
+@pytest.mark.usefixtures("lacking")
+@pytest.mark.parametrize(("name", "match"), [("gp", "gp needs scikit-learn"), ("trees", "trees need scikit-learn")])
+def test_without_scikit_learn_it_is_told(dragged: Split, name: str, match: str) -> None:
+    with pytest.raises(RequestError, match=rf"{match} \(.*\): pip install .*\[neural\]"):
+        train(dragged, HULL, Choice(name), settings=SETTINGS)
