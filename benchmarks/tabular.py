@@ -1,9 +1,10 @@
-"""What a learner of tables makes of the rows that a network learns from: boosted trees beside the perceptron.
+"""What learners of tables make of the rows that a network learns from: trees and processes beside the perceptron.
 
 Both see the same inputs along one Gazebo run, beside the vehicle that was calibrated on it, and are judged one step
 ahead on another run: on the rows inside the box of the training inputs, and beyond it. The trees (scikit-learn's
 HistGradientBoostingRegressor as it is, an axis each) are fitted to the filtered target row by row; beside them stand
-the trees that `train --residual trees` keeps. Those and the perceptron neither fade nor shrink. It takes a minute.
+the trees and the Gaussian processes that `train` keeps. Those and the perceptron neither fade nor shrink. It takes a
+minute.
 
     python benchmarks/tabular.py GAZEBO [--only B_2] [--seed 100]
 """
@@ -60,7 +61,7 @@ def learners(vehicle: Vehicle, split: Split, seed: int) -> dict[str, Says]:
             [tree.predict(network_inputs(vehicle, motion, heading=False)) for tree in trees]
         ),
     }
-    for name, network in (("trees of ours", "trees"), ("MLP", "mlp")):
+    for name, network in (("trees of ours", "trees"), ("Gaussian processes", "gp"), ("MLP", "mlp")):
         model = train(split, vehicle, Choice(network), settings=TrainingSettings(seed=seed, shrink=False)).model
         model.network.fade_beyond(None)
         found[name] = model.correction

@@ -1,8 +1,8 @@
 """Fitting Gaussian processes to the rows of a training part: scikit-learn finds the kernel, all rows the weights.
 
 The kernel and its noise come from the marginal likelihood of a drawn sample (Rasmussen and Williams 2006, section
-5.4.1). The weights come from all rows, by the subset of regressors (section 8.3.1, equation 8.14): other drawn rows are
-the centres. Where all rows are centres that is the whole Gaussian process.
+5.4.1). The weights come from all rows, by the subset of regressors (section 8.3.1, equation 8.14), whose
+centres are the first rows of the same draw. Where all rows are centres that is the whole Gaussian process.
 """
 
 import warnings
@@ -26,7 +26,7 @@ _SIZE, _LENGTH, _NOISE = (1e-3, 1e2), (0.1, 1e2), (1e-4, 10.0)
 about 1: less noise than a hundredth would only make weights large, and an input of the greatest length says nothing."""
 _NUGGET = 1e-4
 """What is added to the variance of a centre, as a share. Weights of bells side by side are then small enough for single
-precision; on simulated worlds errors with 1e-6 and 1e-3 are the same within 1 %."""
+precision; on simulated worlds errors with 1e-6 and 1e-3 are the same within 2 %."""
 _ROWS = 2048
 """Rows whose bells are held in memory at once."""
 
