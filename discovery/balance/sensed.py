@@ -6,10 +6,10 @@ second grows with the motion, just where the columns of effects do: it is rare, 
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from ...measurements.statistics.white_noise import drawn_noise
 from ...physics.forces import modelled_force
@@ -18,6 +18,9 @@ from ...physics.matrices import mass_matrix
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .tested_terms import Kernel
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 Single = NDArray[np.float32]
 _STEP = 1e-3
@@ -49,8 +52,10 @@ def sensed(
     return np.concatenate(parts, axis=2)
 
 
-def _passed(vehicle: Vehicle, motion: Motion, kernel: Kernel) -> csr_array:
+def _passed(vehicle: Vehicle, motion: Motion, kernel: Kernel) -> "csr_array":
     """What a change of each velocity of each row makes of each test on each axis, (3 tests, 3 rows)."""
+    from scipy.sparse import csr_array  # half a second, which only logs with noise need
+
     count, width = kernel.count, kernel.value.size
     rows = kernel.stride * np.arange(count)[:, None] + np.arange(width)
     forces = _slopes(vehicle, motion)[rows] * kernel.value[:, None, None]  # (tests, width, axes, velocities)
