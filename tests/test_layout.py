@@ -33,7 +33,7 @@ DISCOVERY = (
         "settings",
         "basis",
         "calibration",
-        "selection",
+        *("selected", "rollout_selection", "selection"),
         "hidden_sensors",
         "kept_effects",
     ),
