@@ -25,7 +25,7 @@ from .evidence.limits import as_timed, doubts, in_step, of_differences, of_other
 from .evidence.mostly_doubted import mostly_doubted
 from .evidence.other_forms import judged_in_logs, other_forms
 from .evidence.own_changes import own_changes
-from .evidence.record_errors import beside, clocks, compass_error, record_errors
+from .evidence.record_errors import beside, beside_turning, clocks, compass_error, record_errors, turning
 from .evidence.unjudged_rivals import beside_unjudged
 from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
 from .experiment.advice import advise, open_questions
@@ -145,7 +145,8 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     if looked.free is None:  # beside numbers that are calibrated, what an effect alone explains is little on any axis
         doubtful = of_other_axes(evidence, search.pool, kept, search.settings.least) | doubtful
-    doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
+    turns = turning(search.balance.motions)
+    doubtful = {**within_resolution(search, final), **beside_errors, **beside_turning(search.pool, turns), **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)
     hand_back()
@@ -193,7 +194,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
             findings = findings.but(verdict="undecided", headline=TOO_SHORT, reasons=(why,))
     certain = findings.verdict != "undecided" and not findings.unnamed
     sensors = record_errors(search, final.vehicle, final.active, found, certain)
-    sensors = (*(hidden.findings if hidden else ()), *clocks(search.balance.motions), *sensors)
+    sensors = (*(hidden.findings if hidden else ()), *clocks(search.balance.motions), *turns, *sensors)
     if basis.rolls:
         sensors = (*compass_error(compass_shown(basis.forces.motions)), *sensors)
     findings = beside(findings, sensors)

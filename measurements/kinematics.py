@@ -69,6 +69,21 @@ def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = _ALL) -
     return Kinematics({}, agree=False)
 
 
+def turning_of(motions: Sequence[Motion]) -> Kinematics:
+    """The gyro's scale beside a heading, where the boat turns too little to tell it from a compass that deviates.
+
+    Nothing where it turns enough, for then `kinematics_of` tells the two apart.
+    """
+    seen = [m for m in motions if not m.derived[2] and m.duration > LEAST_LEFT]
+    if not seen or _of_gyro(seen):
+        return Kinematics({})
+    fit = _fit([(columns[:, :2], rate, stretch) for columns, rate, stretch in (_turning(m, _HALF) for m in seen)])
+    if fit is None or fit.values[0] < _LEAST_SLOPE:
+        return Kinematics({})
+    slope, error = float(fit.values[0]), float(fit.errors[0])
+    return Kinematics({"gyro_scale": (1.0 / slope, error / slope**2)})
+
+
 def _left(motions: Sequence[Motion], errors: Mapping[str, float]) -> float:
     """Share of the way over ground that speeds do not explain beside errors."""
     fit = _fit([_moving(corrected_for(m, errors)) for m in motions if not any(m.derived[:2])])

@@ -6,12 +6,13 @@ from typing import Literal
 import numpy as np
 
 from ...measurements.compass import Compass
+from ...measurements.kinematics import turning_of
 from ...physics.effects import BY_NAME, COMMAND_OFFSET
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.sensor_errors import STRAIGHT_RUNS, gyro_lateness
 from ..candidates.at_limit import limit_at
-from ..candidates.candidate import Kind
+from ..candidates.candidate import Candidate, Kind
 from ..findings import Findings, SensorError
 from ..found_effects import FoundEffect, FoundTerm
 from ..reason import Reason
@@ -21,6 +22,9 @@ from .verdicts import found_terms
 
 _MATERIAL = 0.2
 """Share of the time between two records from which an offset is worth a word: less is how the averages fall."""
+_DEVIATING = 0.03
+"""Error of a gyro's scale from which it is told where a compass could look like it: on a part of the circle one that
+deviates by 0.02 rad, which does not matter, makes up to two hundredths of it."""
 
 
 def record_errors(
@@ -84,6 +88,27 @@ def clocks(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
     )
     terms = (FoundTerm(symbol="gyro_latency", value=late, unit="s"),)
     return (SensorError(error="channel_offset", verdict="present", sentence=told, terms=terms),)
+
+
+def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
+    """The finding on a heading that turns faster or slower than the gyro says, where nobody can tell which errs."""
+    known = turning_of(motions)
+    (scale, _) = known.values.get("gyro_scale", (1.0, 0.0))
+    if not known.present or abs(scale - 1.0) <= _DEVIATING:
+        return ()
+    told = (
+        f"The heading turns {1.0 / scale:.3g} times as fast as the gyro says: the gyro's scale is wrong, or the "
+        "compass deviates; the boat turns too little to tell which. Nothing is corrected for it, and no effect in sway "
+        "or yaw is certain; turn full circles both ways to tell."
+    )
+    terms = (FoundTerm(symbol="gyro_scale", value=scale, unit="1"),)
+    return (SensorError(error="gyro_scale", verdict="possible", sentence=told, terms=terms),)
+
+
+def beside_turning(pool: Sequence[Candidate], errors: Sequence[SensorError]) -> dict[str, str]:
+    """Why no effect that acts in sway or yaw is certain beside such a heading, by key."""
+    why = f"the heading turns {1.0 / errors[0].terms[0].value:.3g} times as fast as the gyro says" if errors else ""
+    return {c.key: why for c in pool if why and any(p.axis != 0 for p in c.parameters)}
 
 
 def compass_error(compass: Compass) -> tuple[SensorError, ...]:

@@ -1,0 +1,46 @@
+"""What a record is found to do wrong of which nobody can say which sensor it is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from undertow.discovery.discover import find_missing
+from undertow.measurements.kinematics import kinematics_of, turning_of
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+
+HULL = load_vehicle("otter")
+
+
+def turned(scale: float, seconds: float = 120.0, programme: str = "gentle") -> Motion:
+    """A motion whose gyro says so many times what is true."""
+    world = simulate_world(HULL, {}, programme=programme, duration=seconds, noise="field", seed=2)
+    motion = world.motion(0.05)
+    return replace(motion, velocity=motion.velocity * np.array([1.0, 1.0, scale]))
+
+
+@pytest.mark.parametrize("scale", [0.93, 1.06])
+def test_a_gyro_that_disagrees_with_the_heading_is_told_and_blamed_on_no_effect(scale: float):
+    motion = turned(scale)
+    assert not kinematics_of([motion]).present
+    findings = find_missing([motion], HULL).findings
+    assert findings.verdict == "undecided"
+    assert not findings.missing
+    (told,) = [s for s in findings.sensors if s.error == "gyro_scale"]
+    assert told.verdict == "possible"
+    assert told.terms[0].value == pytest.approx(scale, abs=0.01)
+    assert "which" in told.sentence
+
+
+def test_one_that_agrees_is_not_accused():
+    findings = find_missing([turned(1.0)], HULL).findings
+    assert findings.verdict == "nothing missing"
+    assert not [s for s in findings.sensors if s.error == "gyro_scale"]
+
+
+def test_where_the_boat_turns_enough_the_scale_itself_is_told():
+    motion = turned(1.06, 300.0, "rich")
+    assert not turning_of([motion]).values
+    assert "gyro_scale" in kinematics_of([motion]).present
