@@ -40,11 +40,12 @@ _TAIL = 0.025 / len(LEVELS) / len(SENSED)
 INTRODUCTION = f"""Logs of 300 s of random sisters of the shipped vehicles over all programmes, driven by the very model
 that discovery gets. Of {REHEARSALS} rehearsals of nothing about it, in how many does some effect earn as much as the
 best one does on the log itself? Where rehearsals are as the log is, a share p of the logs is among the best p of their
-rehearsals; in brackets, what all shares of the first two columns are within in 95 of 100 such studies."""
+rehearsals; in brackets, the limits that all fourteen shares of the first two columns keep in 95 of 100 such studies."""
 NO_CHANCE = """Two columns are no chance, and tell why an effect is not named for its rarity alone. Without noise the
 rest is what a simulator's steps leave, which follows the columns. Waves push the boat, so that what a model leaves and
-how the boat moves share a cause; and a drag that bends takes more of a boat that is shaken. Such effects are there, and
-small; the last row says how many of them earn the price of a name, before any other rule is asked."""
+how the boat moves share a cause, and a drag that bends takes more of a boat that is shaken; rollouts judge such logs,
+and draw no noise of sensors. Effects like these are there, and small: the last row says in how many logs one earns the
+price of a name, before any other rule is asked."""
 
 
 @single_threaded

@@ -145,8 +145,9 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     if looked.free is None:  # beside numbers that are calibrated, what an effect alone explains is little on any axis
         doubtful = of_other_axes(evidence, search.pool, kept, search.settings.least) | doubtful
-    turns = turning(search.balance.motions)
-    doubtful = {**within_resolution(search, final), **beside_errors, **beside_turning(search.pool, turns), **doubtful}
+    turns = turning(basis.forces.motions)
+    doubtful = beside_turning(search.pool, kept, turns) | doubtful
+    doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)
     hand_back()

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
 from ..physics.cards import Card, Drawn, each
 from ..physics.file_records import Flag, Number, Record, Whole, absent
-from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.frames import AXES
 from ..physics.in_words import number, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
 from .fold_findings import Folds
@@ -194,11 +194,6 @@ class Criterion(Record):
     unit: Mapping[str, str] = {}
     force_scale: Mapping[str, Number] = {}
     search: str = ""
-
-    @property
-    def by_forces(self) -> bool:
-        """Whether the force balance judged, and not rollouts."""
-        return FORCE_UNITS[0] in self.unit.values()
 
     @property
     def unjudged(self) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ that were turned into the body by a heading that is off by a constant. What they
 with many effects at once, each a stand-in; taken away, the few that are real remain.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import NamedTuple
@@ -24,7 +24,7 @@ from .search.beside_errors import Beside, best_beside
 from .search.command_resolution import leaves_structure
 from .search.floating import Search, State
 from .selected import Selected, Unsettled
-from .selection import on_forces, rolled
+from .selection import Selection, on_forces, rolled
 
 _USUAL = (1.0, 1.0, 0.2)
 """Errors that are nothing unusual [m, m, rad]: of an antenna on a boat of one or two metres, and 11 degrees."""
@@ -115,29 +115,20 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
     forces explain without it. Where the log asks less plainly, nothing is corrected: effects that it asks for no longer
     beside the error are not certain.
     """
-    found = None if basis.rolls else on_forces(basis, say)
-    looked = found if isinstance(found, Selected) else None
-    unsettled = found if isinstance(found, Unsettled) else None
-
-    def before() -> Selected:
-        nonlocal looked
-        looked = looked or rolled(unsettled, basis, say)
-        return looked
-
+    before = Selection(basis, say)
+    looked = before.settled
     if basis.forces.claimed:
-        return BesideSensors(before())
+        return BesideSensors(before.selected)
     earned, doubts = _earned(looked.search, looked.state) if looked else (0.0, {})
     estimate = None
-    if unsettled or (looked and _crowded(looked.search, looked.state)):
+    if before.unsettled or (looked and _crowded(looked.search, looked.state)):
         estimate = _asked(basis)
     if estimate is None and looked and earned >= _ASKS:
         estimate = _beside(looked.search).errors * _USUAL
-    judge = unsettled.rolling if unsettled else basis
-    corrected = None if estimate is None else _corrected(judge, before, estimate, say)
-    # Where no model and no errors explain a log, rollouts judge whatever the sensors did.
-    if corrected is None and not isinstance(found, Selected):
-        _, doubts = _earned(before().search, before().state)
-    return corrected or BesideSensors(before(), None, doubts)
+    corrected = None if estimate is None else _corrected(before, estimate)
+    if corrected is None and looked is None:  # where no model and no errors explain a log, rollouts judge it anyway
+        _, doubts = _earned(before.selected.search, before.selected.state)
+    return corrected or BesideSensors(before.selected, None, doubts)
 
 
 def _crowded(search: Search, state: State) -> bool:
@@ -155,32 +146,28 @@ def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
     return beside.earned, dict.fromkeys(beside.unneeded if beside.earned >= _ASKS else (), told)
 
 
-def _corrected(basis: Basis, before: Callable[[], Selected], estimate: Array, say: Say) -> BesideSensors | None:
+def _corrected(before: Selection, estimate: Array) -> BesideSensors | None:
     """What is found on motions without an error of the sensors, as it is refined.
 
     None where that is no better, or leaves what no noise explains.
-
-    Parameters
-    ----------
-    basis : what judges the motions as they are
-    before : what is found on them
     """
+    basis, say = before.basis, before.say
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
     best: Selected | None = None
     found, unsure = None, ()
-    worth = np.inf if basis.rolls else before().state.score - _BETTER
+    worth = before.settled.state.score - _BETTER if before.settled else np.inf
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
         begun = choose([errors.corrected(motion) for motion in basis.forces.motions], basis.nominal, basis.settings)
-        other = _selected(begun, basis, before)
+        other = _selected(begun, before)
         if other is None:
             break
         search, state = _on_forces(begun, other)
         paid = search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-        if state.score + paid > worth or not _simpler(basis, before, other, errors):
+        if state.score + paid > worth or not _simpler(before, other, errors):
             break
         best, found, worth = other, errors, state.score + paid
-        beside = min(_beside(search, state), _beside(basis.instant), key=Beside.worth)
+        beside = min(_beside(search, state), _beside(search), key=Beside.worth)
         unsure = sorted(({*search.named(state.active)} - {*beside.state.active}) | {*beside.unneeded})
         more = beside.errors
         if np.abs(more).max() < _SETTLED[basis.sensed]:
@@ -188,7 +175,7 @@ def _corrected(basis: Basis, before: Callable[[], Selected], estimate: Array, sa
         estimate = estimate + more * _USUAL
     if best is None or found is None:
         return None
-    if leaves_structure(best.search, best.state) and _share_left(before(), best) > _STAND_IN:
+    if leaves_structure(best.search, best.state) and _share_left(before.selected, best) > _STAND_IN:
         return None
     say("; ".join(error.sentence for error in found.findings))
     notes = (*filter(None, [basis.part]), *best.notes)
@@ -196,24 +183,25 @@ def _corrected(basis: Basis, before: Callable[[], Selected], estimate: Array, sa
     return BesideSensors(best, found, dict.fromkeys(unsure, f"{_A_LITTLE} more, the log would not ask for it"))
 
 
-def _selected(begun: Basis, basis: Basis, before: Callable[[], Selected]) -> Selected | None:
+def _selected(begun: Basis, before: Selection) -> Selected | None:
     """What is found on corrected motions; None where both roll, and more than a stand-in leaves is left of the first.
 
     Rollouts are asked last: what forces leave of a log they hardly explain.
     """
     found = None if begun.rolls else on_forces(begun, _quiet)
-    if isinstance(found, Unsettled) and basis.rolls and _share(before(), found.search, found.state) > _STAND_IN:
+    rolls = before.basis.rolls
+    if isinstance(found, Unsettled) and rolls and _share(before.selected, found.search, found.state) > _STAND_IN:
         return None
     other = found if isinstance(found, Selected) else rolled(found, begun, _quiet)
-    both_roll = basis.rolls and other.basis.rolls
-    return None if both_roll and _share_left(before(), other) > _STAND_IN else other
+    both_roll = rolls and other.basis.rolls
+    return None if both_roll and _share_left(before.selected, other) > _STAND_IN else other
 
 
 def _quiet(text: str) -> None:
     """Say nothing."""
 
 
-def _simpler(basis: Basis, before: Callable[[], Selected], after: Selected, errors: HiddenErrors) -> bool:
+def _simpler(before: Selection, after: Selected, errors: HiddenErrors) -> bool:
     """Whether fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
 
     Turning moves an antenna as it bends the flow along a hull: four effects about another origin do as well as five
@@ -225,10 +213,8 @@ def _simpler(basis: Basis, before: Callable[[], Selected], after: Selected, erro
         if arm and abs(state.vehicle.value(symbol) - search.nominal.value(symbol)) > abs(arm):
             return False
     named = len(search.named(state.active)) + np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-    if _crowded(search, state):
-        return False
-    explained = not basis.rolls and not leaves_structure(before().search, before().state)
-    return not explained or bool(named < len(before().search.named(before().state.active)))
+    least = len(before.selected.search.named(before.selected.state.active)) if before.explained else np.inf
+    return not _crowded(search, state) and bool(named < least)
 
 
 def _share_left(before: Selected, after: Selected) -> float:
@@ -237,6 +223,7 @@ def _share_left(before: Selected, after: Selected) -> float:
 
 
 def _share(before: Selected, search: Search, later: State) -> float:
+    """The share of what one model leaves unexplained that another one of a force balance leaves there."""
     _, earlier = _on_forces(before.basis, before)
     return search.unexplained(later.fit.held_out) / max(search.unexplained(earlier.fit.held_out), 1e-12)
 

@@ -7,6 +7,7 @@ model that was found, and lose what cannot be told from nothing.
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import cached_property
 
 from ..physics.errors import RequestError
 from ..physics.freed_memory import hand_back
@@ -41,8 +42,35 @@ def select(basis: Basis, say: Say) -> Selected:
     RequestError
         when the log is too short for a few blocks of rollouts.
     """
-    found = None if basis.rolls else on_forces(basis, say)
-    return found if isinstance(found, Selected) else rolled(found, basis, say)
+    return Selection(basis, say).selected
+
+
+class Selection:
+    """The same, of which what rollouts select is made when it is asked for.
+
+    Attributes
+    ----------
+    settled, unsettled : what the force balance found, where it was asked: one of the two
+    basis : what judges
+    say : told a line for each step
+    """
+
+    def __init__(self, basis: Basis, say: Say) -> None:
+        found = None if basis.rolls else on_forces(basis, say)
+        self.settled = found if isinstance(found, Selected) else None
+        self.unsettled = found if isinstance(found, Unsettled) else None
+        self.basis = self.unsettled.rolling if self.unsettled else basis
+        self.say = say
+
+    @cached_property
+    def selected(self) -> Selected:
+        """By whichever judges."""
+        return self.settled or rolled(self.unsettled, self.basis, self.say)
+
+    @property
+    def explained(self) -> bool:
+        """Whether forces leave nothing of the log."""
+        return self.settled is not None and not leaves_structure(self.settled.search, self.settled.state)
 
 
 def rolled(found: Unsettled | None, basis: Basis, say: Say) -> Selected:

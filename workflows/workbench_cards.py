@@ -62,7 +62,7 @@ def _effect(found: FoundEffect, findings: Findings, drawn: LogOnBench | None) ->
         found.verdict,
         numbers_of(found.terms) if found.verdict != "no evidence" else (),
         effect is not None and effect.added,
-        found.chance.in_words(findings.criterion.by_forces) if found.chance is not None and likely else "",
+        found.chance.in_words if found.chance is not None and likely else "",
         tuple(twins(found)),
         tell,
         _picture(found, shown) if shown is not None else "",

@@ -112,6 +112,10 @@ class Balance(ABC):
         """
 
     @abstractmethod
+    def of_switches(self, vehicle: Vehicle) -> Array | None:
+        """What sums over rows make of thrust that jumps, beyond integrals, (tests, 3); None where nothing is summed."""
+
+    @abstractmethod
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
         """The balance (tests, 3) of the same motions, had other commands or velocities been recorded of them."""
 

@@ -133,6 +133,9 @@ class Shooting(Balance):
     def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> None:
         """None: rollouts are asked where the noise has a colour, and then only what is left tells of it."""
 
+    def of_switches(self, vehicle: Vehicle) -> None:
+        """None: rollouts are integrated."""
+
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
         """See `Balance.recorded`, [m/s, m/s, rad/s]."""
         data = self._data.recorded(motions)

@@ -119,13 +119,16 @@ class WeakForm(Balance):
         number = np.repeat(np.arange(len(self.motions)), [kernel.count for kernel in self._kernels])
         return number, self.time - self.settings.half_width, self.time + self.settings.half_width
 
-    def of_switches(self, vehicle: Vehicle) -> Array:
-        """What sums over rows make of thrust that jumps, beyond integrals, (tests, 3) [N, N, N m].
+    def of_switches(self, vehicle: Vehicle) -> Array | None:
+        """See `Balance.of_switches`, [N, N, N m]; None where accelerations are claimed.
 
-        By Euler and Maclaurin a sum errs by h^2/12 times the jump of the integrand's slope at a row. Where thrust jumps
-        by F, that is phi' F for momentum and as much again for force; where it does not jump, nothing. So it is a
-        bound: records that are averages of the commands, or late, leave less.
+        By the formula of Euler and Maclaurin (Abramowitz and Stegun 1964, 23.1.30) a sum errs by h^2/12 times the jump
+        of the integrand's slope at a row. Where thrust jumps by F, that is phi' F for momentum and as much again for
+        force; where it does not jump, nothing. So it is a bound: records that are averages of the commands, or late,
+        leave less.
         """
+        if self.claimed:
+            return None
         found = []
         for motion, kernel in zip(self.motions, self._kernels, strict=True):
             still = replace(motion, velocity=np.zeros_like(motion.velocity), past=None)

@@ -1,6 +1,7 @@
 """What the log's own record is found to do wrong, beside which every effect was judged."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -24,7 +25,9 @@ _MATERIAL = 0.2
 """Share of the time between two records from which an offset is worth a word: less is how the averages fall."""
 _DEVIATING = 0.03
 """Error of a gyro's scale from which it is told where a compass could look like it: on a part of the circle one that
-deviates by 0.02 rad, which does not matter, makes up to two hundredths of it."""
+deviates by 0.02 rad, which does not matter, makes up to 0.02 of it, and a scale matters from 0.01 on."""
+_TURNING = ("X_vr", "X_rr")
+"""Parameters of forces ahead that go with the turning."""
 
 
 def record_errors(
@@ -91,24 +94,43 @@ def clocks(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
 
 
 def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
-    """The finding on a heading that turns faster or slower than the gyro says, where nobody can tell which errs."""
-    known = turning_of(motions)
-    (scale, _) = known.values.get("gyro_scale", (1.0, 0.0))
-    if not known.present or abs(scale - 1.0) <= _DEVIATING:
-        return ()
-    told = (
-        f"The heading turns {1.0 / scale:.3g} times as fast as the gyro says: the gyro's scale is wrong, or the "
-        "compass deviates; the boat turns too little to tell which. Nothing is corrected for it, and no effect in sway "
-        "or yaw is certain; turn full circles both ways to tell."
-    )
-    terms = (FoundTerm(symbol="gyro_scale", value=scale, unit="1"),)
-    return (SensorError(error="gyro_scale", verdict="possible", sentence=told, terms=terms),)
+    """Findings on headings that turn faster or slower than the gyro says, of logs that do not tell which of them errs.
+
+    Parameters
+    ----------
+    motions : as they are recorded
+    """
+    sources = dict.fromkeys(motion.source for motion in motions)
+    found = []
+    for source in sources:
+        known = turning_of([motion for motion in motions if motion.source == source])
+        scale, _ = known.values.get("gyro_scale", (1.0, 0.0))
+        if not (known.present or known.beyond) or abs(scale - 1.0) <= _DEVIATING:
+            continue
+        name = f"{Path(source).name}: " if len(sources) > 1 else ""
+        told = (
+            f"{name}The heading turns {1.0 / scale:.3g} times as fast as the gyro says: the gyro's scale is wrong, or "
+            "the compass deviates; this log turns too little to tell which. Nothing is corrected for it, and no effect but "
+            "drag and trim in surge is certain; turn full circles both ways to tell."
+        )
+        terms = (FoundTerm(symbol="gyro_scale", value=scale, unit="1"),)
+        found.append(SensorError(error="gyro_scale", verdict="possible", sentence=told, terms=terms))
+    return tuple(found)
 
 
-def beside_turning(pool: Sequence[Candidate], errors: Sequence[SensorError]) -> dict[str, str]:
-    """Why no effect that acts in sway or yaw is certain beside such a heading, by key."""
-    why = f"the heading turns {1.0 / errors[0].terms[0].value:.3g} times as fast as the gyro says" if errors else ""
-    return {c.key: why for c in pool if why and any(p.axis != 0 for p in c.parameters)}
+def beside_turning(pool: Sequence[Candidate], kept: Collection[str], errors: Sequence[SensorError]) -> dict[str, str]:
+    """Why effects are not certain beside such a heading, by key: all but those that no turn of the boat touches.
+
+    Parameters
+    ----------
+    kept : effects in question
+    errors : as `turning` tells them
+    """
+    if not errors:
+        return {}
+    why = f"the heading turns {1.0 / errors[0].terms[0].value:.3g} times as fast as the gyro says"
+    turns = [c.key for c in pool if any(p.axis != 0 or p.symbol in _TURNING for p in c.parameters)]
+    return {key: why for key in turns if key in kept}
 
 
 def compass_error(compass: Compass) -> tuple[SensorError, ...]:

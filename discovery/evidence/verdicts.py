@@ -179,7 +179,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str, thrust: st
     if reason is None:
         sentence = f"{meaning} {_alone(candidate, e.share, what)}"
         if e.chance is not None:
-            sentence += f" {e.chance.in_words(g.search.balance.forces)}"
+            sentence += f" {e.chance.in_words}"
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
         sentence = reason.tell(meaning, doubt.told if doubt else _told(e, reason))
@@ -316,8 +316,8 @@ def _criterion(search: Search) -> Criterion:
         certainty=(
             f"each parameter earns a held-out log-likelihood of {settings.price:g} "
             f"({settings.unnamed_price:g} for a term without a name and for each gain of a thrust curve) in 9 of 10 "
-            f"block resamples, and more than any effect earns in {REHEARSALS} rehearsals of nothing (copies of what "
-            "the model leaves without it, of the same colour and size: that speaks of noise like theirs alone)"
+            f"block resamples, and more than any effect earns in {REHEARSALS} rehearsals of nothing (noise "
+            "like what the model leaves without it, of the same colour and size: that speaks of such noise alone)"
         ),
         material=(
             f"it alone explains at least {100.0 * settings.materiality:g} % of the {what} on some axis, or "

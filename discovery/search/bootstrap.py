@@ -12,7 +12,6 @@ from ...physics.file_records import Number
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Linearisation, Option
 from .gram import RIDGE, GramScores
@@ -106,7 +105,8 @@ def _of_switches(
     balance: Balance, scores: GramScores, pool: Sequence[Candidate], chosen: Sequence[Option], vehicle: Vehicle
 ) -> dict[str, float]:
     """By how much each parameter would change if commands jump from one row to the next, by symbol."""
-    if not isinstance(balance, WeakForm) or balance.claimed or not chosen:
+    left = balance.of_switches(vehicle) if chosen else None
+    if left is None:
         return {}
     active = [option.key for option in chosen]
     alike = [candidate for candidate in pool if candidate.key in active]
@@ -114,7 +114,7 @@ def _of_switches(
     options = [linear.options[key][0] for key in active]
     free = [(s, k) for option in options for s, k in zip(option.symbols, option.free, strict=True) if k >= 0]
     columns = linear.columns[:, :, [k for _, k in free]]
-    pull = np.einsum("a,tap,ta->p", scores.weight, columns, balance.of_switches(vehicle), optimize=True)
+    pull = np.einsum("a,tap,ta->p", scores.weight, columns, left, optimize=True)
     _, normal, _ = scores.block_normal(chosen)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal.sum(axis=0)), _SMALL))
     system = normal.sum(axis=0) * (scale[:, None] * scale) + RIDGE * np.eye(scale.size)

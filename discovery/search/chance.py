@@ -8,11 +8,12 @@ the rehearsed.
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
-from ...physics.file_records import Record, Whole
+from ...physics.file_records import Flag, Record, Whole
 from ...physics.frames import Array
 from ..candidates.linearisation import Linearisation, Option
 from .gram import RIDGE, GramScores
@@ -21,23 +22,28 @@ from .scoring import Scoring
 
 
 class Chance(Record):
-    """In how many rehearsals of nothing some effect looked as good: `better` of `of`."""
+    """In how many rehearsals of nothing some effect looked as good: `better` of `of`.
+
+    Attributes
+    ----------
+    of_noise : whether sensors make the noise of the log, so that a share of rehearsals is a chance
+    """
 
     better: Whole
     of: Whole
+    of_noise: Annotated[Flag, Field(exclude_if=bool)] = True
 
     @property
     def none(self) -> bool:
         """Whether none of them did."""
         return self.better == 0
 
-    def in_words(self, forces: bool) -> str:
-        """What it says of an effect that none of them reached; where rollouts judge it is no measure of chance."""
-        if forces:
-            told = f"this log's noise without it no effect looked as good: 1 in {self.of + 1:,}"
-        else:
-            told = "what is left without it no effect looked as good; where waves move the boat, chance is not as rare"
-        return f"In {self.of} rehearsals of {told}."
+    @property
+    def in_words(self) -> str:
+        """What it says of an effect that none of them reached, in a sentence."""
+        if not self.of_noise:
+            return f"In {self.of} rehearsals of what is left without it no effect looked as good."
+        return f"In {self.of} rehearsals of this log's noise without it no effect looked as good: 1 in {self.of + 1:,}."
 
 
 class _Trial(NamedTuple):
@@ -58,7 +64,7 @@ class Rehearsals:
     search : prices, floors and the balance
     linear, scores : columns and Gram matrices about the model
     now : the option in which each effect stands in it
-    seed : of the phases
+    seed : of noise and phases
     """
 
     def __init__(
@@ -100,7 +106,7 @@ class Rehearsals:
         pulled = [self._pulled(copies) for copies in self._copies.of(left)]
         squares, pulls = (np.concatenate(part, axis=1) for part in zip(*pulled, strict=True))
         best = self._gains(squares, pulls, columns, every).max(axis=0)
-        return float(mine), Chance(better=int((best >= mine).sum()), of=REHEARSALS)
+        return float(mine), Chance(better=int((best >= mine).sum()), of=REHEARSALS, of_noise=self._copies.sensed)
 
     def _pulled(self, rests: Single) -> tuple[Array, Array]:
         """Squares (3, rests) of rests (3, rests, tests), and their products with the columns (3, rests, columns)."""

@@ -44,9 +44,18 @@ class NoiseCopies:
         self._balance, self._vehicle, self._seed, self._rows = balance, vehicle, seed, balance.bins
         self._length: int = _quick_length(balance.time.size // self._rows)
 
+    @property
+    def sensed(self) -> bool:
+        """Whether noise of sensors is in them, passed through the balance."""
+        return self._drawn is not None
+
+    @property
+    def _drawn(self) -> Single | None:
+        return self._balance.sensed(self._vehicle, REHEARSALS, self._seed)
+
     def of(self, left: Single) -> Iterator[Single]:
         """Copies of a rest (tests, 3) as (3, copies, tests), some at a time, `REHEARSALS` in all."""
-        sensed = self._balance.sensed(self._vehicle, REHEARSALS, self._seed)
+        sensed = self._drawn
         if sensed is None:
             yield from self._by_phases(left)
             return
@@ -60,11 +69,12 @@ class NoiseCopies:
 
     def _surplus(self, left: Single, sensed: Single) -> Single:
         """What a rest (tests, 3) has at each frequency beyond sensor noise (3, copies, tests)."""
-        size = self._sizes(left)
+        size = self._sizes(left).astype(float)
         spectrum = np.fft.rfft(left / size, axis=0)
         white = (np.abs(np.fft.rfft(sensed / size.T[:, None])) ** 2).mean(axis=1).T
-        ratio = np.abs(spectrum) ** 2 / np.maximum(white, np.finfo(np.float32).tiny)
-        beyond = np.sqrt(np.maximum(1.0 - 1.0 / np.maximum(_near_by(ratio), 1.0), 0.0))
+        ratio = np.divide(np.abs(spectrum) ** 2, white, out=np.zeros(white.shape), where=white > 0.0)
+        beyond = np.sqrt(1.0 - 1.0 / np.maximum(_near_by(ratio), 1.0))
+        beyond[:, ~white.any(axis=0)] = 1.0  # no noise of sensors comes to this axis
         return np.asarray(np.fft.irfft(beyond * spectrum, left.shape[0], axis=0) * size, np.float32)
 
     def _by_phases(self, left: Single) -> Iterator[Single]:

@@ -7,6 +7,9 @@ from torch import Tensor, nn
 
 from .base import Grown, Memory, Network, Scaling
 
+_ROWS = 2048
+"""Rows whose bells are held in memory at once."""
+
 
 @final
 class GaussianProcess(Network):
@@ -35,8 +38,13 @@ class GaussianProcess(Network):
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
         seen = standardised.reshape(-1, standardised.shape[-1])
+        said = torch.cat([self._said(some) for some in seen.split(_ROWS)])
+        return said.reshape(*standardised.shape[:-1], 3), ()
+
+    def _said(self, seen: Tensor) -> Tensor:
+        """The sums (rows, 3) at standardised inputs (rows, inputs)."""
         sharpness = self.sharpness[:, None]
         # By differences: products of matrices lose digits where a row is near a centre.
         apart = torch.cdist(seen * sharpness, self.centres * sharpness, compute_mode="donot_use_mm_for_euclid_dist")
         said = torch.exp(-0.5 * apart.square()) @ self.head.get_parameter("weight")[..., None]
-        return said[..., 0].T.reshape(*standardised.shape[:-1], 3), ()
+        return said[..., 0].T

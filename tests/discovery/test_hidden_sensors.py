@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.discovery import hidden_sensors
+from undertow.discovery import selection
 from undertow.discovery.discover import find_missing
 from undertow.discovery.hidden_sensors import HiddenErrors
 from undertow.measurements.log import read_log
@@ -60,7 +60,7 @@ def test_an_error_that_only_forces_show_is_found_and_blamed_on_no_effect(
 
 def test_a_lever_arm_is_found_under_noise_where_no_effect_leaves_it_white(monkeypatch: pytest.MonkeyPatch):
     """Where it is not looked for, rollouts judge, and a part of the force has no name; they are not asked for it."""
-    monkeypatch.setattr(hidden_sensors, "rolled", None)
+    monkeypatch.setattr(selection, "rolled", None)
     found = find_missing([measured(sailed(noise="field"), HiddenErrors(0.0, 0.5, 0.0))], HULL).findings
     assert found.verdict == "nothing missing"
     (arm,) = [s for s in found.sensors if s.error == "antenna_arm"]

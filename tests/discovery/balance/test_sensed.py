@@ -72,3 +72,14 @@ def test_copies_are_as_loud_as_the_rest(loud: float):
     np.testing.assert_allclose(copies.std(axis=(1, 2)), left.std(axis=0), rtol=0.12)
     spectrum = np.abs(np.fft.rfft(copies)).mean(axis=1)[:, 1:10].mean(axis=1)
     np.testing.assert_allclose(spectrum, np.abs(np.fft.rfft(left.T))[:, 1:10].mean(axis=1), rtol=0.6)
+
+
+def test_an_axis_to_which_no_noise_comes_keeps_its_rest():
+    weak = form_of()
+    left = weak.balance(HULL).astype(np.float32)
+    drawn = weak.sensed(HULL, REHEARSALS, 0)
+    assert drawn is not None
+    drawn[1] = 0.0
+    copies = np.concatenate(list(NoiseCopies(weak, HULL, 0).of(left)), axis=1)
+    assert np.isfinite(copies).all()
+    assert copies[1].std() == pytest.approx(left[:, 1].std(), rel=0.2)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from undertow.discovery.discover import find_missing
+from undertow.discovery.evidence.record_errors import turning
 from undertow.measurements.kinematics import kinematics_of, turning_of
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
@@ -14,9 +15,11 @@ from undertow.physics.worlds.world import simulate_world
 HULL = load_vehicle("otter")
 
 
-def turned(scale: float, seconds: float = 120.0, programme: str = "gentle") -> Motion:
+def turned(
+    scale: float, seconds: float = 120.0, programme: str = "gentle", effects: dict[str, float] | None = None
+) -> Motion:
     """A motion whose gyro says so many times what is true."""
-    world = simulate_world(HULL, {}, programme=programme, duration=seconds, noise="field", seed=2)
+    world = simulate_world(HULL, effects or {}, programme=programme, duration=seconds, noise="field", seed=2)
     motion = world.motion(0.05)
     return replace(motion, velocity=motion.velocity * np.array([1.0, 1.0, scale]))
 
@@ -26,12 +29,28 @@ def test_a_gyro_that_disagrees_with_the_heading_is_told_and_blamed_on_no_effect(
     motion = turned(scale)
     assert not kinematics_of([motion]).present
     findings = find_missing([motion], HULL).findings
-    assert findings.verdict == "undecided"
     assert not findings.missing
     (told,) = [s for s in findings.sensors if s.error == "gyro_scale"]
     assert told.verdict == "possible"
     assert told.terms[0].value == pytest.approx(scale, abs=0.01)
     assert "which" in told.sentence
+    doubted = [e for e in findings.candidates if "times as fast" in e.sentence]
+    assert all(e.terms and e.confidence > 0.5 for e in doubted)  # of the model, and not of the catalogue
+
+
+def test_drag_ahead_is_named_beside_it():
+    findings = find_missing([turned(1.06, effects={"surge_quadratic_damping": -60.0})], HULL).findings
+    assert "surge_quadratic_damping" in findings.missing
+    assert set(findings.missing) <= {"surge_quadratic_damping", "surge_trim"}
+
+
+def test_each_log_is_asked_alone():
+    """Two that turn too little alone turn enough together: their gyros are two, and so are their scales."""
+    motions = [replace(turned(scale), source=f"{scale}.csv") for scale in (1.06, 1.0)]
+    (told,) = turning(motions)
+    assert told.sentence.startswith("1.06.csv: ")
+    assert told.terms[0].value == pytest.approx(1.06, abs=0.01)
+    assert not turning([replace(motion, derived=(False, False, True)) for motion in motions])
 
 
 def test_one_that_agrees_is_not_accused():

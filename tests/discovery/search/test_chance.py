@@ -42,7 +42,8 @@ def test_on_nothing_the_best_effect_is_one_of_the_rehearsed(rolls):
 def test_what_is_there_is_never_met_by_chance(rolls):
     drag = {"surge_quadratic_damping": -8.0}
     found = rehearsed(3, drag, active=("surge_quadratic_damping",), rolls=rolls).chance("surge_quadratic_damping")
-    assert found == Chance(better=0, of=REHEARSALS)
+    assert found == Chance(better=0, of=REHEARSALS, of_noise=not rolls)
+    assert ("1 in 1,000" in found.in_words) != rolls
 
 
 def test_what_is_not_there_is_met_by_chance():
