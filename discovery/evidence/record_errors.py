@@ -110,8 +110,8 @@ def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
         name = f"{Path(source).name}: " if len(sources) > 1 else ""
         told = (
             f"{name}The heading turns {1.0 / scale:.3g} times as fast as the gyro says: the gyro's scale is wrong, or "
-            "the compass deviates; this log turns too little to tell which. Nothing is corrected for it, and no effect but "
-            "drag and trim in surge is certain; turn full circles both ways to tell."
+            "the compass deviates; this log turns too little to tell which. Nothing is corrected for it, and no effect "
+            "but drag and trim in surge is certain; turn full circles both ways to tell."
         )
         terms = (FoundTerm(symbol="gyro_scale", value=scale, unit="1"),)
         found.append(SensorError(error="gyro_scale", verdict="possible", sentence=told, terms=terms))
