@@ -145,8 +145,10 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     if looked.free is None:  # beside numbers that are calibrated, what an effect alone explains is little on any axis
         doubtful = of_other_axes(evidence, search.pool, kept, search.settings.least) | doubtful
-    turns = turning(basis.forces.motions)
-    doubtful = beside_turning(search.pool, kept, turns) | doubtful
+    compass = compass_error(compass_shown(basis.forces.motions)) if basis.rolls else ()
+    turns = () if compass else turning(basis.forces.motions)
+    if not in_logs:
+        doubtful = beside_turning(search.pool, kept, turns) | doubtful
     doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)
@@ -195,9 +197,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
             findings = findings.but(verdict="undecided", headline=TOO_SHORT, reasons=(why,))
     certain = findings.verdict != "undecided" and not findings.unnamed
     sensors = record_errors(search, final.vehicle, final.active, found, certain)
-    sensors = (*(hidden.findings if hidden else ()), *clocks(search.balance.motions), *turns, *sensors)
-    if basis.rolls:
-        sensors = (*compass_error(compass_shown(basis.forces.motions)), *sensors)
+    sensors = (*compass, *(hidden.findings if hidden else ()), *clocks(search.balance.motions), *turns, *sensors)
     findings = beside(findings, sensors)
     notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
     basis.forces.forget()

@@ -121,15 +121,19 @@ def model(train: Sequence[Motion], start: Vehicle) -> tuple[Vehicle, Discovery]:
 
 
 def errors(vehicle: Vehicle, motions: Sequence[Motion], horizon: float) -> tuple[np.ndarray, np.ndarray, int]:
-    """Squared errors of u, v, r along rollouts from every 0.5 s (rows, 3), which rows are driven, how many diverged."""
-    found, driven, lost = [np.zeros((0, 3))], [np.zeros(0, dtype=bool)], 0
+    """Squared errors along rollouts from every 0.5 s (rows, 4), which rows are driven, how many rollouts diverged.
+
+    Errors are those of u, v, r, and the distance of places.
+    """
+    found, driven, lost = [np.zeros((0, 4))], [np.zeros(0, dtype=bool)], 0
     for motion in motions:
         steps = round(horizon / motion.time_step)
         starts = np.arange(0, motion.time.size - steps, max(1, round(0.5 / motion.time_step)))
         if starts.size:
-            states = rollout(vehicle, motion, starts, steps).states[:, 1:, 3:]
-            rows = starts[:, None] + np.arange(1, steps + 1)
-            found.append(((states - motion.velocity[rows]) ** 2).reshape(-1, 3))
+            rolled = rollout(vehicle, motion, starts, steps).states[:, 1:]
+            states, rows = rolled[..., 3:], starts[:, None] + np.arange(1, steps + 1)
+            apart = ((rolled[..., :2] - motion.position[rows]) ** 2).sum(axis=-1, keepdims=True)
+            found.append(np.concatenate([(states - motion.velocity[rows]) ** 2, apart], axis=-1).reshape(-1, 4))
             driven.append(active(motion)[rows].ravel())
             lost += int((np.abs(states).max(axis=(1, 2)) >= SPEED_LIMIT).sum())
     return np.concatenate(found), np.concatenate(driven), lost
@@ -143,8 +147,8 @@ def active(motion: Motion) -> np.ndarray:
 
 
 def told(squares: np.ndarray) -> str:
-    surge, sway, yaw = np.sqrt(squares.mean(axis=0))
-    return f"surge {surge:.3f} m/s, sway {sway:.3f} m/s, yaw {yaw:.3f} rad/s"
+    surge, sway, yaw, place = np.sqrt(squares.mean(axis=0))
+    return f"surge {surge:.3f} m/s, sway {sway:.3f} m/s, yaw {yaw:.3f} rad/s, place {place:.2f} m"
 
 
 def tell(found: Discovery) -> None:
