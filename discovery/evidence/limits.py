@@ -147,7 +147,8 @@ def in_step(
     """The evidence, with what is not clearly more than the log's own misalignment doubted: a lag, a delay, an inertia.
 
     Of an inertia in yaw it is the time by which damping lags behind the gyro: with r T late, (I - N_rdot) dr/dt + N(r)
-    = tau reads as if N_rdot were less by T dN/dr. What changes the other way than the clocks tell is none of that.
+    = tau reads as if N_rdot were less by T dN/dr. What changes the other way than the clocks tell is none of that. Of
+    several logs each judges the others, and gyros that are late differ: their inertia is not asked.
     """
     parameters = {candidate.key: candidate.symbols for candidate in pool}
     timed = {e.key: _times(parameters[e.key], nominal, found, motions) for e in evidence if e.selected}
@@ -162,7 +163,8 @@ def _times(symbols: Sequence[str], nominal: Vehicle, found: Vehicle, motions: Se
     """The times that stand for parameters [s]."""
     times = [found.value(symbol) for symbol in symbols if symbol in _TIMES]
     heavier = nominal.value(_INERTIA) - found.value(_INERTIA)
-    if _INERTIA in symbols and heavier * gyro_lateness(motions) >= 0.0:
+    alone = len({motion.source for motion in motions}) == 1
+    if alone and _INERTIA in symbols and heavier * gyro_lateness(motions) >= 0.0:
         usual = np.sqrt(np.mean(np.concatenate([m.velocity**2 for m in motions]), axis=0)) * (1.0, 0.0, 1.0)
         faster = usual * (1.0, 0.0, 1.0 + _FASTER)
         slow, fast = ((damping_matrix(found, nu) @ nu)[2] for nu in (usual, faster))
