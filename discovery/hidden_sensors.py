@@ -23,8 +23,8 @@ from .found_effects import FoundTerm
 from .search.beside_errors import Beside, best_beside
 from .search.command_resolution import leaves_structure
 from .search.floating import Search, State
-from .selected import Selected, Unsettled
-from .selection import Selection, on_forces, rolled
+from .selected import Selected
+from .selection import Selection
 
 _USUAL = (1.0, 1.0, 0.2)
 """Errors that are nothing unusual [m, m, rad]: of an antenna on a boat of one or two metres, and 11 degrees."""
@@ -188,13 +188,12 @@ def _selected(begun: Basis, before: Selection) -> Selected | None:
 
     Rollouts are asked last: what forces leave of a log they hardly explain.
     """
-    found = None if begun.rolls else on_forces(begun, _quiet)
-    rolls = before.basis.rolls
-    if isinstance(found, Unsettled) and rolls and _share(before.selected, found.search, found.state) > _STAND_IN:
+    after, rolls = Selection(begun, _quiet), before.basis.rolls
+    left = after.unsettled
+    if left and rolls and _share(before.selected, left.search, left.state) > _STAND_IN:
         return None
-    other = found if isinstance(found, Selected) else rolled(found, begun, _quiet)
-    both_roll = rolls and other.basis.rolls
-    return None if both_roll and _share_left(before.selected, other) > _STAND_IN else other
+    both_roll = rolls and after.selected.basis.rolls
+    return None if both_roll and _share_left(before.selected, after.selected) > _STAND_IN else after.selected
 
 
 def _quiet(text: str) -> None:

@@ -46,7 +46,7 @@ def select(basis: Basis, say: Say) -> Selected:
 
 
 class Selection:
-    """The same, of which what rollouts select is made when it is asked for.
+    """What is selected of a log; what rollouts select is made when it is asked for, see `select`.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Selection:
     """
 
     def __init__(self, basis: Basis, say: Say) -> None:
-        found = None if basis.rolls else on_forces(basis, say)
+        found = None if basis.rolls else _on_forces(basis, say)
         self.settled = found if isinstance(found, Selected) else None
         self.unsettled = found if isinstance(found, Unsettled) else None
         self.basis = self.unsettled.rolling if self.unsettled else basis
@@ -65,7 +65,11 @@ class Selection:
     @cached_property
     def selected(self) -> Selected:
         """By whichever judges."""
-        return self.settled or rolled(self.unsettled, self.basis, self.say)
+        if self.settled:
+            return self.settled
+        if self.unsettled:
+            self.say(self.basis.why)
+        return on_rollouts(self.basis, self.say)
 
     @property
     def explained(self) -> bool:
@@ -73,15 +77,7 @@ class Selection:
         return self.settled is not None and not leaves_structure(self.settled.search, self.settled.state)
 
 
-def rolled(found: Unsettled | None, basis: Basis, say: Say) -> Selected:
-    """What is selected on rollouts: where a force balance did not settle it, or of a log of which they judge anyway."""
-    if found is None:
-        return on_rollouts(basis, say)
-    say(found.rolling.why)
-    return on_rollouts(found.rolling, say)
-
-
-def on_forces(basis: Basis, say: Say) -> Selected | Unsettled:
+def _on_forces(basis: Basis, say: Say) -> Selected | Unsettled:
     """Search the catalogue on a force balance, then terms where named effects leave structure; rollouts may object.
 
     Where structure is left for all that, in a log that is long enough for rollouts, nothing is weighed.

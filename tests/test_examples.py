@@ -8,12 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT, shared
 
+from undertow.measurements.preparation.dataset import WEAK
+from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import vehicle_from_dict
 
-ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 PICTURES = ("falling_error", "fouling")
 NUMBER = re.compile(r"-?\d+\.\d+")
@@ -92,6 +94,19 @@ def test_the_blueboat_example_tells_splits_findings_and_verdicts_and_exits_with_
     assert verdicts == said[-5:]
     failed = [line for line in verdicts if line.startswith("FAILS")]
     assert [line[:24] for line in failed] == ["FAILS: findings contain "], "nothing is hidden"
+
+
+def test_logs_of_a_real_boat_name_what_it_did_where_others_are_held_out():
+    """The first split of the example: rules that one log may need must not take the names of several."""
+    logs = shared("blueboat")
+    example = runpy.run_path(str(ROOT / "examples" / "real_blueboat.py"))
+    start = vehicle_from_dict(example["START"], "start")
+    fitting = {log.name: prepare(log, start, WEAK).motions for log in example["read"](logs)}
+    (held_out,) = example["divisions"](list(fitting), 1)
+    train = [m for name, motions in fitting.items() if name not in held_out for m in motions]
+    missing = set(example["model"](train, start)[1].findings.missing)
+    assert {"reverse_thrust_loss", "yaw_speed_damping"} <= missing
+    assert not missing & example["UNWANTED"]
 
 
 def test_the_blueboat_example_passes_only_when_every_limit_holds(capsys: pytest.CaptureFixture[str]):

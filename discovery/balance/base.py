@@ -106,14 +106,14 @@ class Balance(ABC):
 
     @abstractmethod
     def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> NDArray[np.float32] | None:
-        """What sensor noise, drawn anew, makes of the balance, (3, copies, tests).
+        """What sensor noise, drawn anew, makes of the balance, (3, copies, tests) [`unit`].
 
         None where there is no such noise, or where what is left of a balance tells nothing of it.
         """
 
     @abstractmethod
     def of_switches(self, vehicle: Vehicle) -> Array | None:
-        """What sums over rows make of thrust that jumps, beyond integrals, (tests, 3); None where nothing is summed."""
+        """What sums over rows make of thrust that jumps, beyond integrals, (tests, 3) [`unit`]; None without sums."""
 
     @abstractmethod
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:

@@ -32,13 +32,14 @@ _NUMBERS = 4_000_000
 def sensed(
     motions: Sequence[Motion], kernels: Sequence[Kernel], noise: Array, vehicle: Vehicle, copies: int, seed: int
 ) -> Single:
-    """The balance of copies of a log less that of the log, to first order in the noise, (3, copies, tests).
+    """The balance of copies of a log less that of the log, to first order in the noise, (3, copies, tests) [N, N, N m].
 
     Parameters
     ----------
     motions, kernels : the log, and the test functions over each of its stretches
     noise : (3,) white sensor noise on u, v [m/s] and r [rad/s]
     vehicle : whose balance it is
+    copies, seed : how many are drawn, and from where
     """
     rng, parts = np.random.default_rng([seed, copies]), []
     for motion, kernel in zip(motions, kernels, strict=True):

@@ -26,8 +26,6 @@ _MATERIAL = 0.2
 _DEVIATING = 0.03
 """Error of a gyro's scale from which it is told where a compass could look like it: on a part of the circle one that
 deviates by 0.02 rad, which does not matter, makes up to 0.02 of it, and a scale matters from 0.01 on."""
-_TURNING = ("X_vr", "X_rr")
-"""Parameters of forces ahead that go with the turning."""
 
 
 def record_errors(
@@ -110,8 +108,8 @@ def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
         name = f"{Path(source).name}: " if len(sources) > 1 else ""
         told = (
             f"{name}The heading turns {1.0 / scale:.3g} times as fast as the gyro says: the gyro's scale is wrong, or "
-            "the compass deviates; this log turns too little to tell which. Nothing is corrected for it, and no effect "
-            "but drag and trim in surge is certain; turn full circles both ways to tell."
+            "the compass deviates; this log turns too little to tell which. Nothing is corrected for it; turn full "
+            "circles both ways to tell."
         )
         terms = (FoundTerm(symbol="gyro_scale", value=scale, unit="1"),)
         found.append(SensorError(error="gyro_scale", verdict="possible", sentence=told, terms=terms))
@@ -129,7 +127,7 @@ def beside_turning(pool: Sequence[Candidate], kept: Collection[str], errors: Seq
     if not errors:
         return {}
     why = f"the heading turns {1.0 / errors[0].terms[0].value:.3g} times as fast as the gyro says"
-    turns = [c.key for c in pool if any(p.axis != 0 or p.symbol in _TURNING for p in c.parameters)]
+    turns = [c.key for c in pool if any(p.axis != 0 or "r" in p.form for p in c.parameters)]
     return {key: why for key in turns if key in kept}
 
 

@@ -21,11 +21,21 @@ GROWING: dict[type[Network], Callable[[Any, Table, int], float]] = {
 
 
 def grow(network: Network, table: Table, seed: int) -> float:
-    """Grow a network from all rows of a table, see `GROWING`; the mean square of what is left of the target.
+    """Grow a network from all rows of a table, see `GROWING`.
+
+    Parameters
+    ----------
+    table : standardised inputs (rows, inputs), and target (rows, 3) in units of the output
+    seed : of what is drawn
+
+    Returns
+    -------
+    float
+        mean square of what is left of the target
 
     Raises
     ------
     RequestError
-        when scikit-learn is missing, or is a version that cannot be used.
+        when scikit-learn is missing, or is a version whose learner cannot be kept as arrays.
     """
     return GROWING[type(network)](network, table, seed)

@@ -33,22 +33,7 @@ _ROWS = 2048
 
 @single_threaded
 def fit_processes(network: GaussianProcess, table: tuple[Array, Array], seed: int) -> float:
-    """Fit the Gaussian process of each axis; an axis whose target is zero throughout gets none.
-
-    Parameters
-    ----------
-    table : standardised inputs (rows, inputs), and target (rows, 3) in units of the output
-
-    Returns
-    -------
-    float
-        mean square of what is left of the target
-
-    Raises
-    ------
-    RequestError
-        when scikit-learn is missing.
-    """
+    """Fit the Gaussian process of each axis; an axis whose target is zero throughout gets none. See `growing.grow`."""
     rows, wanted = table[0].astype(np.float32).astype(float), table[1]
     order = np.random.default_rng(seed).permutation(rows.shape[0])
     sample, centres = order[:_SAMPLE], rows[order[: network.centres.shape[0]]]

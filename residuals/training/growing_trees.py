@@ -21,22 +21,7 @@ _ALIKE = 0.99
 
 
 def grow_trees(network: Trees, table: tuple[Array, Array], seed: int) -> float:
-    """Grow the trees of each axis by scikit-learn's HistGradientBoostingRegressor, all rows alike.
-
-    Parameters
-    ----------
-    table : standardised inputs (rows, inputs), and target (rows, 3) in units of the output
-
-    Returns
-    -------
-    float
-        mean square of what is left of the target
-
-    Raises
-    ------
-    RequestError
-        when scikit-learn is missing, or keeps its trees in another form than this version knows.
-    """
+    """Grow the trees of each axis by scikit-learn's HistGradientBoostingRegressor, see `growing.grow`."""
     rows, wanted = table[0].astype(np.float32), table[1]
     learners = [_learner(network.options, seed).fit(rows, column) for column in wanted.T]
     try:

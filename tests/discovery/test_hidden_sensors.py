@@ -60,7 +60,7 @@ def test_an_error_that_only_forces_show_is_found_and_blamed_on_no_effect(
 
 def test_a_lever_arm_is_found_under_noise_where_no_effect_leaves_it_white(monkeypatch: pytest.MonkeyPatch):
     """Where it is not looked for, rollouts judge, and a part of the force has no name; they are not asked for it."""
-    monkeypatch.setattr(selection, "rolled", None)
+    monkeypatch.setattr(selection, "on_rollouts", None)
     found = find_missing([measured(sailed(noise="field"), HiddenErrors(0.0, 0.5, 0.0))], HULL).findings
     assert found.verdict == "nothing missing"
     (arm,) = [s for s in found.sensors if s.error == "antenna_arm"]
