@@ -9,18 +9,24 @@ from pathlib import Path
 import pytest
 from bare_venv import BareVenv
 from places import ROOT
-from sources import NOT_PACKAGES
 
 BESIDE = ("README.md", "CHANGELOG.md", "LICENSE", "Makefile", "Containerfile", "pyproject.toml", "constraints.txt")
 """What lies in the root and is no part of the package."""
-LEFT = (".*", "__pycache__", "*.egg-info", *sorted(NOT_PACKAGES))
+HIDDEN = shutil.ignore_patterns(".*", "__pycache__")
+
+
+def left(folder: str, names: list[str]) -> set[str]:
+    """What is not copied: beside what is never a part of the package, whatever its users have made in the clone."""
+    rooms = [path.name for path in ROOT.iterdir() if (path / "__init__.py").is_file()]
+    made = {name for name in names if (ROOT / name).is_dir() and name not in (*rooms, "data")}
+    return HIDDEN(folder, names) | (made if Path(folder) == ROOT else set())
 
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel, built from a copy, for a build leaves its own folders behind."""
     place = tmp_path_factory.mktemp("wheel")
-    shutil.copytree(ROOT, place / "source", ignore=shutil.ignore_patterns(*LEFT))
+    shutil.copytree(ROOT, place / "source", ignore=left)
     build = f"from setuptools.build_meta import build_wheel; build_wheel({str(place)!r})"
     subprocess.run([sys.executable, "-c", build], cwd=place / "source", capture_output=True, check=True)
     (found,) = place.glob("*.whl")
