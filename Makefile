@@ -9,7 +9,9 @@ BIN := .venv/bin
 RUNS := .venv/undertow-runs
 READY := .venv/undertow-is-set-up
 SITE := .venv/undertow-site-is-set-up
-# What is not compiled here is when it is first imported, which most of it never is: a minute of the set-up less.
+# What is not compiled here is when it is first imported, which most of it never is: a minute of the set-up less. Where
+# Python is told to keep no bytecode, every process would compile it again: some seconds of each command.
+unexport PYTHONDONTWRITEBYTECODE
 PIP := $(BIN)/python -m pip install -qq --no-compile --disable-pip-version-check -c constraints.txt
 # The quick one first: the studies of hidden effects and of nothing hidden take hours.
 BENCHMARKS := benchmarks/speed.py $(filter-out benchmarks/speed.py,$(wildcard benchmarks/*.py))
@@ -68,6 +70,7 @@ $(RUNS): pyproject.toml constraints.txt
 	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes half a minute and more"
 	@$(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || "$(PYTHON)" -m venv --clear .venv
 	@$(PIP) -e .
+	@$(BIN)/python -c 'import cvxpy, matplotlib.pyplot, pandas, pysindy, undertow'
 	@touch $@
 
 $(READY): $(RUNS)
