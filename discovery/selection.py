@@ -9,12 +9,14 @@ from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
 
+import numpy as np
+
 from ..physics.errors import RequestError
 from ..physics.freed_memory import hand_back
 from ..physics.stage import SEARCHING, WEIGHING, Say, Stage
 from .balance.rollout_test import worse_as_a_whole
 from .balance.weak_form import WeakForm
-from .basis import LEAVES, Basis
+from .basis import LEAVES, Basis, unexplained
 from .calibration.beside_effects import freed
 from .candidates.candidate import Kind
 from .candidates.unnamed_terms import shortlist, term_candidate, twins
@@ -93,17 +95,19 @@ def _on_forces(basis: Basis, say: Say) -> Selected | Unsettled:
     plausible = plausible_amounts(search, rehearsal)
     say(identify(search, nominal, search.nuisances, plausible).sentence)
     say(Stage("searching the catalogue of effects", SEARCHING))
-    state = search.again(search.run(progress=say), say)
+    state = search.run(progress=say)
+    if leaves_structure(search, state) and search.leaves_structure(np.square(unexplained(weak, search).error)):
+        unsettled = _unsettled(basis, search, state)  # all forces together would leave structure, too
+        if unsettled:
+            return unsettled
+    state = search.again(state, say)
     if leaves_structure(search, state):
         say(Stage("named effects leave structure: looking for terms that nobody has named"))
         search, state = _with_terms(weak, search, state, say)
     state = in_plain_words(search, state)
-    if basis.sensed and leaves_structure(search, state):
-        # What no model explains is no white noise, and the names of such a model are those of stand-ins.
-        weak.forget()
-        rolling = basis.rolling(LEAVES)
-        if _long_enough(rolling):
-            return Unsettled(rolling, search, state)
+    unsettled = _unsettled(basis, search, state)
+    if unsettled:
+        return unsettled
     say(Stage("weighing the evidence", WEIGHING))
     if search.pool != pool:
         rehearsal = rehearse(search, nominal, search.nuisances)
@@ -134,13 +138,20 @@ def _on_forces(basis: Basis, say: Say) -> Selected | Unsettled:
     )
 
 
-def _long_enough(rolling: Basis) -> bool:
-    """Whether a log has rollouts enough to judge by."""
+def _unsettled(basis: Basis, search: Search, state: State) -> Unsettled | None:
+    """A model that explains no log of sensors, where that has rollouts enough to judge by; else None.
+
+    What no model explains is no white noise, and the names of such a model are those of stand-ins.
+    """
+    if not basis.sensed or not leaves_structure(search, state):
+        return None
+    basis.forces.forget()
+    rolling = basis.rolling(LEAVES)
     try:
         rolling.balance()
     except RequestError:
-        return False
-    return True
+        return None
+    return Unsettled(rolling, search, state)
 
 
 def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[Search, State]:
