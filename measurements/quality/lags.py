@@ -16,6 +16,10 @@ _BLOCK = 10.0
 """Length of the stretches that are left out one at a time [s]."""
 _LEAST_BLOCKS = 4
 """Stretches without which no error is told: leaving out one of three says little of the rest."""
+_FAR = (-5.0, 5.0)
+"""Delays between records of one quantity that are looked for [s]: clocks that were set by hand are seconds apart."""
+FOLLOWS = 0.6
+"""Share of a record that another of the same quantity must explain before its delay means anything."""
 QUICK = (0.2, 2.0)
 """The band in which a boat answers its thrusters and drag has no say [Hz]."""
 
@@ -113,6 +117,14 @@ def lag_of(
     error = float(np.sqrt((count - 1) / count * ((known - known.mean()) ** 2).sum()))
     few = student(count - 1, 0.975) / CI
     return Lag(seconds, few * error, 1.0 - left, slope, count)
+
+
+def lag_anywhere(responses: Sequence[Response], step: float) -> Lag | None:
+    """The delay of a record, looked for nearby first, so that short stretches count, and then far away."""
+    near = lag_of(responses, step)
+    if near is not None and near.explained >= FOLLOWS:
+        return near
+    return lag_of(responses, step, reach=_FAR) or near
 
 
 def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, block: int) -> Array:

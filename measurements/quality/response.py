@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array
+from ...physics.frames import Array, earth_to_body
 from ..alignment import band_passed
 from ..canonical import command_kind
 from ..statistics.paired import surely_more
-from ..statistics.robust import Fit, robust_fit
-from .record import RATE, Record, shared
+from ..statistics.robust import CI, Fit, robust_fit
+from .lags import FOLLOWS, Response, lag_anywhere
+from .record import RATE, Record, Stretch, shared
 from .resting import centre_of, stands_still
 
 _STEP = 1.0 / RATE
@@ -31,6 +32,10 @@ _ALONE = 0.1
 """Share of a command's changes that no other command makes, from which its own effect can be told."""
 _REACH, COARSE = 5.0, 0.1
 """Delays that are tried, both ways, and their step [s]: ten to the shortest period in the band is fine enough."""
+_APART = 0.1
+"""Delay of speeds after places from which the boat is looked at with and without it [s]; see `made_good`."""
+MADE_GOOD = frozenset({"x", "y", "psi", "u"})
+"""Channels that `made_good` needs."""
 _ENDS = 0.25
 """Share of a stretch that its delays may take at either end: half of it is left to compare them on."""
 EARLY, SLOW = -0.3, 2.0
@@ -146,6 +151,14 @@ def _trials(records: Sequence[Record]) -> list[Trials]:
     return [one for one in found if one is not None]
 
 
+def made_good(record: Record, stretch: Stretch) -> Response:
+    """The surge speed of a record, and what it makes good over ground by its places, which drive it: see `lag_of`."""
+    motion = stretch.motion
+    north, east = np.gradient(motion.position, _STEP, axis=0).T
+    ahead, _ = earth_to_body(motion.heading, north, east)
+    return Response(motion.velocity[:, 0], ahead[:, None], np.zeros((motion.time.size, 0)))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Table:
     """One stretch in the band: changes of surge and yaw (n, 2), commands (n, c), drag (n, 5), and numbered rows."""
@@ -164,16 +177,20 @@ class _Table:
 
 def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     centre = {name: centre_of(records, name) for name in names}
-    tables = _tables(records, names, centre)
-    if not tables:
+    tables, margin = _long_enough(_tables(records, names, centre))
+    if not tables or not all(_alone(np.concatenate([t.commands for t in tables]), k) for k in range(len(names))):
         return None
-    tables, margin = _long_enough(tables)
     coarse = round(COARSE / _STEP)
     lags = np.arange(-(margin // coarse), margin // coarse + 1) * coarse
-    if not all(_alone(np.concatenate([table.commands for table in tables]), k) for k in range(len(names))):
-        return None
-    left = np.column_stack([_left(tables, lags.tolist(), margin, axis) for axis in range(2)])
-    score = np.log(left).sum(axis=1)
+
+    def left_at(tables: Sequence[_Table]) -> Array:
+        return np.column_stack([_left(tables, lags.tolist(), margin, axis) for axis in range(2)])
+
+    left, late = left_at(tables), _late_speeds(records)
+    if late:  # late speeds answer later than the gyro does: no one delay fits both, and a wrong one turns a sign round
+        moved, _ = _long_enough(_tables(records, names, centre, late))
+        tables, left = min((tables, left), (moved, left_at(moved)), key=lambda tried: _scores(tried[1]).min())
+    score = _scores(left)
     inner = np.flatnonzero((score[1:-1] <= score[:-2]) & (score[1:-1] < score[2:])) + 1
     near = np.flatnonzero((lags * _STEP >= EARLY) & (lags * _STEP <= SLOW))
     # The delays at which a sound log may be are always tried: they need not be an optimum.
@@ -185,7 +202,24 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     return Trials(found[0], tuple(trial for trial in found[1:] if not surely_more(trial.left, found[0].left)))
 
 
-def _tables(records: Sequence[Record], names: list[str], centre: Mapping[str, float]) -> list[_Table]:
+def _scores(left: Array) -> Array:
+    """What each lag leaves of surge and yaw together, (lags,), of (lags, 2)."""
+    return np.asarray(np.log(left).sum(axis=1))
+
+
+def _late_speeds(records: Sequence[Record]) -> float:
+    """How much later than the places the speeds are [s], where that is known and may turn a sign round; else 0."""
+    if not all(set(record.log.channels) >= MADE_GOOD for record in records):
+        return 0.0
+    lag = lag_anywhere([made_good(record, stretch) for record in records for stretch in record.stretches], _STEP)
+    known = lag is not None and lag.explained >= FOLLOWS and abs(lag.seconds) > max(_APART, CI * lag.error)
+    return lag.seconds if lag is not None and known else 0.0
+
+
+def _tables(
+    records: Sequence[Record], names: list[str], centre: Mapping[str, float], late: float = 0.0
+) -> list[_Table]:
+    """The stretches of some logs in the band, with speeds `late` seconds earlier than they are stamped."""
     measured = all("u" in record.log.channels for record in records)
     band = _QUICK if measured else _DERIVED
     tables, begun = [], 0
@@ -198,6 +232,7 @@ def _tables(records: Sequence[Record], names: list[str], centre: Mapping[str, fl
             if one.motion.time.size < _LEAST_ROWS or not np.isfinite(commands).all():
                 continue
             surge, _, rate = one.motion.velocity.T
+            surge = np.interp(one.motion.time + late, one.motion.time, surge)
             drag = np.column_stack([surge, surge * np.abs(surge), rate, np.abs(surge) * rate, np.abs(rate) * rate])
             changes = np.column_stack([np.gradient(surge, _STEP), np.gradient(rate, _STEP)])
             table = band_passed(np.column_stack([changes, commands, drag]), _STEP, band)

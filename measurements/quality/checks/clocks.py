@@ -6,13 +6,13 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.frames import Array, earth_to_body
+from ....physics.frames import Array
 from ...canonical import Channel
 from ...statistics.robust import CI
 from ..finding import Channels, Check, Finding, Fix, Reach
-from ..lags import Lag, Response, lag_of, quick
+from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..record import RATE, Record, Stretch
-from ..response import COARSE, SLOW, trials
+from ..response import COARSE, MADE_GOOD, SLOW, made_good, trials
 from ..resting import centre_of
 
 _STEP = 1.0 / RATE
@@ -26,12 +26,9 @@ _NEARLY = 0.1
 """Offset that must be ruled out before records are said to be in step [s]."""
 _REACH = (-0.6, 1.0)
 """Delays about the one that explains the commands' answer best in which it is looked for closely [s]."""
-_FAR = (-5.0, 5.0)
-"""Delays between records of one quantity that are looked for [s]: clocks that were set by hand are seconds apart."""
 _APART = 0.3
 """Delay from which a record that forces are made of tells of another manoeuvre than the rest of the log [s]: a third of
 the shortest period of a command, and more than any lag of a receiver."""
-_FOLLOWS = 0.6
 _ANSWERS = 0.5
 """Share of a record that the other must explain, in the band of their comparison, before its delay means anything."""
 _STRETCHES = 8
@@ -72,13 +69,6 @@ def _surging(record: Record, stretch: Stretch) -> Response:
     return Response(measured, (np.gradient(surge, _STEP) - sway * rate)[:, None], _trim(surge))
 
 
-def _made_good(record: Record, stretch: Stretch) -> Response:
-    motion = stretch.motion
-    north, east = np.gradient(motion.position, _STEP, axis=0).T
-    ahead, _ = earth_to_body(motion.heading, north, east)
-    return Response(motion.velocity[:, 0], ahead[:, None], np.zeros((motion.time.size, 0)))
-
-
 def _trim(surge: Array) -> Array:
     return np.column_stack([surge, surge * np.abs(surge)])
 
@@ -97,8 +87,8 @@ _COMPARISONS = (
         "the surge speed",
         "the position",
         ("u", "v"),
-        frozenset({"x", "y", "psi", "u"}),
-        _made_good,
+        MADE_GOOD,
+        made_good,
         "speeds and positions tell of different instants; a lag of that size is no finding",
         alike=(0.4, 1.25),
         fatal=(-np.inf, _APART),  # a position that is late is no force's concern
@@ -129,22 +119,15 @@ class Clocks(Check):
             having = [record for record in records if pair.needs <= set(record.log.channels)]
             if not having:
                 continue
-            lags = [_lag([pair.response(record, s) for s in record.stretches]) for record in having]
-            lag = lags[0] if len(having) == 1 else _lag([pair.response(r, s) for r in having for s in r.stretches])
-            known = [one for one in lags if one is not None and _sure(one, _FOLLOWS, _SURE)]
+            lags = [lag_anywhere([pair.response(record, s) for s in record.stretches], _STEP) for record in having]
+            every = (pair.response(r, s) for r in having for s in r.stretches)
+            lag = lags[0] if len(having) == 1 else lag_anywhere(list(every), _STEP)
+            known = [one for one in lags if one is not None and _sure(one, FOLLOWS, _SURE)]
             finding = _compared(pair, lag, known, any(record.steered for record in having))
             if pair.channels == ("r",) and finding.fix is not None and lag is not None:
                 gyro = lag.seconds
             found.append(finding)
         return [*found, *_commanded(records, gyro)]
-
-
-def _lag(responses: Sequence[Response]) -> Lag | None:
-    """The delay of a record, looked for nearby first, so that short stretches count, and then far away."""
-    near = lag_of(responses, _STEP)
-    if near is not None and near.explained >= _FOLLOWS:
-        return near
-    return lag_of(responses, _STEP, reach=_FAR) or near
 
 
 def on_grid(record: Record, name: str, time: Array) -> Array:
@@ -160,7 +143,7 @@ def _sure(lag: Lag | None, explained: float, error: float = _UNSURE) -> bool:
 def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: bool) -> Finding:
     """The finding on one pair of records; no force is learnt of a boat that a rudder steers, whatever its clocks."""
     names = (*pair.channels[:1],)
-    if lag is None or not _sure(lag, _FOLLOWS) or not pair.alike[0] <= lag.slope <= pair.alike[1]:
+    if lag is None or not _sure(lag, FOLLOWS) or not pair.alike[0] <= lag.slope <= pair.alike[1]:
         text = f"too little motion to tell whether {pair.late} is in step with {pair.reference}"
         return Finding(check="clocks", verdict="cannot tell", sentence=text, unit="s", channels=names)
     low, high = lag.ci95

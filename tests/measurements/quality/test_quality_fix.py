@@ -2,6 +2,7 @@
 
 import gzip
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from undertow.measurements.clock import APART
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.quality.examination import examine
 from undertow.physics.errors import LogError
 from undertow.workflows.inputs import read_inputs
 
@@ -316,3 +318,13 @@ def test_the_map_of_the_raw_log_is_refused_beside_the_repaired_one(place: Path):
     assert "Leave --map out" in told
     (place / "map.yaml").write_text("v: {from: v, scale: -1}\n")  # of the repaired one
     call("inspect", "fixed.csv", "--map", "map.yaml")
+
+
+@pytest.mark.parametrize(("programme", "seconds"), [("rich", 0.37), ("rich", 0.5), ("gentle", 0.5)])
+def test_sides_are_told_of_speeds_that_are_later_than_the_gyro(place: Path, programme: str, seconds: float):
+    done("simulate", "-v", "otter", "--programme", programme, "--duration", "180", "--out", "raw.csv")
+    log = read_log("raw.csv")
+    late = {name: replace(c, time=c.time + seconds * (name in "uv")) for name, c in log.channels.items()}
+    found = examine(replace(log, channels=late)).findings
+    assert [f.verdict for f in found if f.check in ("direction", "sides")] == ["ok", "ok"]
+    assert any("surge speed" in f.sentence and f.verdict == "defect" for f in found)
