@@ -16,7 +16,7 @@ from .candidates.nuisance import CALIBRATED
 from .discover import Discovery
 from .evidence.all_thrusters import all_thrusters
 from .evidence.disagreements import disagreements
-from .evidence.record_errors import record_errors
+from .evidence.record_errors import record_errors, without_forces
 from .evidence.verdicts import Doubt, Grounds, conclude, doubt_of
 from .evidence.weighing import modest, weigh
 from .findings import Findings
@@ -89,7 +89,8 @@ def add_effects(
     kept = [e.key for e in added]
     doubtful = {e.key: doubt_of(e) for e in added if not e.sure} | dict(_doubted(searched, kept))
     findings = conclude(Grounds(search, lawful, corrected, added, told, kept, order, doubtful=doubtful))
-    sensors = record_errors(search, state.vehicle, state.active, told)
+    sensors = without_forces(basis.forces.motions, basis.rolls)
+    sensors += record_errors(search, state.vehicle, state.active, told)
     unseen = fitted.unseen()
     if free is not None:
         findings = with_calibration(findings, free, nominal, lawful, told)

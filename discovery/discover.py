@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..measurements.kinematics import compass_shown
 from ..measurements.preparation.held_out import folds_of
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.cards import Card
@@ -25,7 +24,7 @@ from .evidence.limits import as_timed, doubts, in_step, of_differences, of_other
 from .evidence.mostly_doubted import mostly_doubted
 from .evidence.other_forms import judged_in_logs, other_forms
 from .evidence.own_changes import own_changes
-from .evidence.record_errors import beside, beside_turning, clocks, compass_error, record_errors, turning
+from .evidence.record_errors import beside, beside_turning, record_errors, without_forces
 from .evidence.unjudged_rivals import beside_unjudged
 from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
 from .experiment.advice import advise, open_questions
@@ -145,10 +144,9 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     if looked.free is None:  # beside numbers that are calibrated, what an effect alone explains is little on any axis
         doubtful = of_other_axes(evidence, search.pool, kept, search.settings.least) | doubtful
-    compass = compass_error(compass_shown(basis.forces.motions)) if basis.rolls else ()
-    turns = () if compass else turning(basis.forces.motions)
+    recorded = without_forces(basis.forces.motions, basis.rolls)
     if not in_logs:
-        doubtful = beside_turning(search.pool, kept, turns) | doubtful
+        doubtful = beside_turning(search.pool, kept, recorded) | doubtful
     doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)
@@ -197,7 +195,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
             findings = findings.but(verdict="undecided", headline=TOO_SHORT, reasons=(why,))
     certain = findings.verdict != "undecided" and not findings.unnamed
     sensors = record_errors(search, final.vehicle, final.active, found, certain)
-    sensors = (*compass, *(hidden.findings if hidden else ()), *clocks(search.balance.motions), *turns, *sensors)
+    sensors = (*recorded, *(hidden.findings if hidden else ()), *sensors)
     findings = beside(findings, sensors)
     notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
     basis.forces.forget()

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from ...measurements.compass import Compass
-from ...measurements.kinematics import turning_of
+from ...measurements.kinematics import compass_shown, turning_of
 from ...physics.effects import BY_NAME, COMMAND_OFFSET
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
@@ -77,6 +77,18 @@ def record_errors(
     return tuple(found)
 
 
+def without_forces(motions: Sequence[Motion], rolls: bool) -> tuple[SensorError, ...]:
+    """Findings on compass, gyro and their clocks, which the channels of a log tell without any force.
+
+    Parameters
+    ----------
+    motions : as they are recorded
+    rolls : whether rollouts judge, for which a compass that deviates on straight runs was put right
+    """
+    compass = compass_error(compass_shown(motions)) if rolls else ()
+    return (*compass, *clocks(motions), *(() if compass else turning(motions)))
+
+
 def clocks(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
     """The finding on a gyro and a compass that tell of the same turns at different instants."""
     late = gyro_lateness(motions)
@@ -122,11 +134,12 @@ def beside_turning(pool: Sequence[Candidate], kept: Collection[str], errors: Seq
     Parameters
     ----------
     kept : effects in question
-    errors : as `turning` tells them
+    errors : what the record does wrong, see `turning`
     """
-    if not errors:
+    scales = [error.terms[0].value for error in errors if error.error == "gyro_scale"]
+    if not scales:
         return {}
-    why = f"the heading turns {1.0 / errors[0].terms[0].value:.3g} times as fast as the gyro says"
+    why = f"the heading turns {1.0 / scales[0]:.3g} times as fast as the gyro says"
     turns = [c.key for c in pool if any(p.axis != 0 or "r" in p.form for p in c.parameters)]
     return {key: why for key in turns if key in kept}
 

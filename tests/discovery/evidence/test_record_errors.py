@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.discovery.add_effects import add_effects
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.record_errors import turning
+from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.kinematics import kinematics_of, turning_of
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
@@ -36,6 +38,11 @@ def test_a_gyro_that_disagrees_with_the_heading_is_told_and_blamed_on_no_effect(
     assert "which" in told.sentence
     doubted = [e for e in findings.candidates if "times as fast" in e.sentence]
     assert all(e.terms and e.confidence > 0.5 for e in doubted)  # of the model, and not of the catalogue
+
+
+def test_who_adds_by_name_is_told_of_it_too():
+    found = add_effects([turned(1.06)], HULL, ["yaw_linear_damping"], DiscoverySettings())
+    assert [s.verdict for s in found.findings.sensors if s.error == "gyro_scale"] == ["possible"]
 
 
 def test_drag_ahead_is_named_beside_it():
