@@ -13,6 +13,7 @@ from ...physics.vehicle import Vehicle
 from ..models.network_inputs import input_names
 from ..models.network_model import NetworkModel, scaling_of
 from ..networks.base import Network, Scaling
+from ..networks.registry import NETWORKS
 from .training_settings import Choice
 
 
@@ -26,10 +27,10 @@ def going_on_from(start: NetworkModel) -> Choice:
     """
     grown = start.network.grown
     if grown is not None:
+        trained = " or ".join(name for name, network in NETWORKS.items() if network.grown is None)
         raise RequestError(
             f"train: expected a network that can go on learning, got the {grown.parts} of {start.name}, which are "
-            f"{grown.how} anew; start from an mlp, lstm, tcn, transformer or "
-            "dissipative, or leave the start out"
+            f"{grown.how} anew; start from {trained}, or leave the start out"
         )
     heading = start.network.width > 3 + start.network.scaling.drives
     return Choice(start.network.name, dict(start.network.options), start.pure, heading, start=start)
