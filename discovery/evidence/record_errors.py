@@ -23,6 +23,8 @@ from .verdicts import found_terms
 
 _MATERIAL = 0.2
 """Share of the time between two records from which an offset is worth a word: less is how the averages fall."""
+_ACROSS = 1
+"""The axis on which no thruster pushes."""
 _DEVIATING = 0.03
 """Error of a gyro's scale from which it is told where a compass could look like it: on a part of the circle one that
 deviates by 0.02 rad, which does not matter, makes up to 0.02 of it, and a scale matters from 0.01 on."""
@@ -142,6 +144,24 @@ def beside_turning(pool: Sequence[Candidate], kept: Collection[str], errors: Seq
     why = f"the heading turns {1.0 / scales[0]:.3g} times as fast as the gyro says"
     turns = [c.key for c in pool if any(p.axis != 0 or "r" in p.form for p in c.parameters)]
     return {key: why for key in turns if key in kept}
+
+
+def beside_timing(search: Scoring, fitted: Vehicle, active: Sequence[str], kept: Collection[str]) -> dict[str, str]:
+    """Why effects are not certain where commands are off by more than one step of their record, by key.
+
+    Late commands lag behind what they drive: less drag, another thrust, another inertia. Across a hull nothing pushes.
+
+    Parameters
+    ----------
+    fitted, active : the model
+    kept : effects in question
+    """
+    offsets = [c for c in search.pool if c.kind is Kind.SENSOR and c.key in active]
+    if not any(limit_at(p, fitted.value(p.symbol)) is not None for c in offsets for p in c.parameters):
+        return {}
+    why = "the commands may act at another time than their record says, by more than one step of it"
+    driven = [c.key for c in search.pool if any(p.axis != _ACROSS for p in c.parameters)]
+    return {key: why for key in driven if key in kept}
 
 
 def compass_error(compass: Compass) -> tuple[SensorError, ...]:
