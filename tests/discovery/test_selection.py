@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.discovery import selection
 from undertow.discovery.balance.rollout_test import rollouts_part
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.basis import choose, unexplained
 from undertow.discovery.candidates.candidate import Kind, candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
@@ -14,8 +16,9 @@ from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.inclusion import inclusion
 from undertow.discovery.search.bootstrap import profile_interval
 from undertow.discovery.search.equivalent_thruster_scales import in_plain_words, same_model
-from undertow.discovery.search.floating import Search, SearchSettings
+from undertow.discovery.search.floating import Search, SearchSettings, State
 from undertow.discovery.search.gram import GramScores
+from undertow.discovery.selection import Selection
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.statistics.white_noise import sensor_noise
 from undertow.physics.effects import PARAMETERS
@@ -180,3 +183,18 @@ def test_stand_ins_that_leave_structure_are_searched_past():
     hidden = {"thrust_dead_zone": (0.17,), "surge_trim": (8.0,)}
     motion = simulate_world(HULL, hidden, programme="gentle", duration=160.0, noise="clean", seed=6).motion(0.05)
     assert set(find_missing([motion], HULL).findings.missing) == set(hidden)
+
+
+@pytest.mark.parametrize(("error", "asked"), [(1e3, False), (0.0, True)])
+def test_rollouts_are_asked_at_once_where_all_forces_together_explain_no_log(
+    error: float, asked: bool, monkeypatch: pytest.MonkeyPatch
+):
+    basis = choose([world({})], HULL, DiscoverySettings())
+    bound = replace(unexplained(basis.forces, basis.instant), error=np.full(3, error))
+    again: list[State] = []
+    monkeypatch.setattr(selection, "unexplained", lambda weak, search: bound)
+    monkeypatch.setattr(selection, "leaves_structure", lambda search, state: True)
+    monkeypatch.setattr(selection, "_with_terms", lambda weak, search, state, say: (search, state))
+    monkeypatch.setattr(Search, "again", lambda self, best, say: (again.append(best), best)[1])
+    assert Selection(basis, lambda text: None).unsettled is not None
+    assert bool(again) is asked
