@@ -1,7 +1,7 @@
 """How surge and yaw answer each command, tried at every delay: which way a thruster pushes, on which side it sits."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,9 +38,10 @@ MADE_GOOD = frozenset({"x", "y", "psi", "u"})
 """Channels that `made_good` needs."""
 _ENDS = 0.25
 """Share of a stretch that its delays may take at either end: half of it is left to compare them on."""
-EARLY, SLOW = -0.3, 2.0
+EARLY, SLOW, ROW = -0.3, 2.0, 0.1
 """Delays of the boat after its commands between which they are in step [s]: rows of 0.1 s and a receiver that is late
-make -0.3 at worst; 2 s is the longest delay of a thruster that the catalogue knows."""
+make -0.3 at worst, longer rows more by as much as they are longer, since a command was given some time before its row;
+2 s is the longest delay of a thruster that the catalogue knows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,16 +84,18 @@ class Trial:
     seconds : the delay tried [s]; negative where the boat moves before it is told to
     answers : to each command of one kind
     left : (stretches,) what this leaves of the changes of surge and yaw, over what the best delay leaves on average
+    row : from one record of the commands to the next [s]
     """
 
     seconds: float
     answers: Mapping[str, Answer]
     left: Array
+    row: float = ROW
 
     @property
     def in_step(self) -> bool:
         """Whether a sound log may have this delay."""
-        return EARLY <= self.seconds <= SLOW
+        return _earliest(self.row) <= self.seconds <= SLOW
 
     def contradicts(self, other: "Trial") -> bool:
         """Whether a command pushes or turns the other way than in another trial."""
@@ -192,11 +195,12 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
         tables, left = min((tables, left), (moved, left_at(moved)), key=lambda tried: _scores(tried[1]).min())
     score = _scores(left)
     inner = np.flatnonzero((score[1:-1] <= score[:-2]) & (score[1:-1] < score[2:])) + 1
-    near = np.flatnonzero((lags * _STEP >= EARLY) & (lags * _STEP <= SLOW))
+    row = row_of(records, names)
+    near = np.flatnonzero((lags * _STEP >= _earliest(row)) & (lags * _STEP <= SLOW))
     # The delays at which a sound log may be are always tried: they need not be an optimum.
     tried = sorted({int(np.argmin(score)), *inner.tolist(), int(near[np.argmin(score[near])])}, key=lambda k: score[k])
     full = {name: _full(records, name, centre[name]) for name in names}
-    found = [_trial(tables, int(lags[k]), margin, full, left[tried[0]]) for k in tried]
+    found = [replace(_trial(tables, int(lags[k]), margin, full, left[tried[0]]), row=row) for k in tried]
     if found[0].left.size < _LEAST_BLOCKS:
         return None
     return Trials(found[0], tuple(trial for trial in found[1:] if not surely_more(trial.left, found[0].left)))
@@ -241,6 +245,17 @@ def _tables(
             tables.append(_Table(table[:, :2], table[:, 2:end], table[:, end:], begun + number))
             begun += int(number[-1]) + 1
     return tables
+
+
+def _earliest(row: float) -> float:
+    """The least delay after its commands that a sound log may have, of rows so far apart [s]."""
+    return EARLY - max(row - ROW, 0.0)
+
+
+def row_of(records: Sequence[Record], names: Iterable[str]) -> float:
+    """The longest time from one record of some commands to the next [s]."""
+    periods = (record.log.channels[n].period for n in names for record in records if n in record.log.channels)
+    return max(periods, default=ROW)
 
 
 def _long_enough(tables: list[_Table]) -> tuple[list[_Table], int]:

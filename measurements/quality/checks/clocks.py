@@ -12,7 +12,7 @@ from ...statistics.robust import CI
 from ..finding import Channels, Check, Finding, Fix, Reach
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..record import RATE, Record, Stretch
-from ..response import COARSE, MADE_GOOD, SLOW, made_good, trials
+from ..response import COARSE, MADE_GOOD, ROW, SLOW, made_good, row_of, trials
 from ..resting import centre_of
 
 _STEP = 1.0 / RATE
@@ -208,10 +208,12 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     ends = seconds - CI * error, seconds + CI * error
     if seconds > SLOW and far:
         return [_early(seconds, ends, channels)]
-    # A command in a row of 0.1 s was given up to 0.1 s before it.
-    row = max(record.log.channels[name].period for record in records for name in names if name in record.log.channels)
-    if ends[1] >= -_IN_STEP - 0.5 * row:
-        if ends[0] < -_NEARLY - 0.5 * row:
+    # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in rows of a second, with
+    # which a programme may keep step, nearly all of it.
+    row = row_of(records, names)
+    before = max(0.5 * row, row - 0.5 * ROW)
+    if ends[1] >= -_IN_STEP - before:
+        if ends[0] < -_NEARLY - before:
             between = " to ".join(_when(end, 2) for end in ends)
             text = f"the boat may answer its commands {between}: too little to tell"
             return [

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from verbs import call, done, inspected, refused, strict
 
+from undertow.measurements.canonical import command_kind
 from undertow.measurements.clock import APART
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
@@ -328,3 +329,15 @@ def test_sides_are_told_of_speeds_that_are_later_than_the_gyro(place: Path, prog
     found = examine(replace(log, channels=late)).findings
     assert [f.verdict for f in found if f.check in ("direction", "sides")] == ["ok", "ok"]
     assert any("surge speed" in f.sentence and f.verdict == "defect" for f in found)
+
+
+def test_commands_that_are_recorded_once_a_second_are_not_called_late(place: Path):
+    done("simulate", "-v", "otter", "--duration", "240", "--out", "raw.csv")
+    log = read_log("raw.csv")
+    seldom = {}
+    for name, c in log.channels.items():
+        every = round(1.0 / c.period) if command_kind(name) else 1
+        seldom[name] = replace(c, time=c.time[every - 1 :: every], value=c.value[every - 1 :: every])
+    clocks = [f for f in examine(replace(log, channels=seldom)).findings if f.check == "clocks"]
+    assert clocks
+    assert not [f.sentence for f in clocks if f.verdict in ("warning", "defect")]
