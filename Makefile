@@ -70,7 +70,7 @@ $(RUNS): pyproject.toml constraints.txt
 	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes half a minute and more"
 	@$(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || "$(PYTHON)" -m venv --clear .venv
 	@$(PIP) -e .
-	@$(BIN)/python -c 'import cvxpy, matplotlib.pyplot, pandas, pysindy, undertow'
+	@$(BIN)/python -c 'import cvxpy, matplotlib.pyplot, pandas, pysindy, undertow'  # compiles what answers need
 	@touch $@
 
 $(READY): $(RUNS)

@@ -16,7 +16,9 @@ from .candidates.nuisance import CALIBRATED
 from .discover import Discovery
 from .evidence.all_thrusters import all_thrusters
 from .evidence.disagreements import disagreements
-from .evidence.record_errors import record_errors, without_forces
+from .evidence.limits import in_step
+from .evidence.other_forms import judged_in_logs
+from .evidence.record_errors import beside_record, record_errors, without_forces
 from .evidence.verdicts import Doubt, Grounds, conclude, doubt_of
 from .evidence.weighing import modest, weigh
 from .findings import Findings
@@ -73,7 +75,7 @@ def add_effects(
         first, *later = fitted.steps
         calibration = (CALIBRATED, without_offset(base(search, state)))
         fitted = replace(fitted, steps=(first, calibration, *later))
-    evidence = weigh(search, state, settings.seed)
+    evidence = in_step(weigh(search, state, settings.seed), search.pool, nominal, state.vehicle, form.motions)
     error, noise, by = np.sqrt(state.fit.held_out), search.noise_error, ""
     if basis.rolls:
         weak = basis.cleared_forces()
@@ -87,9 +89,11 @@ def add_effects(
     order = [str(label) for label, _ in fitted.steps[1:]]
     added = [e for e in evidence if e.selected]
     kept = [e.key for e in added]
-    doubtful = {e.key: doubt_of(e) for e in added if not e.sure} | dict(_doubted(searched, kept))
-    findings = conclude(Grounds(search, lawful, corrected, added, told, kept, order, doubtful=doubtful))
     sensors = without_forces(basis.forces.motions, basis.rolls)
+    apart = {} if judged_in_logs(form) else beside_record(search, state.vehicle, state.active, kept, sensors)
+    doubtful = {key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in apart.items()}
+    doubtful |= {e.key: doubt_of(e) for e in added if not e.sure} | dict(_doubted(searched, kept))
+    findings = conclude(Grounds(search, lawful, corrected, added, told, kept, order, doubtful=doubtful))
     sensors += record_errors(search, state.vehicle, state.active, told)
     unseen = fitted.unseen()
     if free is not None:

@@ -76,10 +76,15 @@ class Unexplained:
         )
 
     @property
+    def plenty(self) -> bool:
+        """Whether a log has so many independent tests that the limit is one, not a guess from their main directions."""
+        return self.independent >= _ENOUGH
+
+    @property
     def coloured(self) -> np.ndarray:
         """(3,) True for an axis whose error is coloured and material."""
         material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
-        louder, larger = (1.0, 1.0) if self.independent >= _ENOUGH else _STRICTER
+        louder, larger = (1.0, 1.0) if self.plenty else _STRICTER
         large = (self.error > louder * COLOURED * self.noise) & (self.share > larger * material)
         return large | ((self.error > _LOUD * self.noise) & self.sensed)
 

@@ -24,7 +24,7 @@ from .evidence.limits import as_timed, doubts, in_step, of_differences, of_other
 from .evidence.mostly_doubted import mostly_doubted
 from .evidence.other_forms import judged_in_logs, other_forms
 from .evidence.own_changes import own_changes
-from .evidence.record_errors import beside, beside_timing, beside_turning, record_errors, without_forces
+from .evidence.record_errors import beside, beside_record, record_errors, without_forces
 from .evidence.unjudged_rivals import beside_unjudged
 from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
 from .experiment.advice import advise, open_questions
@@ -146,8 +146,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         doubtful = of_other_axes(evidence, search.pool, kept, search.settings.least) | doubtful
     recorded = without_forces(basis.forces.motions, basis.rolls)
     if not in_logs:
-        doubtful = beside_turning(search.pool, kept, recorded) | doubtful
-        doubtful = beside_timing(search, final.vehicle, final.active, kept) | doubtful
+        doubtful = beside_record(search, final.vehicle, final.active, kept, recorded) | doubtful
     doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)

@@ -188,7 +188,7 @@ def _selected(begun: Basis, before: Selection) -> Selected | None:
 
     Rollouts are asked last: what forces leave of a log they hardly explain.
     """
-    after, rolls = Selection(begun, _quiet), before.basis.rolls
+    after, rolls = Selection(begun, _quiet, thorough=True), before.basis.rolls
     left = after.unsettled
     if left and rolls and _share(before.selected, left.search, left.state) > _STAND_IN:
         return None

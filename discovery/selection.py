@@ -25,7 +25,7 @@ from .evidence.weighing import weigh
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import plausible_amounts, rehearse
 from .rollout_selection import on_rollouts
-from .search.command_resolution import leaves_structure
+from .search.command_resolution import coarse_records, leaves_structure
 from .search.equivalent_thruster_scales import in_plain_words
 from .search.floating import Search, State
 from .selected import Selected, Unsettled, base
@@ -55,10 +55,11 @@ class Selection:
     settled, unsettled : what the force balance found, where it was asked: one of the two
     basis : what judges
     say : told a line for each step
+    thorough : a log that no forces explain is searched to its end on them all the same, for who compares what is left
     """
 
-    def __init__(self, basis: Basis, say: Say) -> None:
-        found = None if basis.rolls else _on_forces(basis, say)
+    def __init__(self, basis: Basis, say: Say, *, thorough: bool = False) -> None:
+        found = None if basis.rolls else _on_forces(basis, say, thorough)
         self.settled = found if isinstance(found, Selected) else None
         self.unsettled = found if isinstance(found, Unsettled) else None
         self.basis = self.unsettled.rolling if self.unsettled else basis
@@ -79,7 +80,7 @@ class Selection:
         return self.settled is not None and not leaves_structure(self.settled.search, self.settled.state)
 
 
-def _on_forces(basis: Basis, say: Say) -> Selected | Unsettled:
+def _on_forces(basis: Basis, say: Say, thorough: bool) -> Selected | Unsettled:
     """Search the catalogue on a force balance, then terms where named effects leave structure; rollouts may object.
 
     Where structure is left for all that, in a log that is long enough for rollouts, nothing is weighed.
@@ -96,8 +97,8 @@ def _on_forces(basis: Basis, say: Say) -> Selected | Unsettled:
     say(identify(search, nominal, search.nuisances, plausible).sentence)
     say(Stage("searching the catalogue of effects", SEARCHING))
     state = search.run(progress=say)
-    if leaves_structure(search, state) and search.leaves_structure(np.square(unexplained(weak, search).error)):
-        unsettled = _unsettled(basis, search, state)  # all forces together would leave structure, too
+    if not thorough and _beyond_all(basis, search, state):
+        unsettled = _unsettled(basis, search, state)
         if unsettled:
             return unsettled
     state = search.again(state, say)
@@ -136,6 +137,17 @@ def _on_forces(basis: Basis, say: Say) -> Selected | Unsettled:
         notes=basis.told,
         free=free,
     )
+
+
+def _beyond_all(basis: Basis, search: Search, state: State) -> bool:
+    """Whether all forces together would leave structure of a log, too, not only a model.
+
+    Not asked of a log that is too short to say so, nor where a coarse record of the commands may leave it.
+    """
+    if not basis.sensed or not leaves_structure(search, state) or coarse_records(basis.forces.motions):
+        return False
+    bound = unexplained(basis.forces, search)
+    return bound.plenty and search.leaves_structure(np.square(bound.error))
 
 
 def _unsettled(basis: Basis, search: Search, state: State) -> Unsettled | None:

@@ -23,8 +23,8 @@ from .verdicts import found_terms
 
 _MATERIAL = 0.2
 """Share of the time between two records from which an offset is worth a word: less is how the averages fall."""
-_ACROSS = 1
-"""The axis on which no thruster pushes."""
+_PUSHES = 0.01
+"""Share of its thrust from which a thruster pushes to a side."""
 _DEVIATING = 0.03
 """Error of a gyro's scale from which it is told where a compass could look like it: on a part of the circle one that
 deviates by 0.02 rad, which does not matter, makes up to 0.02 of it, and a scale matters from 0.01 on."""
@@ -130,14 +130,22 @@ def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
     return tuple(found)
 
 
-def beside_turning(pool: Sequence[Candidate], kept: Collection[str], errors: Sequence[SensorError]) -> dict[str, str]:
-    """Why effects are not certain beside such a heading, by key: all but those that no turn of the boat touches.
+def beside_record(
+    search: Scoring, fitted: Vehicle, active: Sequence[str], kept: Collection[str], errors: Sequence[SensorError]
+) -> dict[str, str]:
+    """Why effects are not certain beside a record whose clocks or headings contradict it, by key.
 
     Parameters
     ----------
+    fitted, active : the model
     kept : effects in question
-    errors : what the record does wrong, see `turning`
+    errors : what the record does wrong, see `without_forces`
     """
+    return _beside_timing(search, fitted, active, kept) | _beside_turning(search.pool, kept, errors)
+
+
+def _beside_turning(pool: Sequence[Candidate], kept: Collection[str], errors: Sequence[SensorError]) -> dict[str, str]:
+    """The same beside a heading that turns too fast for the gyro: all but those that no turn of the boat touches."""
     scales = [error.terms[0].value for error in errors if error.error == "gyro_scale"]
     if not scales:
         return {}
@@ -146,21 +154,18 @@ def beside_turning(pool: Sequence[Candidate], kept: Collection[str], errors: Seq
     return {key: why for key in turns if key in kept}
 
 
-def beside_timing(search: Scoring, fitted: Vehicle, active: Sequence[str], kept: Collection[str]) -> dict[str, str]:
-    """Why effects are not certain where commands are off by more than one step of their record, by key.
+def _beside_timing(search: Scoring, fitted: Vehicle, active: Sequence[str], kept: Collection[str]) -> dict[str, str]:
+    """The same where commands are off by more than one step of their record.
 
-    Late commands lag behind what they drive: less drag, another thrust, another inertia. Across a hull nothing pushes.
-
-    Parameters
-    ----------
-    fitted, active : the model
-    kept : effects in question
+    Late commands lag behind what they drive: less drag, another thrust, another inertia. Certain is what acts across a
+    hull alone, where no thruster pushes aside.
     """
     offsets = [c for c in search.pool if c.kind is Kind.SENSOR and c.key in active]
     if not any(limit_at(p, fitted.value(p.symbol)) is not None for c in offsets for p in c.parameters):
         return {}
     why = "the commands may act at another time than their record says, by more than one step of it"
-    driven = [c.key for c in search.pool if any(p.axis != _ACROSS for p in c.parameters)]
+    aside = any(abs(np.sin(thruster.angle)) > _PUSHES for thruster in fitted.thrusters)
+    driven = [c.key for c in search.pool if aside or any(p.axis != 1 for p in c.parameters)]
     return {key: why for key in driven if key in kept}
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ...physics.frames import Array, earth_to_body
 from ..alignment import band_passed
 from ..canonical import command_kind
+from ..preparation.resampling import command_step
 from ..statistics.paired import surely_more
 from ..statistics.robust import CI, Fit, robust_fit
 from .lags import FOLLOWS, Response, lag_anywhere
@@ -38,10 +39,12 @@ MADE_GOOD = frozenset({"x", "y", "psi", "u"})
 """Channels that `made_good` needs."""
 _ENDS = 0.25
 """Share of a stretch that its delays may take at either end: half of it is left to compare them on."""
-EARLY, SLOW, ROW = -0.3, 2.0, 0.1
+EARLY, SLOW = -0.3, 2.0
 """Delays of the boat after its commands between which they are in step [s]: rows of 0.1 s and a receiver that is late
-make -0.3 at worst, longer rows more by as much as they are longer, since a command was given some time before its row;
-2 s is the longest delay of a thruster that the catalogue knows."""
+make -0.3 at worst; 2 s is the longest delay of a thruster that the catalogue knows."""
+ROW = 0.1
+"""Time between two records of the commands for which the first of these is [s]. Where it is longer, a boat may answer
+earlier by the rest of it: a command was given some time before its row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +218,8 @@ def _late_speeds(records: Sequence[Record]) -> float:
     """How much later than the places the speeds are [s], where that is known and may turn a sign round; else 0."""
     if not all(set(record.log.channels) >= MADE_GOOD for record in records):
         return 0.0
-    lag = lag_anywhere([made_good(record, stretch) for record in records for stretch in record.stretches], _STEP)
+    every = [(record, stretch) for record in records for stretch in record.stretches]
+    lag = shared(records, "late speeds", lambda: lag_anywhere([made_good(*pair) for pair in every], _STEP))
     known = lag is not None and lag.explained >= FOLLOWS and abs(lag.seconds) > max(_APART, CI * lag.error)
     return lag.seconds if lag is not None and known else 0.0
 
@@ -253,9 +257,9 @@ def _earliest(row: float) -> float:
 
 
 def row_of(records: Sequence[Record], names: Iterable[str]) -> float:
-    """The longest time from one record of some commands to the next [s]."""
-    periods = (record.log.channels[n].period for n in names for record in records if n in record.log.channels)
-    return max(periods, default=ROW)
+    """The longest time from one record of some commands to the next, of those that are recorded at a rate [s]."""
+    logged = (record.log.channels[n] for n in names for record in records if n in record.log.channels)
+    return command_step(logged) or ROW
 
 
 def _long_enough(tables: list[_Table]) -> tuple[list[_Table], int]:

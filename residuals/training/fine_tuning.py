@@ -27,10 +27,10 @@ def going_on_from(start: NetworkModel) -> Choice:
     """
     grown = start.network.grown
     if grown is not None:
-        trained = " or ".join(name for name, network in NETWORKS.items() if network.grown is None)
+        trained = ", ".join(name for name, network in NETWORKS.items() if network.grown is None)
         raise RequestError(
             f"train: expected a network that can go on learning, got the {grown.parts} of {start.name}, which are "
-            f"{grown.how} anew; start from {trained}, or leave the start out"
+            f"{grown.how} anew; start from another ({trained}), or leave the start out"
         )
     heading = start.network.width > 3 + start.network.scaling.drives
     return Choice(start.network.name, dict(start.network.options), start.pure, heading, start=start)

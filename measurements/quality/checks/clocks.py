@@ -13,7 +13,7 @@ from ..finding import Channels, Check, Finding, Fix, Reach
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..record import RATE, Record, Stretch
 from ..response import COARSE, MADE_GOOD, ROW, SLOW, made_good, row_of, trials
-from ..resting import centre_of
+from ..resting import centre_of, stands_still
 
 _STEP = 1.0 / RATE
 _IN_STEP = 0.03
@@ -198,7 +198,8 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         return [
             Finding(check="clocks", verdict="cannot tell", sentence=text, value=far[0], unit="s", channels=channels)
         ]
-    pooled = _answer(records, gyro, float(np.median(far)) if far else 0.0)
+    row = row_of(records, [name for name in names if not stands_still(records, name)])
+    pooled = _answer(records, gyro, float(np.median(far)) if far else 0.0, row)
     if pooled is None and far:
         pooled = float(np.median(far)), COARSE
     if pooled is None:
@@ -210,7 +211,6 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         return [_early(seconds, ends, channels)]
     # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in rows of a second, with
     # which a programme may keep step, nearly all of it.
-    row = row_of(records, names)
     before = max(0.5 * row, row - 0.5 * ROW)
     if ends[1] >= -_IN_STEP - before:
         if ends[0] < -_NEARLY - before:
@@ -283,14 +283,14 @@ def _when(seconds: float, digits: int = 1) -> str:
     return f"{abs(seconds):.{digits}f} s {'after' if seconds >= 0.0 else 'before'} them"
 
 
-def _answer(records: Sequence[Record], gyro: float, about: float) -> tuple[float, float] | None:
+def _answer(records: Sequence[Record], gyro: float, about: float, row: float) -> tuple[float, float] | None:
     """The delay of surge and yaw after the commands near one [s], its standard error [s]; None if neither tells."""
     names = {name for record in records for name in record.commands}
     centre = {name: centre_of(records, name) for name in names}
     lags = []
     for response in (_surge_answer, _yaw_answer):
         every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
-        lag = lag_of(every, _STEP, quick, (about + _REACH[0], about + _REACH[1]))
+        lag = lag_of(every, _STEP, quick, (about + _REACH[0] - max(row - ROW, 0.0), about + _REACH[1]))
         if lag is not None and lag.stretches >= _STRETCHES and _sure(lag, _ANSWERS):
             lags.append(lag)
     if not lags:

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import add_effects
+from undertow.discovery.basis import choose
+from undertow.discovery.candidates.nuisance import command_timing
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.record_errors import turning
+from undertow.discovery.evidence.record_errors import beside_record, turning
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.kinematics import kinematics_of, turning_of
 from undertow.physics.motion import Motion
@@ -79,3 +81,14 @@ def test_where_commands_are_late_by_more_than_a_step_only_what_they_do_not_drive
     findings = find_missing([replace(motion, commands=late)], HULL).findings
     assert set(findings.missing) == set(effects)
     assert [s.verdict for s in findings.sensors if s.what == "command_offset"] == ["possible"]
+
+
+@pytest.mark.parametrize(("name", "doubted"), [("otter", False), ("cybership2", True)])
+def test_late_commands_drive_the_sway_of_a_boat_that_pushes_aside(name: str, doubted: bool):
+    hull = load_vehicle(name)
+    motion = simulate_world(hull, {}, programme="gentle", duration=30.0, noise="clean", seed=2).motion(0.05)
+    search = choose([motion], hull, DiscoverySettings()).instant
+    late = hull.with_values({"command_offset": command_timing([motion]).parameters[0].upper})
+    for vehicle, some in ((hull, False), (late, True)):
+        told = beside_record(search, vehicle, ("command_offset",), ("sway_lift", "yaw_linear_damping"), ())
+        assert ("sway_lift" in told, "yaw_linear_damping" in told) == (some and doubted, some)

@@ -331,13 +331,13 @@ def test_sides_are_told_of_speeds_that_are_later_than_the_gyro(place: Path, prog
     assert any("surge speed" in f.sentence and f.verdict == "defect" for f in found)
 
 
-def test_commands_that_are_recorded_once_a_second_are_not_called_late(place: Path):
+@pytest.mark.parametrize(("late", "told"), [(0.0, []), (2.0, ["defect"])])
+def test_commands_that_are_recorded_once_a_second_are_late_from_a_row_on(place: Path, late: float, told: list[str]):
     done("simulate", "-v", "otter", "--duration", "240", "--out", "raw.csv")
     log = read_log("raw.csv")
     seldom = {}
     for name, c in log.channels.items():
-        every = round(1.0 / c.period) if command_kind(name) else 1
-        seldom[name] = replace(c, time=c.time[every - 1 :: every], value=c.value[every - 1 :: every])
+        every, seconds = (round(1.0 / c.period), late) if command_kind(name) else (1, 0.0)
+        seldom[name] = replace(c, time=c.time[every - 1 :: every] + seconds, value=c.value[every - 1 :: every])
     clocks = [f for f in examine(replace(log, channels=seldom)).findings if f.check == "clocks"]
-    assert clocks
-    assert not [f.sentence for f in clocks if f.verdict in ("warning", "defect")]
+    assert [f.verdict for f in clocks if f.verdict in ("warning", "defect")] == told
