@@ -185,12 +185,12 @@ def test_stand_ins_that_leave_structure_are_searched_past():
     assert set(find_missing([motion], HULL).findings.missing) == set(hidden)
 
 
-@pytest.mark.parametrize(("error", "asked"), [(1e3, False), (0.0, True)])
+@pytest.mark.parametrize(("error", "tests", "asked"), [(1e3, 1e3, False), (0.0, 1e3, True), (1e3, 10.0, True)])
 def test_rollouts_are_asked_at_once_where_all_forces_together_explain_no_log(
-    error: float, asked: bool, monkeypatch: pytest.MonkeyPatch
+    error: float, tests: float, asked: bool, monkeypatch: pytest.MonkeyPatch
 ):
     basis = choose([world({})], HULL, DiscoverySettings())
-    bound = replace(unexplained(basis.forces, basis.instant), error=np.full(3, error))
+    bound = replace(unexplained(basis.forces, basis.instant), error=np.full(3, error), independent=tests)
     again: list[State] = []
     monkeypatch.setattr(selection, "unexplained", lambda weak, search: bound)
     monkeypatch.setattr(selection, "leaves_structure", lambda search, state: True)
