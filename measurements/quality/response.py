@@ -1,7 +1,7 @@
 """How surge and yaw answer each command, tried at every delay: which way a thruster pushes, on which side it sits."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -203,7 +203,7 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     # The delays at which a sound log may be are always tried: they need not be an optimum.
     tried = sorted({int(np.argmin(score)), *inner.tolist(), int(near[np.argmin(score[near])])}, key=lambda k: score[k])
     full = {name: _full(records, name, centre[name]) for name in names}
-    found = [replace(_trial(tables, int(lags[k]), margin, full, left[tried[0]]), row=row) for k in tried]
+    found = [_trial(tables, int(lags[k]), margin, full, left[tried[0]], row) for k in tried]
     if found[0].left.size < _LEAST_BLOCKS:
         return None
     return Trials(found[0], tuple(trial for trial in found[1:] if not surely_more(trial.left, found[0].left)))
@@ -298,7 +298,9 @@ def _left(tables: Sequence[_Table], lags: Sequence[int], margin: int, axis: int)
     return np.asarray(np.maximum(every[:, -1, -1] * (1.0 - explained), 1e-300))
 
 
-def _trial(tables: Sequence[_Table], lag: int, margin: int, full: Mapping[str, float], scale: Array) -> Trial:
+def _trial(
+    tables: Sequence[_Table], lag: int, margin: int, full: Mapping[str, float], scale: Array, row: float
+) -> Trial:
     parts = [table.at(lag, margin) for table in tables]
     changes, commands, drag = (np.concatenate([part[k] for part in parts]) for k in range(3))
     stretch = np.concatenate([table.stretch[margin : table.stretch.size - margin] for table in tables])
@@ -317,7 +319,7 @@ def _trial(tables: Sequence[_Table], lag: int, margin: int, full: Mapping[str, f
     for axis, columns in enumerate(beside_drag):
         rest = changes[:, axis] - columns @ np.linalg.lstsq(columns, changes[:, axis], rcond=None)[0]
         left += np.bincount(number, rest**2, left.size) / scale[axis] * left.size
-    return Trial(lag * _STEP, told, left)
+    return Trial(lag * _STEP, told, left, row)
 
 
 def _full(records: Sequence[Record], name: str, centre: float) -> float:

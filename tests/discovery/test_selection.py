@@ -185,16 +185,26 @@ def test_stand_ins_that_leave_structure_are_searched_past():
     assert set(find_missing([motion], HULL).findings.missing) == set(hidden)
 
 
-@pytest.mark.parametrize(("error", "tests", "asked"), [(1e3, 1e3, False), (0.0, 1e3, True), (1e3, 10.0, True)])
+@pytest.mark.parametrize(
+    ("error", "tests", "coarse", "thorough", "asked"),
+    [
+        (1e3, 1e3, False, False, False),
+        (0.0, 1e3, False, False, True),
+        (1e3, 10.0, False, False, True),
+        (1e3, 1e3, True, False, True),
+        (1e3, 1e3, False, True, True),
+    ],
+)
 def test_rollouts_are_asked_at_once_where_all_forces_together_explain_no_log(
-    error: float, tests: float, asked: bool, monkeypatch: pytest.MonkeyPatch
+    error: float, tests: float, coarse: bool, thorough: bool, asked: bool, monkeypatch: pytest.MonkeyPatch
 ):
     basis = choose([world({})], HULL, DiscoverySettings())
     bound = replace(unexplained(basis.forces, basis.instant), error=np.full(3, error), independent=tests)
     again: list[State] = []
     monkeypatch.setattr(selection, "unexplained", lambda weak, search: bound)
     monkeypatch.setattr(selection, "leaves_structure", lambda search, state: True)
+    monkeypatch.setattr(selection, "coarse_records", lambda motions: ("a record",) * coarse)
     monkeypatch.setattr(selection, "_with_terms", lambda weak, search, state, say: (search, state))
     monkeypatch.setattr(Search, "again", lambda self, best, say: (again.append(best), best)[1])
-    assert Selection(basis, lambda text: None).unsettled is not None
+    assert Selection(basis, lambda text: None, thorough=thorough).unsettled is not None
     assert bool(again) is asked
