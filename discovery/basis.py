@@ -20,6 +20,7 @@ from .balance.sensor_errors import STRAIGHT_RUNS, nuisances
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
 from .candidates.candidate import Candidate, Kind, candidates, measurable
+from .candidates.linearisation import Linearisation
 from .candidates.nuisance import command_timing
 from .candidates.unnamed_terms import features_along
 from .search.command_resolution import leaves_structure
@@ -39,6 +40,8 @@ _ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
 """Independent tests below which structure is left in any log, and how much higher both thresholds then are."""
 _TESTS_A_COLUMN = 3.0
 """Independent tests for each free factor at least: with fewer, factors fit noise and nothing would look coloured."""
+_NEW = 1e-6
+"""Share of its square that a column must keep beside others to be a new one."""
 _RANK = 1e-7
 """Share of the largest singular value below which a direction is rounding: some times the root of double precision."""
 
@@ -76,15 +79,10 @@ class Unexplained:
         )
 
     @property
-    def plenty(self) -> bool:
-        """Whether a log has so many independent tests that the limit is one, not a guess from their main directions."""
-        return self.independent >= _ENOUGH
-
-    @property
     def coloured(self) -> np.ndarray:
         """(3,) True for an axis whose error is coloured and material."""
         material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
-        louder, larger = (1.0, 1.0) if self.plenty else _STRICTER
+        louder, larger = (1.0, 1.0) if self.independent >= _ENOUGH else _STRICTER
         large = (self.error > louder * COLOURED * self.noise) & (self.share > larger * material)
         return large | ((self.error > _LOUD * self.noise) & self.sensed)
 
@@ -126,17 +124,14 @@ def unexplained(weak: WeakForm, search: Search) -> Unexplained:
     the catalogue could explain, whatever its mass. The columns are those that the search needs anyway; a short log gets
     their main directions only, three independent tests each.
     """
-    linear, _ = search.linearise(search.nominal, ())
-    features = np.column_stack([features_along(weak, search.nominal, 3)[1], _turned(weak)])
+    linear, features = _forces(weak, search)
     inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}
     forces = [i for i in range(linear.columns.shape[2] - 1) if i not in inertia]
     rates = weak.derivative([motion.velocity for motion in weak.motions])
     error = np.zeros(3)
     for axis in range(3):
         other = rates[:, [(2,), (2,), (0, 1)][axis]]  # through m13 and m23, which y_g and x_g make
-        columns = np.column_stack([linear.columns[:, axis, forces], features, other])
-        size = np.sqrt((columns**2).sum(axis=0))
-        columns = columns[:, size > 0] / size[size > 0]
+        columns = _unit_length(np.column_stack([linear.columns[:, axis, forces], features, other]))
         vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
         rank = min(int((values > _RANK * values[0]).sum()), int(weak.independent / _TESTS_A_COLUMN))
         vectors = vectors[:, :rank]
@@ -145,6 +140,50 @@ def unexplained(weak: WeakForm, search: Search) -> Unexplained:
     mass = np.diag(mass_matrix(search.nominal))
     share = error * mass / search.share_scale
     return Unexplained(error * mass, search.noise_error, share, weak.independent, _sensed(weak))
+
+
+def beside_few(weak: WeakForm, search: Search, most: int) -> Array:
+    """What the few forces on each axis that take most of what the nominal model leaves would leave, (3,) mean squares.
+
+    Each has a free factor on each axis, and is the one that takes most beside those before it: orthogonal matching
+    pursuit (Pati, Rezaiifar and Krishnaprasad 1993, doi:10.1109/ACSSC.1993.342465).
+
+    Parameters
+    ----------
+    most : forces on an axis
+    """
+    linear, features = _forces(weak, search)
+    error = np.zeros(3)
+    for axis in range(3):
+        rest, left = (
+            _unit_length(np.column_stack([linear.columns[:, axis, :-1], features])),
+            linear.columns[:, axis, -1],
+        )
+        for _ in range(min(most, rest.shape[1])):
+            squares = (rest**2).sum(axis=0)
+            gains = np.divide((left @ rest) ** 2, squares, out=np.zeros(squares.size), where=squares > _NEW)
+            best = int(gains.argmax())
+            unit = rest[:, best] / np.sqrt(max(squares[best], _NEW))
+            left, rest = left - unit * (unit @ left), rest - np.outer(unit, unit @ rest)
+        error[axis] = (left**2).mean() * weak.independent / (weak.independent - most)
+    return error
+
+
+def plenty(weak: WeakForm) -> bool:
+    """Whether a log has so many independent tests that what is left by its forces is no guess."""
+    return weak.independent >= _ENOUGH
+
+
+def _forces(weak: WeakForm, search: Search) -> tuple[Linearisation, Array]:
+    """All columns of a search about its nominal model, and terms that no effect of it has, of unit mass."""
+    linear, _ = search.linearise(search.nominal, ())
+    return linear, np.column_stack([features_along(weak, search.nominal, 3)[1], _turned(weak)])
+
+
+def _unit_length(columns: Array) -> Array:
+    """Columns of unit length, without those that are nothing."""
+    size = np.sqrt((columns**2).sum(axis=0))
+    return np.asarray(columns[:, size > 0] / size[size > 0])
 
 
 def _sensed(weak: WeakForm) -> bool:

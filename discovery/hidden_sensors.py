@@ -5,8 +5,9 @@ that were turned into the body by a heading that is off by a constant. What they
 with many effects at once, each a stand-in; taken away, the few that are real remain.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -23,7 +24,7 @@ from .found_effects import FoundTerm
 from .search.beside_errors import Beside, best_beside
 from .search.command_resolution import leaves_structure
 from .search.floating import Search, State
-from .selected import Selected
+from .selected import Found, Selected
 from .selection import Selection
 
 _USUAL = (1.0, 1.0, 0.2)
@@ -97,6 +98,9 @@ class HiddenErrors:
         return tuple(found)
 
 
+_NONE = HiddenErrors(0.0, 0.0, 0.0)
+
+
 class BesideSensors(NamedTuple):
     """What was found, the errors of the sensors that were taken out for it, and why effects are not certain beside any.
 
@@ -116,19 +120,33 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
     beside the error are not certain.
     """
     before = Selection(basis, say)
-    looked = before.settled
     if basis.forces.claimed:
         return BesideSensors(before.selected)
+    asked = _asked(basis) if before.first and _leaves_much(before.first) else None
+    if before.first and asked is not None:
+        at_once = _corrected(before.first, asked, _explained_by_one, say)
+        if at_once is not None:
+            return at_once
+    looked = before.settled
     earned, doubts = _earned(looked.search, looked.state) if looked else (0.0, {})
-    estimate = None
-    if before.unsettled or (looked and _crowded(looked.search, looked.state)):
-        estimate = _asked(basis)
+    estimate = asked if before.unsettled or (looked and _crowded(looked.search, looked.state)) else None
     if estimate is None and looked and earned >= _ASKS:
         estimate = _beside(looked.search).errors * _USUAL
-    corrected = None if estimate is None else _corrected(before, estimate)
+    corrected = None
+    if estimate is not None:
+        corrected = _corrected(before.found, estimate, partial(_selected, before), say)
     if corrected is None and looked is None:  # where no model and no errors explain a log, rollouts judge it anyway
         _, doubts = _earned(before.selected.search, before.selected.state)
     return corrected or BesideSensors(before.selected, None, doubts)
+
+
+def _leaves_much(first: Found) -> bool:
+    """Whether a first search leaves structure, or ends with so many effects that they may be a crowd of stand-ins."""
+    return not first.explains or len(_named(first)) >= first.search.settings.crowd
+
+
+def _named(found: Found | Selected) -> tuple[str, ...]:
+    return found.search.named(found.state.active)
 
 
 def _crowded(search: Search, state: State) -> bool:
@@ -146,25 +164,33 @@ def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
     return beside.earned, dict.fromkeys(beside.unneeded if beside.earned >= _ASKS else (), told)
 
 
-def _corrected(before: Selection, estimate: Array) -> BesideSensors | None:
+def _corrected(
+    before: Found | Selected, estimate: Array, look: Callable[[Basis], Selection | None], say: Say
+) -> BesideSensors | None:
     """What is found on motions without an error of the sensors, as it is refined.
 
     None where that is no better, or leaves what no noise explains.
+
+    Parameters
+    ----------
+    look : looks at corrected motions; None where what it sees is no better for sure
     """
-    basis, say = before.basis, before.say
+    basis = before.basis
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
-    best: Selected | None = None
+    best: Selection | None = None
     found, unsure = None, ()
-    worth = before.settled.state.score - _BETTER if before.settled else np.inf
+    worth = before.state.score - _BETTER if isinstance(before, Found) else np.inf
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
+        if errors == _NONE:
+            break
         begun = choose([errors.corrected(motion) for motion in basis.forces.motions], basis.nominal, basis.settings)
-        other = _selected(begun, before)
+        other = look(begun)
         if other is None:
             break
-        search, state = _on_forces(begun, other)
+        search, state = _on_forces(begun, other.found)
         paid = search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-        if state.score + paid > worth or not _simpler(before, other, errors):
+        if state.score + paid > worth or not _simpler(before, other.found, errors):
             break
         best, found, worth = other, errors, state.score + paid
         beside = min(_beside(search, state), _beside(search), key=Beside.worth)
@@ -175,32 +201,42 @@ def _corrected(before: Selection, estimate: Array) -> BesideSensors | None:
         estimate = estimate + more * _USUAL
     if best is None or found is None:
         return None
-    if leaves_structure(best.search, best.state) and _share_left(before.selected, best) > _STAND_IN:
+    if leaves_structure(best.found.search, best.found.state) and _share_left(before, best.found) > _STAND_IN:
         return None
     say("; ".join(error.sentence for error in found.findings))
-    notes = (*filter(None, [basis.part]), *best.notes)
-    best = replace(best, basis=replace(best.basis, part=basis.part), notes=notes)
-    return BesideSensors(best, found, dict.fromkeys(unsure, f"{_A_LITTLE} more, the log would not ask for it"))
+    looked = best.selected
+    notes = (*filter(None, [basis.part]), *looked.notes)
+    looked = replace(looked, basis=replace(looked.basis, part=basis.part), notes=notes)
+    return BesideSensors(looked, found, dict.fromkeys(unsure, f"{_A_LITTLE} more, the log would not ask for it"))
 
 
-def _selected(begun: Basis, before: Selection) -> Selected | None:
+def _explained_by_one(begun: Basis) -> Selection | None:
+    """What is found on corrected motions, where a first search explains them by one effect at most."""
+    after = Selection(begun, _quiet)
+    return after if after.first and after.first.explains and len(_named(after.first)) <= 1 else None
+
+
+def _selected(before: Selection, begun: Basis) -> Selection | None:
     """What is found on corrected motions; None where both roll, and more than a stand-in leaves is left of the first.
 
-    Rollouts are asked last: what forces leave of a log they hardly explain.
+    None as well where a first search ends with a crowd. Rollouts are asked last: what forces leave of a log they hardly
+    explain.
     """
     after, rolls = Selection(begun, _quiet, thorough=True), before.basis.rolls
-    left = after.unsettled
-    if left and rolls and _share(before.selected, left.search, left.state) > _STAND_IN:
+    if after.first and _crowded(after.first.search, after.first.state):
         return None
-    both_roll = rolls and after.selected.basis.rolls
-    return None if both_roll and _share_left(before.selected, after.selected) > _STAND_IN else after.selected
+    left = after.unsettled
+    if left and rolls and _share(before.found, left.search, left.state) > _STAND_IN:
+        return None
+    both_roll = rolls and after.basis.rolls
+    return None if both_roll and _share_left(before.found, after.found) > _STAND_IN else after
 
 
 def _quiet(text: str) -> None:
     """Say nothing."""
 
 
-def _simpler(before: Selection, after: Selected, errors: HiddenErrors) -> bool:
+def _simpler(before: Found | Selected, after: Found | Selected, errors: HiddenErrors) -> bool:
     """Whether fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
 
     Turning moves an antenna as it bends the flow along a hull: four effects about another origin do as well as five
@@ -211,23 +247,23 @@ def _simpler(before: Selection, after: Selected, errors: HiddenErrors) -> bool:
     for symbol, arm in (("x_g", errors.arm_x), ("y_g", errors.arm_y)):
         if arm and abs(state.vehicle.value(symbol) - search.nominal.value(symbol)) > abs(arm):
             return False
-    named = len(search.named(state.active)) + np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-    least = len(before.selected.search.named(before.selected.state.active)) if before.explained else np.inf
+    named = len(_named(after)) + np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
+    least = len(_named(before)) if isinstance(before, Found) and before.explains else np.inf
     return not _crowded(search, state) and bool(named < least)
 
 
-def _share_left(before: Selected, after: Selected) -> float:
+def _share_left(before: Found | Selected, after: Found | Selected) -> float:
     """The share of what one model leaves unexplained that another leaves, both on the force balance of the other."""
     return _share(before, *_on_forces(after.basis, after))
 
 
-def _share(before: Selected, search: Search, later: State) -> float:
+def _share(before: Found | Selected, search: Search, later: State) -> float:
     """The share of what one model leaves unexplained that another one of a force balance leaves there."""
     _, earlier = _on_forces(before.basis, before)
     return search.unexplained(later.fit.held_out) / max(search.unexplained(earlier.fit.held_out), 1e-12)
 
 
-def _on_forces(basis: Basis, found: Selected) -> tuple[Search, State]:
+def _on_forces(basis: Basis, found: Found | Selected) -> tuple[Search, State]:
     """What a force balance makes of a model, whichever judge found it: scores of two judges do not compare."""
     if not found.basis.rolls:
         return found.search, found.state
@@ -250,7 +286,7 @@ def _asked(basis: Basis) -> Array | None:
     columns = _columns(search, empty)
     within = best_beside(search, columns, empty)
     errors = HiddenErrors.of(within.errors * _USUAL)
-    if errors == HiddenErrors.of(np.zeros(3)):
+    if errors == _NONE:
         return None
     # A search beside errors that are not taken out yet may end where one without them does not: then it is told anew.
     motions = [errors.corrected(motion) for motion in basis.forces.motions]

@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..measurements.statistics.second_processor import shared
 from ..physics.stage import SEARCHING, WEIGHING, Say, Stage
 from ..physics.vehicle import Vehicle
 from .balance.shooting import ShootingSettings
@@ -63,7 +62,7 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
     settings = replace(basis.settings.search, refinements=_REFINEMENTS)
     search = Search(form, nominal, seen, settings)
     say(Stage("searching the catalogue of effects on open-loop rollouts", SEARCHING))
-    state = _best_of(search, list(_starts(search, basis.settings.shooting)), say)
+    state = search.best_of(list(_starts(search, basis.settings.shooting)), say)
     for _ in range(_ROUNDS - 1):
         form = form.refreshed(state.vehicle)
         search = Search(form, nominal, seen, settings)
@@ -95,20 +94,6 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
         (*basis.told, *disagreements(form, nominal, state.vehicle)),
         free,
     )
-
-
-def _best_of(search: Search, starts: Sequence[State], say: Say) -> State:
-    """The best model that searches from some others end at; what all but the first say is told after them."""
-
-    def run(number: int) -> tuple[State, list[str]]:
-        lines: list[str] = []
-        return search.run(starts[number], lines.append if number else say), lines
-
-    found = shared(run, range(len(starts)))
-    for _, lines in found:
-        for line in lines:
-            say(line)
-    return min((state for state, _ in found), key=lambda s: s.score)
 
 
 def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:

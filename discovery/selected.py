@@ -11,6 +11,7 @@ from .candidates.candidate import Candidate
 from .evidence.weighing import Evidence
 from .identifiability.rehearsal import Rehearsal
 from .identifiability.visible import Identifiability
+from .search.command_resolution import leaves_structure
 from .search.floating import Search, State
 
 
@@ -44,6 +45,20 @@ class Selected:
     unseen: tuple[Candidate, ...] = ()
     notes: tuple[str, ...] = ()
     free: Freed | None = None
+
+
+class Found(NamedTuple):
+    """A model that a search ended with, what judges it, and what is calibrated in every model, if anything."""
+
+    basis: Basis
+    search: Search
+    state: State
+    free: Freed | None = None
+
+    @property
+    def explains(self) -> bool:
+        """Whether it leaves no structure of the log."""
+        return not leaves_structure(self.search, self.state)
 
 
 class Unsettled(NamedTuple):

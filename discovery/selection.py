@@ -9,14 +9,12 @@ from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
 
-import numpy as np
-
 from ..physics.errors import RequestError
 from ..physics.freed_memory import hand_back
 from ..physics.stage import SEARCHING, WEIGHING, Say, Stage
 from .balance.rollout_test import worse_as_a_whole
 from .balance.weak_form import WeakForm
-from .basis import LEAVES, Basis, unexplained
+from .basis import LEAVES, Basis, beside_few, plenty
 from .calibration.beside_effects import freed
 from .candidates.candidate import Kind
 from .candidates.unnamed_terms import shortlist, term_candidate, twins
@@ -28,7 +26,10 @@ from .rollout_selection import on_rollouts
 from .search.command_resolution import coarse_records, leaves_structure
 from .search.equivalent_thruster_scales import in_plain_words
 from .search.floating import Search, State
-from .selected import Selected, Unsettled, base
+from .selected import Found, Selected, Unsettled, base
+
+_FEW = 6
+"""Forces on each axis, of which no model that is to be believed has more: eighteen in all."""
 
 
 def select(basis: Basis, say: Say) -> Selected:
@@ -48,71 +49,95 @@ def select(basis: Basis, say: Say) -> Selected:
 
 
 class Selection:
-    """What is selected of a log; what rollouts select is made when it is asked for, see `select`.
+    """What is selected of a log, in steps that are taken when they are asked for, see `select`.
 
-    Attributes
+    Parameters
     ----------
-    settled, unsettled : what the force balance found, where it was asked: one of the two
     basis : what judges
     say : told a line for each step
     thorough : a log that no forces explain is searched to its end on them all the same, for who compares what is left
     """
 
     def __init__(self, basis: Basis, say: Say, *, thorough: bool = False) -> None:
-        found = None if basis.rolls else _on_forces(basis, say, thorough)
-        self.settled = found if isinstance(found, Selected) else None
-        self.unsettled = found if isinstance(found, Unsettled) else None
-        self.basis = self.unsettled.rolling if self.unsettled else basis
-        self.say = say
+        self._basis, self.say, self._thorough = basis, say, thorough
+
+    @cached_property
+    def first(self) -> Found | None:
+        """Where the first search of the catalogue on the force balance ends, where that is asked."""
+        return None if self._basis.rolls else _searched(self._basis, self.say)
+
+    @cached_property
+    def _searched_on(self) -> Found | Unsettled | None:
+        return self.first and _on_forces(self.first, self.say, self._thorough)
+
+    @property
+    def settled(self) -> Found | None:
+        """What the force balance found, where it was asked and settles it."""
+        return self._searched_on if isinstance(self._searched_on, Found) else None
+
+    @property
+    def unsettled(self) -> Unsettled | None:
+        """The same where it was asked and rollouts must judge."""
+        return self._searched_on if isinstance(self._searched_on, Unsettled) else None
+
+    @property
+    def basis(self) -> Basis:
+        """What judges in the end."""
+        return self.unsettled.rolling if self.unsettled else self._basis
 
     @cached_property
     def selected(self) -> Selected:
-        """By whichever judges."""
+        """By whichever judges, weighed."""
         if self.settled:
-            return self.settled
+            return _weighed(self.settled, self.say)
         if self.unsettled:
             self.say(self.basis.why)
         return on_rollouts(self.basis, self.say)
 
     @property
-    def explained(self) -> bool:
-        """Whether forces leave nothing of the log."""
-        return self.settled is not None and not leaves_structure(self.settled.search, self.settled.state)
+    def found(self) -> Found | Selected:
+        """The same, weighed where that comes with it."""
+        return self.settled or self.selected
 
 
-def _on_forces(basis: Basis, say: Say, thorough: bool) -> Selected | Unsettled:
-    """Search the catalogue on a force balance, then terms where named effects leave structure; rollouts may object.
-
-    Where structure is left for all that, in a log that is long enough for rollouts, nothing is weighed.
-    """
+def _searched(basis: Basis, say: Say) -> Found:
+    """Search the catalogue on a force balance."""
     weak, search, free = basis.forces, basis.instant, None
-    nominal, seed = basis.nominal, basis.settings.seed
     if basis.settings.refit and not weak.claimed:
-        free = freed(weak, nominal, basis.pool, basis.settings.search)
+        free = freed(weak, basis.nominal, basis.pool, basis.settings.search)
         say(free.sentence)
-        search = Search(weak, nominal, free.pool, basis.settings.search)
-    pool = search.pool
-    rehearsal = rehearse(search, nominal, search.nuisances)
-    plausible = plausible_amounts(search, rehearsal)
-    say(identify(search, nominal, search.nuisances, plausible).sentence)
+        search = Search(weak, basis.nominal, free.pool, basis.settings.search)
+    plausible = plausible_amounts(search, rehearse(search, basis.nominal, search.nuisances))
+    say(identify(search, basis.nominal, search.nuisances, plausible).sentence)
     say(Stage("searching the catalogue of effects", SEARCHING))
-    state = search.run(progress=say)
-    if not thorough and _beyond_all(basis, search, state):
-        unsettled = _unsettled(basis, search, state)
-        if unsettled:
-            return unsettled
-    state = search.again(state, say)
-    if leaves_structure(search, state):
-        say(Stage("named effects leave structure: looking for terms that nobody has named"))
-        search, state = _with_terms(weak, search, state, say)
-    state = in_plain_words(search, state)
-    unsettled = _unsettled(basis, search, state)
+    return Found(basis, search, search.run(progress=say), free)
+
+
+def _on_forces(first: Found, say: Say, thorough: bool) -> Found | Unsettled:
+    """Search on, then for terms where named effects leave structure.
+
+    What leaves structure for all that, in a log that is long enough for rollouts, is not settled.
+    """
+    basis, search, state, free = first
+    unsettled = None if thorough or not _beyond_few(first) else _unsettled(basis, search, state)
     if unsettled:
         return unsettled
+    if first.explains:
+        state = search.again(state, say)
+    else:
+        say(Stage("named effects leave structure: looking for terms that nobody has named"))
+        search, state = _with_terms(basis.forces, search, state, say)
+    state = in_plain_words(search, state)
+    return _unsettled(basis, search, state) or Found(basis, search, state, free)
+
+
+def _weighed(found: Found, say: Say) -> Selected:
+    """All candidates weighed beside what a force balance found; rollouts may object."""
+    basis, search, state, free = found
+    weak, nominal, seed = basis.forces, basis.nominal, basis.settings.seed
     say(Stage("weighing the evidence", WEIGHING))
-    if search.pool != pool:
-        rehearsal = rehearse(search, nominal, search.nuisances)
-        plausible = plausible_amounts(search, rehearsal)
+    rehearsal = rehearse(search, nominal, search.nuisances)
+    plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
     weak.forget()
     hand_back()
@@ -139,15 +164,15 @@ def _on_forces(basis: Basis, say: Say, thorough: bool) -> Selected | Unsettled:
     )
 
 
-def _beyond_all(basis: Basis, search: Search, state: State) -> bool:
-    """Whether all forces together would leave structure of a log, too, not only a model.
+def _beyond_few(first: Found) -> bool:
+    """Whether the few forces that explain most of a log, free on each axis, would leave structure of it, too.
 
     Not asked of a log that is too short to say so, nor where a coarse record of the commands may leave it.
     """
-    if not basis.sensed or not leaves_structure(search, state) or coarse_records(basis.forces.motions):
+    basis, search, _, _ = first
+    if first.explains or not plenty(basis.forces) or coarse_records(basis.forces.motions):
         return False
-    bound = unexplained(basis.forces, search)
-    return bound.plenty and search.leaves_structure(np.square(bound.error))
+    return search.leaves_structure(beside_few(basis.forces, search, _FEW))
 
 
 def _unsettled(basis: Basis, search: Search, state: State) -> Unsettled | None:
@@ -180,8 +205,7 @@ def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[
 
     symbols = [*shortlist(weak, base(named, state)), *shortlist(weak, state.vehicle)]
     search = widened(symbols)
-    found = [search.run(start=state, progress=say), search.run(progress=say)]
-    best = min(found, key=lambda s: s.score)
+    best = search.best_of((state, None), say)
     alike = [s for s in twins(weak, best.vehicle, search.of_kind(best.active, Kind.TERM)) if s not in taken]
     if not alike:
         return search, best

@@ -29,7 +29,7 @@ CERTAINLY = float(np.log(40 / 0.001))
 """The same where white noise lets every instant count: what is wrong beats the truth by so much in at most one log in
 exp(10.6), and one of some forty that are wrong does in one in a thousand."""
 _NEAR = 4.0
-"""Times of that in which a rival is fitted and not only foretold."""
+"""Times of that up to which a rival that is not foretold to do as well is fitted: it may do better than foretold."""
 PERHAPS = 0.5
 """Confidence from which an effect is possible: more resamples are for it than against it."""
 _DRAWS = 2000
@@ -199,14 +199,19 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         and not same_model(search.nominal, state.active, candidate.key, other.key)
     ]
     shapes = [option for key in others for option in linear.options[key] if option.present]
-    quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes])
-    best = {key: min(q for q, option in zip(quick, shapes, strict=True) if option.key == key) for key in others}
     enough = _clear(search)
-    for key in others:
-        if key in alike or best[key] < state.score + _NEAR * enough:
+    near = state.score + _NEAR * enough
+    quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes], near)
+    best = {key: min(q for q, option in zip(quick, shapes, strict=True) if option.key == key) for key in others}
+    for key in sorted(others, key=lambda key: best[key]):
+        # Beside one rival nothing is certain: of the others it is enough that they are foretold to do as well.
+        if rivals and best[key] < state.score + enough:
+            rivals.append(key)
+        elif key in alike or best[key] < near:
             start = search.replace(state, candidate.key, key, linear, scores)
             if start.score < state.score + enough or not _in_every_part(search, start, state, model.seed):
                 rivals.append(key)
+    rivals.sort(key=others.index)
     for key, there in model.general.items():
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
         if special or _explained(search, search.without(there, candidate.key)) > _explained(search, state) + enough:

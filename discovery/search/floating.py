@@ -43,6 +43,19 @@ class Search(Scoring):
         state = self.evaluate(self.nominal, ()) if start is None else self.evaluate(start.vehicle, start.active)
         return self._prune(self._simplest(self._climb(state, say), say), say)
 
+    def best_of(self, starts: Sequence[State | None], say: Say) -> State:
+        """The best model that searches from some others end at; what all but the first say is told after them."""
+
+        def run(number: int) -> tuple[State, list[str]]:
+            lines: list[str] = []
+            return self.run(starts[number], lines.append if number else say), lines
+
+        found = shared(run, range(len(starts)))
+        for _, lines in found:
+            for line in lines:
+                say(line)
+        return min((state for state, _ in found), key=lambda s: s.score)
+
     def again(self, best: State, progress: Say | None = None) -> State:
         """Search again without each effect of a crowd in turn, and keep the better model.
 
@@ -162,7 +175,8 @@ class Search(Scoring):
         now = {key: linear.options[key][0] for key in state.active}
         for two_for_one in (False, True) if len(self.named(state.active)) <= _PAIRS else (False,):
             neighbours = list(changes(linear, scores, now, two_for_one, self.nuisances))
-            ranked = sorted((score, n) for n, score in enumerate(self.quicks(scores, neighbours)))
+            quick = self.quicks(scores, neighbours, state.score - self.settings.margin)
+            ranked = sorted((score, n) for n, score in enumerate(quick))
             for score, n in ranked[:6]:
                 change = neighbours[n]
                 active = present(change)

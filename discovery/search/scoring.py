@@ -164,11 +164,11 @@ class Scoring:
         """
         return self.fits(scores, [chosen])[0]
 
-    def fits(self, scores: GramScores, choices: Sequence[Sequence[Option]]) -> list[Fit]:
-        """The same of several choices."""
+    def fits(self, scores: GramScores, choices: Sequence[Sequence[Option]], *, limited: bool = True) -> list[Fit]:
+        """The same of several choices; see `GramScores.fits`."""
         return [
             self._comparable(fit, chosen, scores.tests)
-            for fit, chosen in zip(scores.fits(choices), choices, strict=True)
+            for fit, chosen in zip(scores.fits(choices, limited=limited), choices, strict=True)
         ]
 
     def _comparable(self, fit: Fit, chosen: Sequence[Option], tests: int) -> Fit:
@@ -330,10 +330,22 @@ class Scoring:
         """Score of a neighbouring model about the columns at hand, without refinement."""
         return self.quicks(scores, [change])[0]
 
-    def quicks(self, scores: GramScores, changes: Sequence[dict[str, Option]]) -> list[float]:
-        """Scores of several of them."""
+    def quicks(self, scores: GramScores, changes: Sequence[dict[str, Option]], below: float = np.inf) -> list[float]:
+        """Scores of several of them.
+
+        Parameters
+        ----------
+        below : scores above it need not be right: a model that would not come below it without its limits is given the
+            score that it would then have
+        """
         choices = [list(change.values()) for change in changes]
-        return [self.score(fit, chosen) for fit, chosen in zip(self.fits(scores, choices), choices, strict=True)]
+        free = np.isfinite(below)
+        fits = self.fits(scores, choices, limited=not free)
+        found = [self.score(fit, chosen) for fit, chosen in zip(fits, choices, strict=True)]
+        again = [n for n, fit in enumerate(fits) if free and fit.held.any() and found[n] < below]
+        for n, fit in zip(again, self.fits(scores, [choices[n] for n in again]), strict=True):
+            found[n] = self.score(fit, choices[n])
+        return found
 
 
 def noise_by_block(balances: Array, block: np.ndarray) -> Array:

@@ -111,7 +111,7 @@ class _Options:
         for _ in range(_MOVES):
             for moves in (self._nearest, self._swaps):
                 trials = list(moves(now, barred))
-                scored = self._scoring.quicks(self._scores, trials)
+                scored = self._scoring.quicks(self._scores, trials, score - margin)
                 least, n = min(((worth, n) for n, worth in enumerate(scored)), default=(score, 0))
                 if least < score - margin:
                     score, now = least, trials[n]
