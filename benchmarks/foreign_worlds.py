@@ -35,8 +35,8 @@ from undertow.workflows.discover_and_add import discover
 from undertow.workflows.inputs import read_inputs
 
 Record = dict[str, Any]
-FIRST = {"tuning": 300_000, "reporting": 340_000}
-"""Seeds from 310,000 to 310,004, 320,000 to 320,007 and 330,000 to 330,011 were reported once, and tuned on since."""
+FIRST = {"tuning": 300_000, "reporting": 350_000}
+"""Seeds from 310,000 to 310,004, 320,000 to 320,007, 330,000 to 330,011 and 340,000 to 340,011 were reported once, and tuned on since."""
 ROOMS = ("physics", "measurements", "discovery", "residuals", "comparison", "workflows")
 LOGS, MOST, _DRAWS = 600, 0.01, 50
 _MATERIAL = 0.03

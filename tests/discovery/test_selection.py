@@ -8,7 +8,7 @@ import pytest
 from undertow.discovery import selection
 from undertow.discovery.balance.rollout_test import rollouts_part
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.basis import choose, unexplained
+from undertow.discovery.basis import beside_few, choose
 from undertow.discovery.candidates.candidate import Kind, candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
@@ -186,25 +186,35 @@ def test_stand_ins_that_leave_structure_are_searched_past():
 
 
 @pytest.mark.parametrize(
-    ("error", "tests", "coarse", "thorough", "asked"),
+    ("error", "many", "coarse", "thorough", "asked"),
     [
-        (1e3, 1e3, False, False, False),
-        (0.0, 1e3, False, False, True),
-        (1e3, 10.0, False, False, True),
-        (1e3, 1e3, True, False, True),
-        (1e3, 1e3, False, True, True),
+        (1e3, True, False, False, False),
+        (0.0, True, False, False, True),
+        (1e3, False, False, False, True),
+        (1e3, True, True, False, True),
+        (1e3, True, False, True, True),
     ],
 )
-def test_rollouts_are_asked_at_once_where_all_forces_together_explain_no_log(
-    error: float, tests: float, coarse: bool, thorough: bool, asked: bool, monkeypatch: pytest.MonkeyPatch
+def test_rollouts_are_asked_at_once_where_a_few_forces_on_each_axis_explain_no_log(
+    error: float, many: bool, coarse: bool, thorough: bool, asked: bool, monkeypatch: pytest.MonkeyPatch
 ):
     basis = choose([world({})], HULL, DiscoverySettings())
-    bound = replace(unexplained(basis.forces, basis.instant), error=np.full(3, error), independent=tests)
-    again: list[State] = []
-    monkeypatch.setattr(selection, "unexplained", lambda weak, search: bound)
+    terms: list[State] = []
+    monkeypatch.setattr(selection, "beside_few", lambda weak, search, most: np.full(3, error**2))
+    monkeypatch.setattr(selection, "plenty", lambda weak: many)
+    monkeypatch.setattr(selected, "leaves_structure", lambda search, state: True)
     monkeypatch.setattr(selection, "leaves_structure", lambda search, state: True)
     monkeypatch.setattr(selection, "coarse_records", lambda motions: ("a record",) * coarse)
-    monkeypatch.setattr(selection, "_with_terms", lambda weak, search, state, say: (search, state))
-    monkeypatch.setattr(Search, "again", lambda self, best, say: (again.append(best), best)[1])
+    monkeypatch.setattr(selection, "_with_terms", lambda weak, search, state, say: (terms.append(state), search, state)[1:])
     assert Selection(basis, lambda text: None, thorough=thorough).unsettled is not None
-    assert bool(again) is asked
+    assert bool(terms) is asked
+
+
+def test_few_forces_explain_what_a_term_without_a_name_makes_and_not_what_changes_while_a_log_goes_on():
+    search = choose([world({"surge_quadratic_damping": (-20.0,)})], HULL, DiscoverySettings()).instant
+    assert isinstance(search.balance, WeakForm)
+    none, one, six = (beside_few(search.balance, search, most) for most in (0, 1, 6))
+    assert none[0] > 4.0 * one[0] >= 4.0 * six[0]
+    assert not search.leaves_structure(six)
+    rest = search.balance.balance(HULL)
+    np.testing.assert_allclose(none, (rest**2).mean(axis=0), rtol=1e-12)
