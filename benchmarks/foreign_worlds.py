@@ -36,7 +36,8 @@ from undertow.workflows.inputs import read_inputs
 
 Record = dict[str, Any]
 FIRST = {"tuning": 300_000, "reporting": 350_000}
-"""Seeds from 310,000 to 310,004, 320,000 to 320,007, 330,000 to 330,011 and 340,000 to 340,011 were reported once, and tuned on since."""
+"""Seeds from 310,000 to 310,004, 320,000 to 320,007, 330,000 to 330,011 and 340,000 to 340,011 were reported once, and
+tuned on since."""
 ROOMS = ("physics", "measurements", "discovery", "residuals", "comparison", "workflows")
 LOGS, MOST, _DRAWS = 600, 0.01, 50
 _MATERIAL = 0.03

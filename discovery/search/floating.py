@@ -18,8 +18,6 @@ _STATIC = ("hull", "coupling", "mass", "thruster")
 """Families of effects that no time and no water moves."""
 _FAR_BEHIND = 50.0
 """Log-likelihood by which a model is far worse than another: it would need ten parameters more to make it good."""
-_ON_ITS_WAY = 0.5
-"""Share of what stood unexplained that another search may leave for a third one to follow: stand-ins leave more."""
 _PAIRS = 12
 """Effects in a model up to which two of them are exchanged for one: of more there are too many pairs to try."""
 
@@ -60,8 +58,7 @@ class Search(Scoring):
         """Search again without each effect of a crowd in turn, and keep the better model.
 
         Many effects together may be the stand-ins for one or two that the search passed by, a few for no more than as
-        many. A large crowd is met from the other side, too: from every effect of the hull and its thrusters. What
-        leaves most of a log unexplained for all that is not on its way to a model of it.
+        many. A large crowd is met from the other side, too: from every effect of the hull and its thrusters.
         """
         for number in range(self.settings.rounds):
             crowd = self.named(best.active)
@@ -78,9 +75,7 @@ class Search(Scoring):
                 break
             if progress is not None:
                 progress(Stage(f"{difference(best.active, other.active)} (searched again)"))
-            stood, best = self.unexplained(best.fit.held_out), other
-            if self.unexplained(best.fit.held_out) > _ON_ITS_WAY * stood:
-                break
+            best = other
         return best
 
     def _climb_without(self, best: State, key: str) -> State:

@@ -10,6 +10,7 @@ import pytest
 from undertow.discovery import selection
 from undertow.discovery.discover import find_missing
 from undertow.discovery.hidden_sensors import HiddenErrors
+from undertow.discovery.search.floating import Search
 from undertow.measurements.log import read_log
 from undertow.physics.frames import body_to_earth, earth_to_body
 from undertow.physics.motion import Motion
@@ -56,6 +57,15 @@ def test_an_error_that_only_forces_show_is_found_and_blamed_on_no_effect(
     wanted = {"arm_x": errors.arm_x, "arm_y": errors.arm_y, "compass": float(np.degrees(errors.compass))}
     for symbol, value in wanted.items():
         assert told.get(symbol, 0.0) == pytest.approx(value, abs=0.02 + 0.06 * abs(value))
+
+
+def test_a_lever_arm_is_found_before_terms_are_looked_for(monkeypatch: pytest.MonkeyPatch):
+    """What one effect at most explains without it needs no crowd of stand-ins to be searched to its end beside it."""
+    monkeypatch.setattr(selection, "_with_terms", None)
+    monkeypatch.setattr(Search, "again", lambda self, best, say: best if len(self.named(best.active)) < 2 else None)
+    found = find_missing([measured(sailed({"surge_quadratic_damping": -8.0}), HiddenErrors(0.6, 0.0, 0.0))], HULL)
+    assert found.findings.missing == ("surge_quadratic_damping",)
+    assert [s.error for s in found.findings.sensors if s.verdict == "present"] == ["antenna_arm"]
 
 
 def test_a_lever_arm_is_found_under_noise_where_no_effect_leaves_it_white(monkeypatch: pytest.MonkeyPatch):

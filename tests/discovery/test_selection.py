@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery import selection
+from undertow.discovery import selected, selection
 from undertow.discovery.balance.rollout_test import rollouts_part
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import beside_few, choose
@@ -24,6 +24,7 @@ from undertow.measurements.statistics.white_noise import sensor_noise
 from undertow.physics.effects import PARAMETERS
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
+from undertow.physics.stage import Say
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.typical_effects import random_hull, typical_effect
 from undertow.physics.worlds.world import NOISE, World, simulate_world
@@ -185,6 +186,21 @@ def test_stand_ins_that_leave_structure_are_searched_past():
     assert set(find_missing([motion], HULL).findings.missing) == set(hidden)
 
 
+def test_scores_that_matter_are_those_within_the_limits():
+    """Models that do not come below what is asked for even without their limits are not fitted within them."""
+    search = searched(world({"surge_linear_damping": 3.0, "yaw_trim": -1.0}, duration=60.0))
+    linear, scores = search.linearise(HULL, ())
+    changes = [{key: option} for key, options in linear.options.items() for option in options]
+    changes += [one | other for one in changes[1:6] for other in changes[6:]]
+    right = np.array(search.quicks(scores, changes))
+    free = np.array(search.quicks(scores, changes, below=-1e300))
+    below = float(np.median(right))
+    found = np.array(search.quicks(scores, changes, below))
+    assert (free < right - 1.0).any()  # limits matter here
+    np.testing.assert_array_equal(found[right < below], right[right < below])
+    assert (found[right >= below] >= below).all()
+
+
 @pytest.mark.parametrize(
     ("error", "many", "coarse", "thorough", "asked"),
     [
@@ -198,20 +214,25 @@ def test_stand_ins_that_leave_structure_are_searched_past():
 def test_rollouts_are_asked_at_once_where_a_few_forces_on_each_axis_explain_no_log(
     error: float, many: bool, coarse: bool, thorough: bool, asked: bool, monkeypatch: pytest.MonkeyPatch
 ):
-    basis = choose([world({})], HULL, DiscoverySettings())
+    basis = choose([world({}, duration=60.0)], HULL, DiscoverySettings())
     terms: list[State] = []
     monkeypatch.setattr(selection, "beside_few", lambda weak, search, most: np.full(3, error**2))
     monkeypatch.setattr(selection, "plenty", lambda weak: many)
     monkeypatch.setattr(selected, "leaves_structure", lambda search, state: True)
     monkeypatch.setattr(selection, "leaves_structure", lambda search, state: True)
     monkeypatch.setattr(selection, "coarse_records", lambda motions: ("a record",) * coarse)
-    monkeypatch.setattr(selection, "_with_terms", lambda weak, search, state, say: (terms.append(state), search, state)[1:])
+
+    def with_terms(weak: WeakForm, search: Search, state: State, say: Say) -> tuple[Search, State]:
+        terms.append(state)
+        return search, state
+
+    monkeypatch.setattr(selection, "_with_terms", with_terms)
     assert Selection(basis, lambda text: None, thorough=thorough).unsettled is not None
     assert bool(terms) is asked
 
 
-def test_few_forces_explain_what_a_term_without_a_name_makes_and_not_what_changes_while_a_log_goes_on():
-    search = choose([world({"surge_quadratic_damping": (-20.0,)})], HULL, DiscoverySettings()).instant
+def test_few_forces_explain_what_one_effect_makes():
+    search = choose([world({"surge_quadratic_damping": -20.0})], HULL, DiscoverySettings()).instant
     assert isinstance(search.balance, WeakForm)
     none, one, six = (beside_few(search.balance, search, most) for most in (0, 1, 6))
     assert none[0] > 4.0 * one[0] >= 4.0 * six[0]

@@ -1,14 +1,8 @@
 """A search that ended with stand-ins is searched again: from without each of them, and from the other side."""
 
-from dataclasses import replace
-
 import numpy as np
-import pytest
 
-from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
-from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.typical_effects import random_hull
 from undertow.physics.worlds.world import simulate_world
@@ -34,19 +28,3 @@ def test_a_crowd_is_met_from_every_effect_of_the_hull():
     gains |= {"ahead_33": 1.351, "ahead_67": 1.115, "ahead_100": 0.384}
     hidden = {"X_udot": -16.09, "N_uv": -16.21, **{f"gain_{where}": gain for where, gain in gains.items()}}
     assert named(7112, hidden, "rich", "field") == {"surge_added_mass", "munk_moment", "thrust_curve"}
-
-
-@pytest.mark.parametrize(("left", "rounds"), [([4.0, 3.0], 1), ([4.0, 1.0, 1.0, 0.9], 2), ([0.0, 0.0] * 2, 3)])
-def test_who_leaves_most_of_a_log_unexplained_is_not_asked_again(
-    left: list[float], rounds: int, monkeypatch: pytest.MonkeyPatch
-):
-    motion = simulate_world(HULL, {}, duration=30.0, noise="clean", seed=1).motion(0.05)
-    search = Search(WeakForm([motion], WeakSettings()), HULL, candidates(HULL)[:2], SearchSettings(rounds=3))
-    begun, told = search.evaluate(HULL, [c.key for c in search.pool]), list[str]()
-    unexplained = iter([*left, 0.0, 0.0])
-    monkeypatch.setattr(Search, "_climb_without", lambda self, best, key: replace(best, score=best.score - 10.0))
-    monkeypatch.setattr(Search, "_simplest", lambda self, state, say: state)
-    monkeypatch.setattr(Search, "_prune", lambda self, state, say: state)
-    monkeypatch.setattr(Search, "unexplained", lambda self, error: next(unexplained))
-    search.again(begun, told.append)
-    assert len(told) == rounds
