@@ -114,7 +114,7 @@ def add(
             show(calibrated_table(findings.calibrated), left_list(findings.left, findings.absorbed))
         tables = [added_table(findings.candidates)] if findings.candidates else []
         show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
-        show_steps(findings.steps, findings.candidates, found.comparison.best.horizon)
+        show_steps(findings.steps, findings.candidates, found.comparison)
         prose(also_worse(findings, found.comparison), UNSURE)
         show(energy_text(findings.passivity))
         say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")

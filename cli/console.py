@@ -18,6 +18,7 @@ from ..physics.printable import one_line, printable, shortened
 from ..reports.terminal.progress import Progress
 
 if TYPE_CHECKING:
+    from ..comparison.facts import Comparison
     from ..discovery.findings import Step
     from ..discovery.found_effects import FoundEffect
 
@@ -237,12 +238,14 @@ def fail(text: str) -> NoReturn:
     raise typer.Exit(2)
 
 
-def show_steps(steps: "Sequence[Step]", candidates: "Sequence[FoundEffect]" = (), deciding: str = "") -> None:
-    """The errors step by step, and what is left of them; see `steps_table`."""
+def show_steps(
+    steps: "Sequence[Step]", candidates: "Sequence[FoundEffect]" = (), comparison: "Comparison | None" = None
+) -> None:
+    """The errors step by step, beside those of a calibration alone, and what is left of them; see `steps_table`."""
     from ..reports.terminal.findings_screen import error_left, steps_table
 
-    show(steps_table(steps, candidates, deciding))
-    prose(error_left(steps, deciding))
+    show(steps_table(steps, candidates, comparison))
+    prose(error_left(steps, comparison.best.horizon if comparison else ""))
 
 
 def warn(warnings: Iterable[str]) -> None:

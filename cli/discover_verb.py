@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -24,6 +24,9 @@ from .options import (
     check_folder,
     logs_in_steps,
 )
+
+if TYPE_CHECKING:
+    from ..workflows.run_folder.run import Run
 
 _FORKED = ("numpy.fft", "numpy.ma", "undertow.exports.mcap_file")
 """Modules that more than one process of a discovery asks for."""
@@ -115,8 +118,8 @@ def tell_discovery(
         show(line)
     if told == "short":
         show(terminal.candidates_table([c for c in findings.candidates if c.verdict == "missing"]))
-        show_steps(findings.steps, findings.candidates, run.comparison.best.horizon)
-        _tell_files(out, time.perf_counter() - begun, len(findings.steps) > 1, report)
+        show_steps(findings.steps, findings.candidates, run.comparison)
+        _tell_files(out, time.perf_counter() - begun, run, report)
         return
     show(screen.failures_table(findings.failures), terminal.candidates_table(findings.candidates))
     show(terminal.missing_in_words(findings.candidates))
@@ -125,19 +128,23 @@ def tell_discovery(
     show(terminal.sensors_list(findings.sensors))
     if findings.calibrated:
         show(terminal.calibrated_table(findings.calibrated), terminal.left_list(findings.left, findings.absorbed))
-    show_steps(findings.steps, findings.candidates, run.comparison.best.horizon)
+    show_steps(findings.steps, findings.candidates, run.comparison)
     show(terminal.energy_text(findings.passivity))
     prose(terminal.not_judged(findings.candidates))
     show(terminal.advice_list(findings.advice))
-    _tell_files(out, time.perf_counter() - begun, len(findings.steps) > 1, report)
-
-
-def _tell_files(out: Path, seconds: float, changed: bool, report: bool) -> None:
-    """Say how long it took, and what lies where."""
-    say(f"Done in {seconds:.1f} s. Findings: {out / 'findings.json'}")
-    if changed:
-        say(f"Corrected vehicle: {out / 'model.yaml'}")
-    if report:
-        say(f"Report: {out / 'report.html'}")
+    _tell_files(out, time.perf_counter() - begun, run, report)
     if (out / "series.mcap").is_file():
         say(f"Series for Foxglove and PlotJuggler: {out / 'series.mcap'}")
+
+
+def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:
+    """Say how long it took, and what lies where; the corrected model is there though another one is to be trusted."""
+    from ..comparison.facts import CALIBRATED
+
+    say(f"Done in {seconds:.1f} s. Findings: {out / 'findings.json'}")
+    if len(run.findings.steps) > 1:
+        say(f"Corrected vehicle: {out / 'model.yaml'}")
+    if run.comparison.best.model == CALIBRATED:
+        say("The calibrated model, which is to be trusted, is what 'undertow fit' writes with the same logs and --out.")
+    if report:
+        say(f"Report: {out / 'report.html'}")

@@ -13,7 +13,7 @@ from ...discovery.lawful.price_of_law import Passivity
 from ...discovery.search.bootstrap import Interval
 from ...physics.frames import AXES
 from ...physics.in_words import listing, number, percent, share_removed, unit_text, words
-from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
+from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
 from ..page.outcome import also_worse, gets_worse, opening, outcome
 from ..wording import (
     CALIBRATED,
@@ -38,6 +38,8 @@ HEADLINE_STYLES = {"missing": FOUND, "nothing missing": GOOD, "undecided": UNSUR
 
 _OF_AN_AXIS = "beside the others, on the axis where it is most"
 """Of what the errors of a table of effects are shares."""
+_ALONE = "calibrated alone"
+"""The name of the model of a calibration in the table of steps."""
 _WORSE = 1.05
 """Share of the error before from which it is said to be larger: less may be chance on one part of a log."""
 
@@ -54,16 +56,22 @@ def opening_lines(findings: Findings, comparison: Comparison) -> list[Prose]:
     return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison)]
 
 
-def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = (), deciding: str = "") -> Table:
+def steps_table(
+    steps: Sequence[Step], candidates: Sequence[FoundEffect] = (), comparison: Comparison | None = None
+) -> Table:
     """The error falling: one row per added effect, acceleration and rollout error per axis on held-out data.
+
+    Last comes what a calibration reaches to which nothing is added: more than that is what the effects explain.
 
     Parameters
     ----------
     steps : the nominal model first
     candidates : effects, which tell the thruster of one that concerns one
-    deciding : the horizon [s] that decides which model to trust, whose errors are shown; empty for 10 s
+    comparison : of all models on the same rows; the horizon that decides there which to trust is shown, else 10 s
     """
+    deciding = comparison.best.horizon if comparison else ""
     horizon = _horizon(steps, deciding)
+    alone = [m for m in comparison.models if m.name == CALIBRATED and horizon in m.rollout] if comparison else []
     table = plain_table(f"Error on held-out data: acceleration (acc.) and {horizon} s predictions")
     calibrated = any(step.added == CALIBRATED for step in steps)
     table.add_column("model" if calibrated else "effect added", min_width=12)
@@ -74,14 +82,22 @@ def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = (), d
         table.add_column(heading, justify="right", no_wrap=True)
     names = _names(candidates)
     for index, step in enumerate(steps):
-        added, rollout = step.added, step.rollout(horizon)
+        added = step.added
         style = (BAD if gets_worse(steps, deciding) else GOOD) if index == len(steps) - 1 > 0 else ""
-        cells = [number(step.acceleration_rmse.of(axis), 2) for axis in AXES]
-        cells += [number(rollout.of(axis), 2) for axis in (*AXES, "position")]
         named = step_words(step) if step.thruster else f"+ {names.get(str(added), words(str(added)))}"
         label = OWN_NUMBERS if added == CALIBRATED else named if added else "nominal model"
-        table.add_row(Text(label, overflow="fold"), *cells, style=style)
+        table.add_row(
+            Text(label, overflow="fold"), *_errors(step.acceleration_rmse, step.rollout(horizon)), style=style
+        )
+    for model in alone:
+        table.add_row(_ALONE, *_errors(model.acceleration.rmse, model.rollout[horizon]), style=ASIDE)
     return table
+
+
+def _errors(acceleration: ByAxis, rollout: RolloutRecord) -> list[str]:
+    """The cells of a row of errors."""
+    cells = [number(acceleration.of(axis), 2) for axis in AXES]
+    return cells + [number(rollout.of(axis), 2) for axis in (*AXES, "position")]
 
 
 def error_left(steps: Sequence[Step], deciding: str = "") -> str:

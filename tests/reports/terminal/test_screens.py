@@ -145,6 +145,17 @@ def test_steps_keep_all_numbers(width):
     assert "\N{HORIZONTAL ELLIPSIS}" not in text
 
 
+def test_a_calibration_alone_stands_below_the_steps():
+    """What effects explain is what is left beyond it, not beyond a file that nobody has fitted."""
+    errors = {"surge": 0.4321, "sway": 0.1, "yaw": 0.2, "position": 3.14}
+    model = {"name": "calibrated", "acceleration": {"rmse": errors}, "rollout": {"10": errors}}
+    beside = Comparison.model_validate({**COMPARISON.to_dict(), "models": [model]})
+    text = printed(steps_table(FINDINGS.steps, FINDINGS.candidates, beside))
+    assert text.splitlines()[-1].split()[:2] == ["calibrated", "alone"]
+    assert text.splitlines()[-1].split()[-1] == "3.1"
+    assert "calibrated alone" not in printed(steps_table(FINDINGS.steps, FINDINGS.candidates, COMPARISON))
+
+
 def test_steps_fit_whatever_the_numbers_and_names():
     tiny = {"surge": 0.000123, "sway": 1.234e-7, "yaw": 0.0123, "position": 1234567.0}
     step = Step.model_validate({"acceleration_rmse": tiny, "rollout_rmse": {"10": tiny}})
