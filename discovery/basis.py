@@ -41,7 +41,7 @@ _ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
 _TESTS_A_COLUMN = 3.0
 """Independent tests for each free factor at least: with fewer, factors fit noise and nothing would look coloured."""
 _NEW = 1e-6
-"""Share of its square that a column must keep beside others to be a new one."""
+"""Share of its square that a column must keep beside others to be a new one: less of it is noise and rounding."""
 _RANK = 1e-7
 """Share of the largest singular value below which a direction is rounding: some times the root of double precision."""
 
@@ -146,19 +146,22 @@ def beside_few(weak: WeakForm, search: Search, most: int) -> Array:
     """What the few forces on each axis that take most of what the nominal model leaves would leave, (3,) mean squares.
 
     Each has a free factor on each axis, and is the one that takes most beside those before it: orthogonal matching
-    pursuit (Pati, Rezaiifar and Krishnaprasad 1993, doi:10.1109/ACSSC.1993.342465).
+    pursuit (Pati, Rezaiifar and Krishnaprasad 1993, doi:10.1109/ACSSC.1993.342465). What a search calibrates in every
+    model is fitted beside them and does not count.
 
     Parameters
     ----------
-    most : forces on an axis
+    most : forces on an axis; a log has many more independent tests, see `plenty`
     """
     linear, features = _forces(weak, search)
+    calibrated = [i for key in search.nuisances for o in linear.options[key] for i in o.free if i >= 0]
     error = np.zeros(3)
     for axis in range(3):
-        rest, left = (
-            _unit_length(np.column_stack([linear.columns[:, axis, :-1], features])),
-            linear.columns[:, axis, -1],
-        )
+        left, rest = linear.columns[:, axis, -1], np.column_stack([linear.columns[:, axis, :-1], features])
+        if calibrated:
+            known, _ = np.linalg.qr(_unit_length(linear.columns[:, axis, calibrated]))
+            left, rest = left - known @ (known.T @ left), rest - known @ (known.T @ rest)
+        rest = _unit_length(rest)
         for _ in range(min(most, rest.shape[1])):
             squares = (rest**2).sum(axis=0)
             gains = np.divide((left @ rest) ** 2, squares, out=np.zeros(squares.size), where=squares > _NEW)
@@ -175,7 +178,7 @@ def plenty(weak: WeakForm) -> bool:
 
 
 def _forces(weak: WeakForm, search: Search) -> tuple[Linearisation, Array]:
-    """All columns of a search about its nominal model, and terms that no effect of it has, of unit mass."""
+    """All columns of a search about its nominal model, and all terms up to degree three, of unit mass."""
     linear, _ = search.linearise(search.nominal, ())
     return linear, np.column_stack([features_along(weak, search.nominal, 3)[1], _turned(weak)])
 

@@ -17,7 +17,7 @@ from ..measurements.kinematic_errors import corrected_for
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.stage import Say, Stage
-from .basis import Basis, choose
+from .basis import Basis, beside_few, choose
 from .candidates.candidate import Kind
 from .findings import SensorError
 from .found_effects import FoundTerm
@@ -62,6 +62,11 @@ class HiddenErrors:
         """From three numbers, those that do not matter taken for none."""
         ahead, aside, turned = np.where(np.abs(estimate) >= _LEAST, estimate, 0.0).tolist()
         return cls(ahead, aside, turned)
+
+    @property
+    def many(self) -> int:
+        """How many of them there are."""
+        return int(np.count_nonzero((self.arm_x, self.arm_y, self.compass)))
 
     def leaving(self, left: Collection[str]) -> "HiddenErrors":
         """The same without some of them, by the names of their corrections: these stay in the motion."""
@@ -122,22 +127,32 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
     before = Selection(basis, say)
     if basis.forces.claimed:
         return BesideSensors(before.selected)
-    asked = _asked(basis) if before.first and _leaves_much(before.first) else None
-    if before.first and asked is not None:
-        at_once = _corrected(before.first, asked, _explained_by_one, say)
-        if at_once is not None:
+    first = before.first
+    much = first is not None and _leaves_much(first)
+    asked = _asked(basis) if much else None
+    if first and asked is not None:
+        at_once = _corrected(before, first, asked, _explained_by_one)
+        if at_once and not _as_few_forces(first, at_once):
             return at_once
     looked = before.settled
     earned, doubts = _earned(looked.search, looked.state) if looked else (0.0, {})
-    estimate = asked if before.unsettled or (looked and _crowded(looked.search, looked.state)) else None
+    estimate = None
+    if before.unsettled or (looked and _crowded(looked.search, looked.state)):
+        estimate = asked if much else _asked(basis)
     if estimate is None and looked and earned >= _ASKS:
         estimate = _beside(looked.search).errors * _USUAL
     corrected = None
     if estimate is not None:
-        corrected = _corrected(before.found, estimate, partial(_selected, before), say)
+        corrected = _corrected(before, looked, estimate, partial(_selected, before))
     if corrected is None and looked is None:  # where no model and no errors explain a log, rollouts judge it anyway
         _, doubts = _earned(before.selected.search, before.selected.state)
     return corrected or BesideSensors(before.selected, None, doubts)
+
+
+def _as_few_forces(first: Found, beside: BesideSensors) -> bool:
+    """Whether as many forces on each axis, free there, would explain a log without errors of the sensors, too."""
+    many = len(_named(beside.looked)) + (beside.errors.many if beside.errors else 0)
+    return not first.search.leaves_structure(beside_few(first.basis.forces, first.search, many))
 
 
 def _leaves_much(first: Found) -> bool:
@@ -165,7 +180,7 @@ def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
 
 
 def _corrected(
-    before: Found | Selected, estimate: Array, look: Callable[[Basis], Selection | None], say: Say
+    before: Selection, against: Found | None, estimate: Array, look: Callable[[Basis], Selection | None]
 ) -> BesideSensors | None:
     """What is found on motions without an error of the sensors, as it is refined.
 
@@ -173,13 +188,14 @@ def _corrected(
 
     Parameters
     ----------
+    against : the model of forces alone that it must be better than; None where these settle nothing
     look : looks at corrected motions; None where what it sees is no better for sure
     """
-    basis = before.basis
+    basis, say = before.given, before.say
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
     best: Selection | None = None
     found, unsure = None, ()
-    worth = before.state.score - _BETTER if isinstance(before, Found) else np.inf
+    worth = np.inf if against is None else against.state.score - _BETTER
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
         if errors == _NONE:
@@ -189,8 +205,8 @@ def _corrected(
         if other is None:
             break
         search, state = _on_forces(begun, other.found)
-        paid = search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-        if state.score + paid > worth or not _simpler(before, other.found, errors):
+        paid = search.settings.price * errors.many
+        if state.score + paid > worth or not _simpler(against, other.found, errors):
             break
         best, found, worth = other, errors, state.score + paid
         beside = min(_beside(search, state), _beside(search), key=Beside.worth)
@@ -201,7 +217,7 @@ def _corrected(
         estimate = estimate + more * _USUAL
     if best is None or found is None:
         return None
-    if leaves_structure(best.found.search, best.found.state) and _share_left(before, best.found) > _STAND_IN:
+    if leaves_structure(best.found.search, best.found.state) and _share_left(before.found, best.found) > _STAND_IN:
         return None
     say("; ".join(error.sentence for error in found.findings))
     looked = best.selected
@@ -219,11 +235,11 @@ def _explained_by_one(begun: Basis) -> Selection | None:
 def _selected(before: Selection, begun: Basis) -> Selection | None:
     """What is found on corrected motions; None where both roll, and more than a stand-in leaves is left of the first.
 
-    None as well where a first search ends with a crowd. Rollouts are asked last: what forces leave of a log they hardly
-    explain.
+    None as well where rollouts would judge the first and a search ends with a crowd on the other. Rollouts are asked
+    last: what forces leave of a log they hardly explain.
     """
     after, rolls = Selection(begun, _quiet, thorough=True), before.basis.rolls
-    if after.first and _crowded(after.first.search, after.first.state):
+    if rolls and after.first and _crowded(after.first.search, after.first.state):
         return None
     left = after.unsettled
     if left and rolls and _share(before.found, left.search, left.state) > _STAND_IN:
@@ -236,7 +252,7 @@ def _quiet(text: str) -> None:
     """Say nothing."""
 
 
-def _simpler(before: Found | Selected, after: Found | Selected, errors: HiddenErrors) -> bool:
+def _simpler(against: Found | None, after: Found | Selected, errors: HiddenErrors) -> bool:
     """Whether fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
 
     Turning moves an antenna as it bends the flow along a hull: four effects about another origin do as well as five
@@ -247,8 +263,8 @@ def _simpler(before: Found | Selected, after: Found | Selected, errors: HiddenEr
     for symbol, arm in (("x_g", errors.arm_x), ("y_g", errors.arm_y)):
         if arm and abs(state.vehicle.value(symbol) - search.nominal.value(symbol)) > abs(arm):
             return False
-    named = len(_named(after)) + np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-    least = len(_named(before)) if isinstance(before, Found) and before.explains else np.inf
+    named = len(_named(after)) + errors.many
+    least = len(_named(against)) if against and against.explains else np.inf
     return not _crowded(search, state) and bool(named < least)
 
 
@@ -267,7 +283,8 @@ def _on_forces(basis: Basis, found: Found | Selected) -> tuple[Search, State]:
     """What a force balance makes of a model, whichever judge found it: scores of two judges do not compare."""
     if not found.basis.rolls:
         return found.search, found.state
-    return basis.instant, basis.instant.evaluate(found.state.vehicle, found.state.active)
+    search, named = basis.instant, found.search.named(found.state.active)  # what is calibrated is no candidate of it
+    return search, search.evaluate(found.state.vehicle, [c.key for c in search.pool if c.key in named])
 
 
 def _beside(search: Search, begin: State | None = None) -> Beside:

@@ -1,6 +1,7 @@
 """What a search ends with, before the sure effects are kept."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from ..physics.motion import Motion
@@ -47,15 +48,16 @@ class Selected:
     free: Freed | None = None
 
 
-class Found(NamedTuple):
-    """A model that a search ended with, what judges it, and what is calibrated in every model, if anything."""
+@dataclass(frozen=True)
+class Found:
+    """A model that a search of a force balance ended with, what judges it, and what is calibrated in every model."""
 
     basis: Basis
     search: Search
     state: State
     free: Freed | None = None
 
-    @property
+    @cached_property
     def explains(self) -> bool:
         """Whether it leaves no structure of the log."""
         return not leaves_structure(self.search, self.state)

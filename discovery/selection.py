@@ -29,7 +29,8 @@ from .search.floating import Search, State
 from .selected import Found, Selected, Unsettled, base
 
 _FEW = 6
-"""Forces on each axis, of which no model that is to be believed has more: eighteen in all."""
+"""Forces on each axis beside what is calibrated: of 240 logs in which the catalogue holds what is hidden, up to three
+effects, none was left structure by its first search and by these; a hundred columns explain nearly any log."""
 
 
 def select(basis: Basis, say: Say) -> Selected:
@@ -53,18 +54,22 @@ class Selection:
 
     Parameters
     ----------
-    basis : what judges
+    basis : what judges until forces turn out to explain too little
     say : told a line for each step
-    thorough : a log that no forces explain is searched to its end on them all the same, for who compares what is left
+    thorough : terms are looked for even where few forces leave structure, for who compares what is left
+
+    Attributes
+    ----------
+    given : the basis that it began with
     """
 
     def __init__(self, basis: Basis, say: Say, *, thorough: bool = False) -> None:
-        self._basis, self.say, self._thorough = basis, say, thorough
+        self.given, self.say, self._thorough = basis, say, thorough
 
     @cached_property
     def first(self) -> Found | None:
         """Where the first search of the catalogue on the force balance ends, where that is asked."""
-        return None if self._basis.rolls else _searched(self._basis, self.say)
+        return None if self.given.rolls else _searched(self.given, self.say)
 
     @cached_property
     def _searched_on(self) -> Found | Unsettled | None:
@@ -83,7 +88,7 @@ class Selection:
     @property
     def basis(self) -> Basis:
         """What judges in the end."""
-        return self.unsettled.rolling if self.unsettled else self._basis
+        return self.unsettled.rolling if self.unsettled else self.given
 
     @cached_property
     def selected(self) -> Selected:
@@ -114,26 +119,28 @@ def _searched(basis: Basis, say: Say) -> Found:
 
 
 def _on_forces(first: Found, say: Say, thorough: bool) -> Found | Unsettled:
-    """Search on, then for terms where named effects leave structure.
+    """Search again without each name where a first search explains a log, and for terms where names leave structure.
 
-    What leaves structure for all that, in a log that is long enough for rollouts, is not settled.
+    Of a log without noise, which rollouts never judge, names that leave structure are searched again, too, unless a few
+    forces leave some. What leaves structure for all that, in a log that is long enough for rollouts, is not settled.
     """
-    basis, search, state, free = first
-    unsettled = None if thorough or not _beyond_few(first) else _unsettled(basis, search, state)
+    basis, search, state = first.basis, first.search, first.state
+    beyond = not thorough and _beyond_few(first)
+    unsettled = _unsettled(basis, search, state) if beyond else None
     if unsettled:
         return unsettled
-    if first.explains:
+    if first.explains or not (beyond or basis.sensed):
         state = search.again(state, say)
-    else:
+    if leaves_structure(search, state):  # a model of fewer names may, where the first left none
         say(Stage("named effects leave structure: looking for terms that nobody has named"))
         search, state = _with_terms(basis.forces, search, state, say)
     state = in_plain_words(search, state)
-    return _unsettled(basis, search, state) or Found(basis, search, state, free)
+    return _unsettled(basis, search, state) or Found(basis, search, state, first.free)
 
 
 def _weighed(found: Found, say: Say) -> Selected:
     """All candidates weighed beside what a force balance found; rollouts may object."""
-    basis, search, state, free = found
+    basis, search, state = found.basis, found.search, found.state
     weak, nominal, seed = basis.forces, basis.nominal, basis.settings.seed
     say(Stage("weighing the evidence", WEIGHING))
     rehearsal = rehearse(search, nominal, search.nuisances)
@@ -160,7 +167,7 @@ def _weighed(found: Found, say: Say) -> Selected:
         rehearsal,
         (search, state),
         notes=basis.told,
-        free=free,
+        free=found.free,
     )
 
 
@@ -169,8 +176,8 @@ def _beyond_few(first: Found) -> bool:
 
     Not asked of a log that is too short to say so, nor where a coarse record of the commands may leave it.
     """
-    basis, search, _, _ = first
-    if first.explains or not plenty(basis.forces) or coarse_records(basis.forces.motions):
+    basis, search = first.basis, first.search
+    if not plenty(basis.forces) or coarse_records(basis.forces.motions) or first.explains:
         return False
     return search.leaves_structure(beside_few(basis.forces, search, _FEW))
 

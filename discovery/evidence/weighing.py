@@ -201,7 +201,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     shapes = [option for key in others for option in linear.options[key] if option.present]
     enough = _clear(search)
     near = state.score + _NEAR * enough
-    quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes], near)
+    quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes])
     best = {key: min(q for q, option in zip(quick, shapes, strict=True) if option.key == key) for key in others}
     for key in sorted(others, key=lambda key: best[key]):
         # Beside one rival nothing is certain: of the others it is enough that they are foretold to do as well.

@@ -335,8 +335,8 @@ class Scoring:
 
         Parameters
         ----------
-        below : scores above it need not be right: a model that would not come below it without its limits is given the
-            score that it would then have
+        below : scores above it need not be right: a model that is not below it without its limits keeps the score that
+            it has then. Where limits calm a fit that predicts held-out blocks badly, a better model may be passed by
         """
         choices = [list(change.values()) for change in changes]
         free = np.isfinite(below)

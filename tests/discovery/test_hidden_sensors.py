@@ -7,10 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.discovery import selection
+from undertow.discovery import hidden_sensors, selection
+from undertow.discovery.basis import choose
 from undertow.discovery.discover import find_missing
 from undertow.discovery.hidden_sensors import HiddenErrors
 from undertow.discovery.search.floating import Search
+from undertow.discovery.selection import Selection
+from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log import read_log
 from undertow.physics.frames import body_to_earth, earth_to_body
 from undertow.physics.motion import Motion
@@ -75,6 +78,26 @@ def test_a_lever_arm_is_found_under_noise_where_no_effect_leaves_it_white(monkey
     assert found.verdict == "nothing missing"
     (arm,) = [s for s in found.sensors if s.error == "antenna_arm"]
     assert {term.symbol: term.value for term in arm.terms} == pytest.approx({"arm_x": 0.0, "arm_y": 0.5}, abs=0.05)
+
+
+def test_rollouts_are_not_asked_for_an_arm_beside_two_effects(monkeypatch: pytest.MonkeyPatch):
+    """A first search does not explain these by one effect, so that the arm is tried again beside its end."""
+    monkeypatch.setattr(selection, "on_rollouts", None)
+    hidden = {"surge_quadratic_damping": -8.0, "yaw_trim": -1.0}
+    found = find_missing([measured(sailed(hidden, noise="field"), HiddenErrors(0.0, 0.5, 0.0))], HULL).findings
+    assert set(found.missing) <= set(hidden)
+    assert [s.error for s in found.sensors if s.verdict == "present"] == ["antenna_arm"]
+
+
+def test_what_is_calibrated_in_every_model_is_no_candidate_of_a_force_balance_without_it():
+    basis = choose([sailed(noise="field")], HULL, DiscoverySettings(refit=True))
+    found = Selection(basis, lambda text: None).first
+    assert found is not None
+    assert any(key.startswith("calibrated") for key in found.search.nuisances)
+    rolled = replace(found, basis=replace(basis, why="rollouts judge"))
+    search, state = hidden_sensors._on_forces(basis, rolled)
+    assert search is basis.instant
+    assert set(state.active) <= {c.key for c in search.pool}
 
 
 @pytest.mark.parametrize(
