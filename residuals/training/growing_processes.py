@@ -1,8 +1,9 @@
 """Fitting Gaussian processes to the rows of a training part: scikit-learn finds the kernel, all rows the weights.
 
-The kernel and its noise come from the marginal likelihood of a drawn sample (Rasmussen and Williams 2006, section
-5.4.1). The weights come from all rows, by the subset of regressors (section 8.3.1, equation 8.14), whose
-centres are the first rows of the same draw. Where all rows are centres that is the whole Gaussian process.
+Kernels and their noise come from the marginal likelihood of samples of rows, drawn one after the other (Rasmussen and
+Williams 2006, section 5.4.1). The weights come from all rows, by the subset of regressors (section 8.3.1, equation
+8.14), whose centres are the first rows of the same draw. That kernel is kept under which all rows are likeliest: a
+sample misses rare turns. Where all rows are centres that is the whole Gaussian process.
 """
 
 import warnings
@@ -20,7 +21,9 @@ from ...physics.frames import Array
 from ..networks.gaussian_process import GaussianProcess
 
 _SAMPLE = 400
-"""Rows that the kernel is found on: time grows by the cube, and three axes take some seconds so."""
+"""Rows that a kernel is found on: time grows by the cube, and three axes take some seconds so."""
+_SAMPLES = 3
+"""Samples that are drawn, as far as there are rows for them."""
 _SIZE, _LENGTH, _NOISE = (1e-3, 1e2), (0.1, 1e2), (1e-4, 10.0)
 """Bounds of the variance, of lengths in deviations of the inputs, and of the variance of the noise, for a target of
 about 1: less noise than a hundredth would only make weights large, and an input of the greatest length says nothing."""
@@ -36,13 +39,16 @@ def fit_processes(network: GaussianProcess, table: tuple[Array, Array], seed: in
     """Fit the Gaussian process of each axis; an axis whose target is zero throughout gets none. See `growing.grow`."""
     rows, wanted = table[0].astype(np.float32).astype(float), table[1]
     order = np.random.default_rng(seed).permutation(rows.shape[0])
-    sample, centres = order[:_SAMPLE], rows[order[: network.centres.shape[0]]]
+    starts = range(0, max(len(order) - _SAMPLE, 0) + 1, _SAMPLE)[:_SAMPLES]
+    samples = [order[first : first + _SAMPLE] for first in starts]
+    centres = rows[order[: network.centres.shape[0]]]
     sharpness, weights = np.zeros(network.sharpness.shape), np.zeros((3, network.centres.shape[0]))
     for axis, target in enumerate(wanted.T):
         if target.any():
-            size, lengths, noise = _kernel(rows[sample], target[sample])
-            sharpness[axis] = 1.0 / lengths
-            weights[axis, : len(centres)] = _weights(rows / lengths, target, centres / lengths, noise / size)
+            kernels = [_kernel(rows[sample], target[sample]) for sample in samples]
+            fitted = [_fitted(rows, target, centres, kernel) for kernel in kernels]
+            best = int(np.argmax([likely for _, likely in fitted]))
+            sharpness[axis], weights[axis, : len(centres)] = 1.0 / kernels[best][1], fitted[best][0]
     with torch.no_grad():
         network.centres[: len(centres)] = torch.as_tensor(centres).to(network.centres)
         network.sharpness.copy_(torch.as_tensor(sharpness))
@@ -70,19 +76,24 @@ def _kernel(rows: Array, target: Array) -> tuple[float, Array, float]:
     return found.k1.k1.constant_value, np.broadcast_to(found.k1.k2.length_scale, lengths.shape), found.k2.noise_level
 
 
-def _weights(rows: Array, target: Array, centres: Array, noise: float) -> Array:
-    """Weights of the centres (centres,), equation 8.14; inputs are in units of lengths, noise is a share of the size.
+def _fitted(rows: Array, target: Array, centres: Array, kernel: tuple[float, Array, float]) -> tuple[Array, float]:
+    """Weights of the centres (centres,), equation 8.14, and the log likelihood of the target under a kernel.
 
-    As least squares, a block of rows after the other: the equation itself would square the condition of the bells.
+    As least squares, a block of rows after the other: the equation itself would square the condition of the bells. The
+    likelihood is that of equation 5.8 with the covariance of equation 8.11, by the same triangle, less its constant.
     """
-    count = len(centres)
-    near = _bells(centres, centres) + _NUGGET * np.eye(count)
-    triangle = np.column_stack([np.sqrt(noise) * cholesky(near), np.zeros(count)])  # the last column is the target
+    size, lengths, noise = kernel
+    count, share = len(centres), noise / size
+    near = cholesky(_bells(centres / lengths, centres / lengths) + _NUGGET * np.eye(count))
+    triangle = np.column_stack([np.sqrt(share) * near, np.zeros(count)])  # the last column is the target
     for some, wanted in zip(_blocks(rows), _blocks(target), strict=True):
-        below = np.column_stack([_bells(some, centres), wanted])
+        below = np.column_stack([_bells(some / lengths, centres / lengths), wanted])
         reduced: Any = np.linalg.qr(np.vstack([triangle, below]), mode="r")  # annotated for all modes
-        triangle = reduced[:count]
-    return solve_triangular(triangle[:, :count], triangle[:, count])
+        triangle = reduced  # its last row is what the bells leave of the target
+    sides = np.log(np.abs(np.diag(triangle)[:count])).sum() - np.log(np.diag(near)).sum() - 0.5 * count * np.log(share)
+    left = triangle[count:, count] @ triangle[count:, count]
+    weights = solve_triangular(triangle[:count, :count], triangle[:count, count])
+    return weights, float(-sides - 0.5 * (len(target) * np.log(noise) + left / noise))
 
 
 def _bells(rows: Array, centres: Array) -> Array:

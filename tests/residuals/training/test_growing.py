@@ -83,6 +83,36 @@ def test_where_all_rows_are_centres_it_says_what_scikit_learn_does(
     assert not said[:, 2].any(), "where nothing is to be learnt, nothing is said"
 
 
+def test_where_all_rows_are_centres_the_likelihood_is_that_of_scikit_learn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(growing_processes, "_NUGGET", 1e-10)
+    seen, target = table(120)
+    told, wanted = [], []
+    for size, length, noise in ((1.0, 2.0, 0.02), (3.0, 1.2, 0.2), (0.5, 4.0, 1.0)):
+        fixed: Any = {"kernel": ConstantKernel(size) * RBF(length) + WhiteKernel(noise), "optimizer": None}
+        process = GaussianProcessRegressor(**fixed).fit(seen, target[:, 0])
+        told.append(growing_processes._fitted(seen, target[:, 0], seen, (size, np.full(5, length), noise))[1])
+        wanted.append(process.log_marginal_likelihood() + 60.0 * np.log(2.0 * np.pi))
+    assert told == pytest.approx(wanted, abs=0.05)
+
+
+def test_of_the_kernels_of_three_samples_the_likeliest_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels whose first two know nothing of what the target is like."""
+    honest, asked = growing_processes._kernel, []
+
+    def kernel(rows: Array, target: Array) -> tuple[float, Array, float]:
+        asked.append(rows)
+        found = honest(rows, target)
+        return found if len(asked) % 3 == 0 else (found[0], np.full(5, 0.1), found[2])
+
+    monkeypatch.setattr(growing_processes, "_kernel", kernel)
+    network = fitted(100, rows=1300)
+    assert len(asked) == 2 * 3, "an axis with nothing to learn asks for none"
+    assert not np.array_equal(asked[0], asked[1])
+    assert all(len(rows) == 400 for rows in asked)
+    lengths = 1.0 / np.asarray(network.state_dict()["sharpness"][:2])
+    assert (lengths.max(axis=1) > 0.2).all()
+
+
 def test_more_rows_than_centres_tell_more() -> None:
     rng = np.random.default_rng(10)
     asked = rng.normal(size=(2000, 5))
