@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingRegressor
 
 from undertow.measurements.preparation.dataset import DataSet
@@ -49,9 +50,9 @@ def errors(says: Says, vehicle: Vehicle, data: DataSet, box: tuple[Array, Array]
     return np.array([np.sqrt((e**2).mean(axis=0)) for e in (error, error[inside], error[~inside])])
 
 
-def _inside(vehicle: Vehicle, data: DataSet, box: tuple[Array, Array]) -> Array:
+def _inside(vehicle: Vehicle, data: DataSet, box: tuple[Array, Array]) -> NDArray[np.bool_]:
     seen, _ = table(vehicle, data)
-    return ((seen >= box[0]) & (seen <= box[1])).all(axis=1)
+    return np.asarray(((seen >= box[0]) & (seen <= box[1])).all(axis=1))
 
 
 def learners(vehicle: Vehicle, split: Split, seed: int) -> dict[str, Says]:
