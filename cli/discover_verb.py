@@ -140,10 +140,14 @@ def tell_discovery(
 def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:
     """Say how long it took, and what lies where; the corrected model is there though another one is to be trusted."""
     from ..comparison.facts import CALIBRATED
+    from ..physics.in_words import listing
+    from ..reports.wording import effect_words
 
     say(f"Done in {seconds:.1f} s. Findings: {out / 'findings.json'}")
     if len(run.findings.steps) > 1:
-        say(f"Corrected vehicle: {out / 'model.yaml'}")
+        doubted = [effect_words(item) for item in run.findings.added if item.verdict != "missing"]
+        beside = f" (in it but not certain: {listing(doubted)})" if doubted else ""
+        say(f"Corrected vehicle: {out / 'model.yaml'}{beside}")
     if run.comparison.best.model == CALIBRATED:
         say("The calibrated model, which is to be trusted, is what 'undertow fit' writes with the same logs and --out.")
     if report:

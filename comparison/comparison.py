@@ -10,10 +10,13 @@ from ..discovery.basis import Basis
 from ..discovery.calibration.calibrate import calibrate_once
 from ..discovery.findings import Step
 from ..measurements.preparation.held_out import Fold
+from ..measurements.preparation.idle import active
 from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import FOLDS, Inputs, Parts
 from ..physics.errors import RequestError
 from ..physics.in_words import percent
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.baselines import baselines
 from ..residuals.models.domain import spanned
@@ -40,6 +43,10 @@ from .recommendation import best
 BASELINE = "baseline"
 _FAR_OUT = 0.05
 """Share of the judged rows far from what a network was trained on that is worth a sentence."""
+
+
+_AT_REST = 0.1
+"""Share of the judged rows with nothing commanded that is worth a sentence."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,7 +185,7 @@ def comparison(
         differences=tuple(apart),
         failures=failures,
         structure=structure,
-        notes=(*notes, *_far_out(judged, parts)),
+        notes=(*notes, *_far_out(judged, parts), *_at_rest(parts.judged.motions, inputs.vehicle)),
     )
 
 
@@ -235,6 +242,18 @@ def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
                 f"({np.median(distance[far]):.2g} standard deviations beyond it in the median): {why}"
             )
     return told
+
+
+def _at_rest(motions: Sequence[Motion], vehicle: Vehicle) -> list[str]:
+    """A sentence on judged rows of a boat that nobody drives: any model is good there, or only the water is judged."""
+    driven = np.concatenate([active(motion, vehicle) for motion in motions])
+    idle = 1.0 - float(driven.mean())
+    if idle <= _AT_REST:
+        return []
+    return [
+        f"{percent(idle)} of the {sum(m.duration for m in motions):.0f} s that are judged pass with nothing commanded: "
+        "errors tell of water and wind there more than of the models"
+    ]
 
 
 def score_step(

@@ -38,6 +38,8 @@ HEADLINE_STYLES = {"missing": FOUND, "nothing missing": GOOD, "undecided": UNSUR
 
 _OF_AN_AXIS = "beside the others, on the axis where it is most"
 """Of what the errors of a table of effects are shares."""
+_SURE = "sure: the share of resamples of the log that need it"
+"""What the confidence of an effect is."""
 _ALONE = "calibrated alone"
 """The name of the model of a calibration in the table of steps."""
 _WORSE = 1.05
@@ -120,13 +122,13 @@ def error_left(steps: Sequence[Step], deciding: str = "") -> str:
 def candidates_table(candidates: Sequence[FoundEffect], *, most: int = 12) -> RenderableType:
     """The `most` best-ranked effects with verdict, value and 95 % interval, error removed and confidence."""
     rest = len(candidates) - most
-    caption = f"error removed: {_OF_AN_AXIS}; and {rest} more in findings.json" if rest > 0 else ""
+    caption = f"error removed: {_OF_AN_AXIS}; {_SURE}" + (f"; and {rest} more in findings.json" if rest > 0 else "")
     return _effects("Effects, best first", candidates[:most], caption=caption)
 
 
 def added_table(candidates: Sequence[FoundEffect]) -> RenderableType:
     """The effects that a person added by name, with their fitted values."""
-    return _effects("Effects added, fitted together", candidates, caption=f"error removed: {_OF_AN_AXIS}")
+    return _effects("Effects added, fitted together", candidates, caption=f"error removed: {_OF_AN_AXIS}; {_SURE}")
 
 
 def unnamed_table(terms: Sequence[FoundTerm]) -> Table:
@@ -169,7 +171,7 @@ def energy_text(passivity: Passivity | None) -> RenderableType | None:
 
 def missing_in_words(candidates: Sequence[FoundEffect]) -> RenderableType | None:
     """What each effect of the corrected model means, in a sentence; None when there is none."""
-    told = [item for item in candidates if item.sentence and _is_added(item)]
+    told = [item for item in candidates if item.sentence and item.in_model]
     pairs = [(effect_words(item), unit_text(item.sentence)) for item in told]
     return section("What is missing, in words", glossary(pairs)) if pairs else None
 
@@ -178,11 +180,6 @@ def sensors_list(sensors: Sequence[SensorError]) -> RenderableType | None:
     """What the sensors and their record do wrong, in sentences; None where they do nothing."""
     told = [sensor.sentence for sensor in sensors if sensor.verdict != "no evidence"]
     return section("What the log does wrong", bullets(told)) if told else None
-
-
-def _is_added(item: FoundEffect) -> bool:
-    """Whether an effect is missing, or in the corrected model though it is not certain."""
-    return item.verdict == "missing" or any(term.in_model is not None for term in item.terms)
 
 
 def not_judged(candidates: Sequence[FoundEffect]) -> str:

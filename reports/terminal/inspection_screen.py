@@ -125,8 +125,8 @@ def _plan(inspection: Inspection, vehicle: Vehicle | None) -> list[str]:
     judged = recipe.shares[-1]
     seconds = sum(part.end - part.start for part in plan.segments)
     lines.append(
-        f"Fit on the first {percent(1.0 - judged)} of the time and judge on the last {percent(judged)} "
-        f"({number(judged * seconds, 2)} s), which no fit sees."
+        f"compare fits on the first {percent(1.0 - judged)} of the time and judges on the last {percent(judged)} "
+        f"({number(judged * seconds, 2)} s), which no fit sees; discover judges every part by models found without it."
     )
     return lines
 

@@ -12,6 +12,7 @@ import pytest
 from rich.console import Console
 from verbs import done, refused, strict
 
+from undertow.comparison.comparison import _at_rest as at_rest
 from undertow.comparison.comparison import calibrated_model, comparison, ends, judge, reference_models, score_step
 from undertow.comparison.facts import Comparison
 from undertow.comparison.recommendation import best
@@ -422,6 +423,18 @@ def test_a_model_far_from_its_training_is_said_to_be(inputs: Inputs):
     (note,) = told["notes"]
     assert note.startswith("narrow is judged far from what it was trained on at")
     assert by_name(told)["narrow"]["seconds_to_fit"] is None
+
+
+def test_judged_rows_with_nothing_commanded_are_told(inputs: Inputs):
+    (moving,) = inputs.parts.judged.motions
+    assert not at_rest([moving], HULL), "a boat that is driven throughout"
+    commands = moving.commands.copy()
+    commands[moving.time > moving.time[0] + 0.4 * moving.duration] = 0.0
+    (told,) = at_rest([replace(moving, commands=commands, run_up=None)], HULL)
+    share = 0.6 - 8.0 / moving.duration
+    found = re.match(r"(\d+)\s% of the (\d+) s that are judged pass with nothing commanded", told)
+    assert found is not None
+    assert [float(group) for group in found.groups()] == pytest.approx([100.0 * share, moving.duration], abs=1.0)
 
 
 def test_a_model_given_twice_is_refused(inputs: Inputs, files: Path):

@@ -266,7 +266,7 @@ def test_inspection_says_the_plan_first_and_the_channels_last():
         "Take one stretch without gaps: 0.1 to 240 s.",
         "Commands in the log: newton_port.",
         "velocities low-passed at 1.2 Hz",
-        "judge on the last 15 % (36 s)",
+        "judges on the last 15 % (36 s), which no fit sees; discover judges every part",
         "- One gap is too long to bridge",
         "- frame ENU, converted",
         "Not used: w.x, w.y of /imu; column_0",
