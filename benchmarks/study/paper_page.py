@@ -130,10 +130,13 @@ def verdicts(results: Results) -> Iterator[str]:
         rest = len(mine) - holds - fails
         known = {len(mine): "holds", 0: "does not hold" if fails else "open"}
         verdict = known.get(holds, "holds in part")
-        against = [f"{row[1]} ({row[2]})" for row in mine if row[-1] == "does not hold"]
-        tail = f" Against it: {'; '.join(against)}." if against else ""
+        against: dict[str, list[str]] = {}
+        for row in mine:
+            if row[-1] == "does not hold":
+                against.setdefault(row[1], []).append(row[2])
+        tail = f" Against it: {'; '.join(f'{case} ({len(rows)} rows)' for case, rows in against.items())}."
         counts = f"{holds} of {len(mine)} rows say so, {fails} the contrary, {rest} neither."
-        yield f"{name}, {says}: {verdict}. {counts}{tail}"
+        yield f"{name}, {says}: {verdict}. {counts}{tail if against else ''}"
 
 
 ABLATION_HEAD = ("what changes", "case", "one step", "10 s rollouts", "verdict (rollouts)")

@@ -5,7 +5,6 @@ from .scored import Study
 
 SHORT = (("epochs", 40), ("patience", 40), ("shrink", False))
 """The budget of a network: with it five seeds of five cases take under half an hour on two processors."""
-ABLATIONS = ("hybrid MLP without laws", "hybrid MLP that sees heading", "hybrid MLP, varied")
 CONTENDERS = {
     "Fossen as it is": Contender("nominal"),
     "Fossen calibrated": Contender("calibrated"),
@@ -20,4 +19,4 @@ CONTENDERS = {
     "hybrid MLP that sees heading": Contender("calibrated", "mlp", heading=True, settings=SHORT, audited=False),
     "hybrid MLP, varied": Contender("calibrated", "mlp", settings=(*SHORT, ("augmentation", VARIED)), audited=False),
 }
-STUDY = Study(CONTENDERS, ABLATIONS)
+STUDY = Study(CONTENDERS, ())

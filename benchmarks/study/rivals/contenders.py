@@ -74,7 +74,7 @@ CONTENDERS: dict[str, Contender] = {
     "Fossen as it is": Contender("vehicle", "the nominal vehicle file", _vehicle, random=False),
     "Fossen calibrated": Contender("vehicle", "`fit`", _vehicle, "calibrated", random=False),
     "symbolic": Contender("vehicle", "`discover`, from the nominal vehicle", _symbolic, random=False),
-    **{f"undertow {name}": _ours(name) for name in ("mlp", "lstm", "tcn", "transformer", "dissipative", "trees")},
+    **{f"undertow {name}": _ours(name) for name in ("mlp", "lstm", "tcn", "transformer", "dissipative", "trees", "gp")},
     "feed-forward residual (Skulstad et al.)": Contender(
         "literature", f"`mlp` {_AS_BARE}", partial(bare, Choice("mlp")), "calibrated"
     ),
