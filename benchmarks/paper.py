@@ -4,10 +4,11 @@ It compared Fossen's model alone, a pure network, and a perceptron beside Fossen
 networks with memory. The paper itself is not part of the project; what is repeated is what the project's design says
 of it, and the page tells where our own choice stands in. Each model is trained on a Gazebo run, or on field logs of a
 real BlueBoat, in the order of time (70/15/15 %, 10 Hz, 1.2 Hz), and judged on the end of its own runs, as the paper
-judged, and on whole runs that it never saw. Networks are trained by a short recipe; `benchmarks/neural.py` has the
-full one.
+judged, and on whole runs that it never saw. Networks are trained by a short recipe, and neither fade nor shrink: what
+`train` makes of them is judged by `benchmarks/fading.py` and `benchmarks/rivals.py`.
 
     python benchmarks/paper.py --gazebo FOLDER [--blueboat FOLDER] [--out paper] [--seeds 5] [--jobs 2] [--case NAME]...
+        [--table docs/paper.md]
 
 writes `paper.html` and, for every table, a CSV file into --out, in under half an hour on two processors. Results are
 kept one by one in --out; the same command goes on where it was stopped.
@@ -22,9 +23,8 @@ from typing import Any
 
 from joblib import Parallel, delayed
 from study.fingerprint import fingerprint
-from study.paper_page import csv_files, document_of
+from study.paper_page import csv_files, document_of, markdown_of
 from zoo.cases import cases
-from zoo.paper_models import STUDY
 from zoo.scored import judge
 
 from undertow.physics.files import write_text
@@ -43,6 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("paper"), help="folder of the page, the tables and results")
+    parser.add_argument("--table", type=Path, help="page to write, in Markdown")
     given = parser.parse_args(arguments)
     known = cases(given.gazebo, given.blueboat)
     chosen = {name: known[name] for name in given.case or CASES if name in known}
@@ -52,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     todo = [(name, seed) for seed in range(given.seeds) for name in chosen]
     done = Parallel(n_jobs=given.jobs, return_as="generator")(
         delayed(judge)(
-            name, chosen[name], seed, given.out / "results" / f"{name.replace(' ', '_')}-{seed}.json", made_by, STUDY
+            name, chosen[name], seed, given.out / "results" / f"{name.replace(' ', '_')}-{seed}.json", made_by
         )
         for name, seed in todo
     )
@@ -65,6 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, text in csv_files(results).items():
         write_text(given.out / name, text)
     write_text(given.out / "paper.html", document_of(results, given.seeds, (time.perf_counter() - begun) / 60.0))
+    if given.table is not None:
+        write_text(given.table, markdown_of(results, given.seeds))
     print(f"wrote {given.out / 'paper.html'} and its tables")
     return 0
 

@@ -25,7 +25,7 @@ def document_of(results: Results, seeds: int, minutes: float) -> str:
     """The page as HTML."""
     parts = [
         element("h1", "The paper, repeated"),
-        element("p", _introduction(seeds, minutes)),
+        element("p", f"{_introduction(seeds)} This call took {minutes:.0f} minutes."),
         element("h2", "What becomes of its hypotheses"),
         *(element("p", sentence) for sentence in verdicts(results)),
         table(HYPOTHESIS_HEAD, hypothesis_rows(results), "lllll"),
@@ -42,7 +42,48 @@ def document_of(results: Results, seeds: int, minutes: float) -> str:
     return document("the paper, repeated", "The paper, repeated", parts, verb="benchmarks/paper.py")
 
 
-def _introduction(seeds: int, minutes: float) -> str:
+def markdown_of(results: Results, seeds: int) -> str:
+    """The page in Markdown: verdicts, errors by model and case, hypotheses and ablations."""
+    cases = list(results)
+    names = list(dict.fromkeys(name for _, records in results.values() for name in names_of(records)))
+    errors = {
+        what: [(name, *(_against(records, name, keys) for _, records in results.values())) for name in names]
+        for what, keys in MEASURES
+    }
+    parts = [
+        "# The paper, repeated",
+        f"Written by `python benchmarks/paper.py --table`; do not edit. {_introduction(seeds)}",
+        *(f"- {case}: {setting.title}" for case, (setting, _) in results.items()),
+        "## What becomes of its hypotheses",
+        *(f"- {sentence}" for sentence in verdicts(results)),
+        *(
+            part
+            for what, rows in errors.items()
+            for part in (
+                f"## Errors of {what}",
+                "Against the calibrated Fossen model on held-out runs, mean of the axes; minus is less error.",
+                _markdown(("model", *cases), rows),
+            )
+        ),
+        "## Hypotheses, one by one",
+        _markdown(HYPOTHESIS_HEAD, hypothesis_rows(results)),
+        "## Ablations",
+        "Each row changes one thing; both models are of the same seeds, on whole runs that are held out.",
+        _markdown(ABLATION_HEAD, ablation_rows(results)),
+    ]
+    return "\n\n".join(parts).replace("\n\n- ", "\n- ") + "\n"
+
+
+def _against(records: Records, name: str, keys: Sequence[str]) -> str:
+    return "0 %" if name == PHYSICS else str(Change(relative(records, name, PHYSICS, "held", *keys)))
+
+
+def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _introduction(seeds: int) -> str:
     return (
         "The paper that this project began with compares Fossen's equations, a pure network and a perceptron beside "
         "them, one step ahead, and announces networks with memory. It is not at hand; its preparation (10 Hz, "
@@ -50,8 +91,8 @@ def _introduction(seeds: int, minutes: float) -> str:
         "figures 2 to 4 show what such figures show, by our choice. Its errors are those of predictions as the model "
         "says them; beside them stand those of predictions that went through the filter of the measurement, which is "
         f"the fair comparison. Means over {seeds} seed{'s' * (seeds > 1)}, with 95 % intervals of Student's t; on "
-        f"Gazebo a seed is one of the networks, of the BlueBoat also which third of the logs is held out. The networks "
-        f"have a short recipe of 40 epochs. This call took {minutes:.0f} minutes."
+        "Gazebo a seed is one of the networks, of the BlueBoat also which third of the logs is held out. The networks "
+        "have a short recipe of 40 epochs, and neither fade nor shrink."
     )
 
 

@@ -1,8 +1,6 @@
 """Making and scoring the models of a study, one by one; each result is kept as soon as it is there."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,50 +15,28 @@ from undertow.residuals.models.base import Model
 from undertow.residuals.scores import acceleration_score, rollout_scores
 
 from .cases import Setting
-from .contenders import Contender, made, vehicles
+from .contenders import CONTENDERS, made, vehicles
 
 DRAWN = 40.0
 """Stretch of the held-out data whose accelerations are kept for drawing [s]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Study:
-    """What a study compares.
-
-    Attributes
-    ----------
-    contenders : by name
-    options : those that are shown on the first `few` seeds alone
-    """
-
-    contenders: Mapping[str, Contender]
-    options: tuple[str, ...] = ()
-    few: int = 2
-
-    def wanted(self, label: str, seed: int) -> dict[str, Contender]:
-        """Those that take part in a case with a seed."""
-        found = {name: who for name, who in self.contenders.items() if who.case in ("", label)}
-        return {name: who for name, who in found.items() if seed < self.few or name not in self.options}
-
-
-def judge(label: str, setting: Setting, seed: int, target: Path, made_by: str, study: Study) -> list[dict[str, Any]]:
+def judge(label: str, setting: Setting, seed: int, target: Path, made_by: str) -> list[dict[str, Any]]:
     """Fit and score every contender of one case and one seed; results of another source do not count."""
     torch.set_num_threads(1)
     stored = json.loads(target.read_text("utf-8")) if target.is_file() else {}
     records: dict[str, Any] = stored.get("records", {}) if stored.get("source") == made_by else {}
-    wanted = study.wanted(label, seed)
-    if {name for name, who in wanted.items() if who.base != "true"} <= set(records):
+    if set(CONTENDERS) <= set(records):
         return list(records.values())
     case = setting.make(seed)
     bases, built = vehicles(case), {}
-    wanted = {name: who for name, who in wanted.items() if who.base in bases}
-    for name, who in wanted.items():
+    for name, who in CONTENDERS.items():
         if name in records:
             continue
         if who.base not in built:
             built[who.base] = bases[who.base]()
-        model, told = made(who, built[who.base], case.train, seed)
-        record: dict[str, Any] = {"name": name, "seed": seed, "parameters": model.parameters, **told}
+        model = made(who, built[who.base], case.train, seed)
+        record: dict[str, Any] = {"name": name, "seed": seed, "parameters": model.parameters}
         for part, inputs in (("own", case.train), ("held", case.held)):
             data = inputs.parts.judged
             record[part] = {

@@ -30,7 +30,7 @@ def study() -> Iterator[ModuleType]:
 def results(study: ModuleType) -> dict[str, Any]:
     """Three seeds: hybrids err half as much as the physics, which explains little of an axis, pure ones twice."""
     cases = importlib.import_module("zoo.cases")
-    setting = cases.Setting("Runs that were made up", "out", lambda seed: None, False)
+    setting = cases.Setting("Runs that were made up", "out", lambda seed: None)
     records = []
     for seed in range(3):
         for name in MODELS:
@@ -72,6 +72,9 @@ def test_the_page_and_its_tables_have_every_model(study: ModuleType, results: di
     ]
     assert float(found["mean"]) == pytest.approx(0.505)
     assert found["seeds"] == "3"
+    told = study.markdown_of(results, 3)
+    assert told.count("| hybrid TCN | −50 % (−50 to −50) |") == len(("one step", "10 s rollouts"))
+    assert "- made up: Runs that were made up\n\n## What becomes" in told
     assert set(files) == {"metrics.csv", "rollouts.csv", "hypotheses.csv", "ablations.csv"}
 
 
