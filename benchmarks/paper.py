@@ -10,7 +10,7 @@ judged, and on whole runs that it never saw. Networks are trained by a short rec
     python benchmarks/paper.py --gazebo FOLDER [--blueboat FOLDER] [--out paper] [--seeds 5] [--jobs 2] [--case NAME]...
         [--table docs/paper.md]
 
-writes `paper.html` and, for every table, a CSV file into --out, in under half an hour on two processors. Results are
+writes `paper.html` and, for every table, a CSV file into --out, in half an hour on two processors. Results are
 kept one by one in --out; the same command goes on where it was stopped.
 """
 
@@ -52,9 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     made_by, begun = fingerprint(PACKAGES), time.perf_counter()
     todo = [(name, seed) for seed in range(given.seeds) for name in chosen]
     done = Parallel(n_jobs=given.jobs, return_as="generator")(
-        delayed(judge)(
-            name, chosen[name], seed, given.out / "results" / f"{name.replace(' ', '_')}-{seed}.json", made_by
-        )
+        delayed(judge)(chosen[name], seed, given.out / "results" / f"{name.replace(' ', '_')}-{seed}.json", made_by)
         for name, seed in todo
     )
     records: dict[str, list[dict[str, Any]]] = {name: [] for name in chosen}

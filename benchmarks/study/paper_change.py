@@ -1,4 +1,4 @@
-"""The relative change of an error over the seeds of a study, with its interval and verdict."""
+"""How many times another model's error a model errs over the seeds of a study, with its interval and verdict."""
 
 import numpy as np
 
@@ -8,26 +8,34 @@ from undertow.physics.in_words import MINUS
 
 
 class Change:
-    """The relative change of an error over the seeds, with its 95 % interval (Student's t); minus is less error."""
+    """An error in that of another model: the geometric mean over the seeds, and its 95 % interval (Student's t).
 
-    def __init__(self, gain: Array) -> None:
-        self.values = -np.asarray(gain, dtype=float)
-        self.mean = float(self.values.mean()) if self.values.size else float("nan")
-        spread = self.values.std(ddof=1) / np.sqrt(self.values.size) if self.values.size > 1 else float("nan")
-        half = student(self.values.size - 1, 0.975) * float(spread) if self.values.size > 1 else float("nan")
-        self.low, self.high = self.mean - half, self.mean + half
+    Attributes
+    ----------
+    seeds : how many
+    mean, low, high : of the ratio, 1 where both err the same; NaN where too few seeds tell
+    """
+
+    def __init__(self, logarithms: Array) -> None:
+        self.seeds, nothing = len(logarithms), float("nan")
+        middle = float(logarithms.mean()) if self.seeds else nothing
+        half = nothing
+        if self.seeds > 1:
+            half = student(self.seeds - 1, 0.975) * float(logarithms.std(ddof=1)) / np.sqrt(self.seeds)
+        self.mean, self.low, self.high = (float(np.exp(x)) for x in (middle, middle - half, middle + half))
 
     @property
     def verdict(self) -> str:
         """Whether the error is less, more, or cannot be told apart over the seeds."""
-        if not self.values.size:
+        if not self.seeds:
             return "not run"
         if not np.isfinite(self.low):
             return "one seed"
-        return "less error" if self.high < 0.0 else "more error" if self.low > 0.0 else "no difference"
+        return "less error" if self.high < 1.0 else "more error" if self.low > 1.0 else "no difference"
 
     def __str__(self) -> str:
-        if not self.values.size:
+        if not self.seeds:
             return "n/a"
-        ends = f" ({100 * self.low:+.0f} to {100 * self.high:+.0f})" if np.isfinite(self.low) else ""
-        return f"{100 * self.mean:+.0f} %{ends}".replace("-", MINUS)
+        mean, low, high = (f"{100 * (x - 1.0):+.0f}" for x in (self.mean, self.low, self.high))
+        ends = f" ({low} to {high})" if np.isfinite(self.low) else ""
+        return f"{mean} %{ends}".replace("-", MINUS)

@@ -32,7 +32,8 @@ def figures_of(results: Results) -> list[Html]:
         caption = f"Figure 2. {case}: acceleration on the held-out run, measured (grey), by Fossen calibrated (orange) "
         found.append(figure([_along(series)], caption + "and by the hybrid MLP (blue)."))
     for which, (what, keys) in enumerate(MEASURES, start=3):
-        told = f"Figure {which}. Error of {what} against the calibrated Fossen model, held-out runs, mean of the axes."
+        told = f"Figure {which}. Error of {what} against the calibrated Fossen model on held-out runs, "
+        told += "geometric mean of axes and seeds."
         found.append(figure([_bars(results, keys, what)], told))
     return found
 
@@ -64,10 +65,10 @@ def _bars(results: Results, keys: tuple[str, ...], what: str) -> Html:
             for row, name in enumerate(names):
                 change = Change(relative(records, name, PHYSICS, "held", *keys))
                 role = "before" if name.startswith("pure") else "after"
-                if change.values.size:
-                    axes.plot(1.0 + change.mean, row, "o", color=ROLES[role])
+                if change.seeds:
+                    axes.plot(change.mean, row, "o", color=ROLES[role])
                     if np.isfinite(change.low):
-                        ends = np.maximum(1.0 + np.array([change.low, change.high]), _LEAST)
+                        ends = np.maximum([change.low, change.high], _LEAST)
                         axes.plot(ends, [row, row], color=ROLES[role])
             axes.axvline(1.0, color=ROLES["muted"], linewidth=1.0)
             axes.set(xscale="log", xlim=(_LEAST, _MOST))

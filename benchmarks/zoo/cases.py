@@ -30,10 +30,10 @@ class Setting:
     make: Callable[[int], Case]
 
 
-def gazebo(folder: Path, vehicle: str, train: str, held: str, seed: int) -> Case:
+def gazebo(folder: Path, train: str, held: str, seed: int) -> Case:
     """Two runs of the simulator with the same hull; the seed is that of the networks alone."""
     del seed
-    nominal = folder / f"{vehicle}.yaml"
+    nominal = folder / "vehicle_linear.yaml"
     return Case(
         read_inputs(folder / f"{train}.csv.gz", nominal),
         read_inputs(folder / f"{held}.csv.gz", nominal, judge="all"),
@@ -60,17 +60,17 @@ def cases(folder: Path | None, field: Path | None = None) -> dict[str, Setting]:
     found = {}
     if folder is not None:
         pairs = (
-            ("A", "vehicle_linear", "A_1", "A_2", "out", "linear drag"),
-            ("C", "vehicle_linear", "C_1", "C_2", "out", "quadratic drag and a current of 0.29 m/s"),
-            ("D", "vehicle_linear", "D_1", "D_2", "out", "quadratic drag and a weak starboard thruster"),
-            ("B", "vehicle_linear", "B_2", "B_4", "in", "quadratic drag; another geometry of the hull"),
+            ("A", "A_1", "A_2", "out", "linear drag"),
+            ("C", "C_1", "C_2", "out", "quadratic drag and a current of 0.29 m/s"),
+            ("D", "D_1", "D_2", "out", "quadratic drag and a weak starboard thruster"),
+            ("B", "B_2", "B_4", "in", "quadratic drag; another geometry of the hull"),
         )
-        for name, vehicle, train, held, domain, what in pairs:
+        for name, train, held, domain, what in pairs:
             manner = "trained on gentle manoeuvres, judged on mixed ones" if domain == "out" else "both mixed"
             found[f"gazebo {name}"] = Setting(
                 f"Gazebo BlueBoat, {what}: {train}, judged on {held} ({manner})",
                 domain,
-                partial(gazebo, folder, vehicle, train, held),
+                partial(gazebo, folder, train, held),
             )
     if field is not None:
         title = "Field logs of a real BlueBoat, every third log held out"

@@ -32,7 +32,7 @@ class Contender:
 
 
 SHORT = (("epochs", 40), ("patience", 40), ("shrink", False))
-"""The budget of a network: with it five seeds of five cases take under half an hour on two processors."""
+"""The budget of a network: 300 of them are to be trained in half an hour on two processors."""
 VARIED = Augmentation(thrust_spread=0.1, hull_spread=0.1)
 CONTENDERS = {
     "Fossen as it is": Contender("nominal"),

@@ -21,7 +21,7 @@ DRAWN = 40.0
 """Stretch of the held-out data whose accelerations are kept for drawing [s]."""
 
 
-def judge(label: str, setting: Setting, seed: int, target: Path, made_by: str) -> list[dict[str, Any]]:
+def judge(setting: Setting, seed: int, target: Path, made_by: str) -> list[dict[str, Any]]:
     """Fit and score every contender of one case and one seed; results of another source do not count."""
     torch.set_num_threads(1)
     stored = json.loads(target.read_text("utf-8")) if target.is_file() else {}
@@ -36,7 +36,7 @@ def judge(label: str, setting: Setting, seed: int, target: Path, made_by: str) -
         if who.base not in built:
             built[who.base] = bases[who.base]()
         model = made(who, built[who.base], case.train, seed)
-        record: dict[str, Any] = {"name": name, "seed": seed, "parameters": model.parameters}
+        record: dict[str, Any] = {"name": name, "seed": seed}
         for part, inputs in (("own", case.train), ("held", case.held)):
             data = inputs.parts.judged
             record[part] = {

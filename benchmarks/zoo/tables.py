@@ -24,10 +24,8 @@ def values(records: Records, name: str, part: str, *keys: str) -> np.ndarray:
 
 
 def relative(records: Records, name: str, other: str, part: str, *keys: str) -> np.ndarray:
-    """By how much a model's errors lie below another's, mean over the axes, for each seed: 0.3 is 30 % less."""
+    """Logarithm of a model's errors over another's, mean over the axes, for each seed that both have: 0 is equal."""
     seeds = [{r["seed"] for r in records if r["name"] == each} for each in (name, other)]
     both = [r for r in records if r["seed"] in seeds[0] & seeds[1]]
     mine, theirs = values(both, name, part, *keys), values(both, other, part, *keys)
-    if not mine.size:
-        return np.zeros(0)
-    return 1.0 - (mine / theirs).mean(axis=1)
+    return np.log(mine / theirs).mean(axis=1) if mine.size else np.zeros(0)

@@ -35,7 +35,7 @@ def results(study: ModuleType) -> dict[str, Any]:
     for seed in range(3):
         for name in MODELS:
             size = (0.5 if "hybrid" in name else 2.0 if "pure" in name else 1.0) * (1.0 + 0.01 * seed)
-            errors = dict.fromkeys(("surge", "sway", "yaw"), size)
+            errors = {"surge": size, "sway": 10.0 * size**2, "yaw": 0.1}  # ratios: x, x^2, 1
             score = {"rmse": errors, "mae": errors, "r2": {"surge": 0.99, "sway": 0.2, "yaw": 0.9}}
             held = {"acceleration": score, "unfiltered": score, "rollout": {"2": errors, "10": errors}}
             away = 4.0 if "pure" in name else 1.0
@@ -70,7 +70,7 @@ def test_the_page_and_its_tables_have_every_model(study: ModuleType, results: di
         if (r["case"], r["part"], r["model"], r["prediction"], r["metric"], r["axis"])
         == ("made up", "held", "hybrid MLP", "filtered", "rmse", "sway")
     ]
-    assert float(found["mean"]) == pytest.approx(0.505)
+    assert float(found["mean"]) == pytest.approx(2.5 * (1.0 + 1.01**2 + 1.02**2) / 3.0)
     assert found["seeds"] == "3"
     told = study.markdown_of(results, 3)
     assert told.count("| hybrid TCN | −50 % (−50 to −50) |") == len(("one step", "10 s rollouts"))
