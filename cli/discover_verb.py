@@ -147,7 +147,8 @@ def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:
     if len(run.findings.steps) > 1:
         doubted = [effect_words(item) for item in run.findings.added if item.verdict != "missing"]
         beside = f" (in it but not certain: {listing(doubted)})" if doubted else ""
-        say(f"Corrected vehicle: {out / 'model.yaml'}{beside}")
+        what = "Corrected vehicle" if run.findings.added else "Vehicle with its own numbers fitted, and nothing added"
+        say(f"{what}: {out / 'model.yaml'}{beside}")
     if run.comparison.best.model == CALIBRATED:
         say("The calibrated model, which is to be trusted, is what 'undertow fit' writes with the same logs and --out.")
     if report:

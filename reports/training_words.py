@@ -24,15 +24,21 @@ def broken_laws(model: ComparedModel) -> list[str]:
     return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]
 
 
+_SHORT = 0.05
+"""By how much the share that an interval holds falls short before it is told."""
+
+
 def what_it_holds(model: ComparedModel) -> list[str]:
     """What its interval holds of the judged rows that are like those of training; nothing where none is."""
     found = model.interval
     if found is None or found.inside.share is None:
         return []
-    shares = listing([f"{percent(found.inside.share.of(axis))} in {axis}" for axis in AXES])
+    inside = {axis: found.inside.share.of(axis) for axis in AXES}
+    short = [axis for axis, share in inside.items() if share < found.level - _SHORT]
     return [
         f"Of the judged rows within what it has seen, its {percent(found.level)} interval of the acceleration holds "
-        f"{shares}."
+        f"{listing([f'{percent(share)} in {axis}' for axis, share in inside.items()])}"
+        f"{f': less than it claims in {listing(short)}' if short else ''}."
     ]
 
 
@@ -72,6 +78,13 @@ def _price_of_the_law(found: "Trained") -> list[str]:
         f"Epoch {best.number} had a validation error of {best.rmse:.3g} and not {kept.rmse:.3g}, but breaks the laws: "
         "try a larger --lambda-phys, or other physics under it."
     ]
+
+
+def why_declined(left: Left) -> str:
+    """Of a vehicle that is not worth a network, what decides so; see `Left.worth_it`."""
+    if not left.learnable.any():
+        return "that errs on no axis by more than noise and the preparation of the log"
+    return f"of which a perfect network could not halve the error over {left.horizon:g} s that is not noise"
 
 
 def left_in_words(left: Left) -> str:

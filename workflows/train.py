@@ -24,7 +24,14 @@ from ..physics.reading import Plain
 from ..physics.stage import Say
 from ..reports.terminal.progress import SHOWN, showing
 from ..reports.terminal.training_progress import epochs_told
-from ..reports.training_words import broken_laws, left_in_words, share_in_words, what_it_holds, what_laws_took
+from ..reports.training_words import (
+    broken_laws,
+    left_in_words,
+    share_in_words,
+    what_it_holds,
+    what_laws_took,
+    why_declined,
+)
 from ..residuals.left_to_learn import Left, left_to_learn
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, load_network, own_network, save_network
@@ -76,11 +83,15 @@ class TrainRun:
         """What was trained, on what, and what to think of it."""
         found, train = self.trained, self.inputs.parts.split.train
         model, logs = found.model, len(self.inputs.paths)
-        where = f"{'in the place of' if model.pure else 'beside'} the physics of {model.vehicle.name}"
+        where = f"{'in the place of' if model.pure else 'beside'} the physics of '{model.vehicle.name}'"
         told = [
             f"Trained the network {model.network.name} ({model.parameters} weights) {where} "
-            f"on {train.seconds:.0f} s of {logs} log{'s' * (logs > 1)} in {model.seconds_to_fit:.0f} s.",
-            f"Kept epoch {found.best_epoch} of {found.epochs[-1].number}: {found.stopped}.",
+            f"with {train.seconds:.0f} s of {logs} log{'s' * (logs > 1)}; it took {model.seconds_to_fit:.0f} s.",
+            *(
+                []
+                if model.network.grown
+                else [f"Kept epoch {found.best_epoch} of {found.epochs[-1].number}: {found.stopped}."]
+            ),
             *([] if self.left is None else [f"Without it, {left_in_words(self.left)}."]),
         ]
         if found.best_epoch == 0:
@@ -142,8 +153,9 @@ def _left(inputs: Inputs, settings: TrainingSettings) -> Left:
     left = left_to_learn(at_beginning(inputs.vehicle), (split.train, split.validation))
     if settings.decline and not left.worth_it:
         raise RequestError(
-            f"train: expected a vehicle that leaves something to learn, got little or none: {left_in_words(left)}. A "
-            "network would add its own error; use the vehicle as it is, or train all the same with --set decline=0"
+            f"train: expected a vehicle that leaves something to learn, got one {why_declined(left)}: "
+            f"{left_in_words(left)}. A network would add its own error; use the vehicle as it is, or train all the "
+            "same with --set decline=0"
         )
     return left
 
@@ -185,11 +197,13 @@ def train(
     inputs = inputs.parted("train")
     expect("train: choice", chosen, Choice, 'undertow.Choice("lstm") names a network')
     require_torch()
+    from ..residuals.networks.registry import NETWORKS
     from ..residuals.training.choosing import Verdict
     from ..residuals.training.epochs import train as train_network
 
     audits: list[Audit] = []
-    told = epochs_told((settings or TrainingSettings()).epochs, progress)
+    grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
+    told = epochs_told(1 if grown else (settings or TrainingSettings()).epochs, progress)
 
     def each(epoch: "Epoch") -> None:
         told(epoch)

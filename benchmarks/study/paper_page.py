@@ -61,7 +61,7 @@ def markdown_of(results: Results, seeds: int) -> str:
             for what, rows in errors.items()
             for part in (
                 f"## Errors of {what}",
-                "Against the calibrated Fossen model on held-out runs, geometric mean of axes and seeds; minus is less error.",
+                "Against the calibrated Fossen model, held-out runs, geometric mean of axes and seeds; minus is less.",
                 _markdown(("model", *cases), rows),
             )
         ),

@@ -52,6 +52,7 @@ def comparison_table(
         Fitting([_accelerations(models, where, verdicts, mae) for mae in (True, False)]),
         _predictions(models, where, verdicts),
         _beside(models),
+        *([_intervals(models)] if any(model.interval for model in models) else []),
     ]
     return stacked([legend, *tables] if legend else tables)
 
@@ -122,15 +123,10 @@ def _beside(models: Sequence[ComparedModel]) -> Table:
         f"outside: acceleration error at the {outside} of {within + outside} rows with a speed or thrust beyond the "
         "training part's, over that at the others"
     )
-    told = any(model.interval for model in models)
-    captions = [caption] * beyond + [INTERVAL_HOLDS] * told
-    table = plain_table("Laws, size and range", "; ".join(captions))
+    table = plain_table("Laws, size and range", caption * beyond)
     _model_column(table)
     table.add_column("laws of\na hull", no_wrap=True)
     table.add_column("numbers\nfitted", justify="right", no_wrap=True)
-    if told:
-        for where in ("interval\nholds", "interval holds\nbeyond"):
-            table.add_column(where, justify="right", no_wrap=True)
     if timed:
         table.add_column("to fit\ns", justify="right", no_wrap=True)
         table.add_column("to evaluate\ns", justify="right", no_wrap=True)
@@ -140,13 +136,23 @@ def _beside(models: Sequence[ComparedModel]) -> Table:
     for model, domain in zip(models, domains, strict=True):
         cells = [Text(model.audit, style=_STYLES["worse"] if model.audit == "fail" else "")]
         cells += [Text(number(model.parameters))]
-        if told:
-            cells += [Text(held_shares(side)) for side in _sides(model)]
         if timed:
             cells += [Text(number(s, 2, blank="")) for s in (model.seconds_to_fit, model.seconds_to_evaluate)]
         if beyond:
             cells += [Text(_ratio(domain, axis)) for axis in AXES]
         table.add_row(Text(model.name), *cells)
+    return table
+
+
+def _intervals(models: Sequence[ComparedModel]) -> Table:
+    """What the intervals of networks hold of the judged rows; vehicles have none."""
+    table = plain_table("Intervals", INTERVAL_HOLDS)
+    _model_column(table)
+    for where in ("holds", "holds\nbeyond"):
+        table.add_column(where, justify="right", no_wrap=True)
+    for model in models:
+        if model.interval:
+            table.add_row(Text(model.name), *(Text(held_shares(side)) for side in _sides(model)))
     return table
 
 

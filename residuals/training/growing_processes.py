@@ -21,9 +21,9 @@ from ...physics.frames import Array
 from ..networks.gaussian_process import GaussianProcess
 
 _SAMPLE = 400
-"""Rows that a kernel is found on: time grows by the cube, and three axes take some seconds so."""
+"""Rows that a kernel is found on: time grows by the cube, and three kernels of three axes take some ten seconds so."""
 _SAMPLES = 3
-"""Samples that are drawn, as far as there are rows for them."""
+"""Samples that are drawn, as far as there are rows for them: each costs as much time again. See `docs/decisions.md`."""
 _SIZE, _LENGTH, _NOISE = (1e-3, 1e2), (0.1, 1e2), (1e-4, 10.0)
 """Bounds of the variance, of lengths in deviations of the inputs, and of the variance of the noise, for a target of
 about 1: less noise than a hundredth would only make weights large, and an input of the greatest length says nothing."""
@@ -80,7 +80,8 @@ def _fitted(rows: Array, target: Array, centres: Array, kernel: tuple[float, Arr
     """Weights of the centres (centres,), equation 8.14, and the log likelihood of the target under a kernel.
 
     As least squares, a block of rows after the other: the equation itself would square the condition of the bells. The
-    likelihood is that of equation 5.8 with the covariance of equation 8.11, by the same triangle, less its constant.
+    likelihood (equation 5.8, with the covariance that the centres make of the kernel) needs no more than the same
+    triangle; its constant is left out.
     """
     size, lengths, noise = kernel
     count, share = len(centres), noise / size

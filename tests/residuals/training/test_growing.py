@@ -95,14 +95,31 @@ def test_where_all_rows_are_centres_the_likelihood_is_that_of_scikit_learn(monke
     assert told == pytest.approx(wanted, abs=0.05)
 
 
-def test_of_the_kernels_of_three_samples_the_likeliest_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Kernels whose first two know nothing of what the target is like."""
-    honest, asked = growing_processes._kernel, []
+def test_the_likelihood_of_few_centres_is_that_of_the_covariance_they_make(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(growing_processes, "_ROWS", 64)
+    seen, target = table(500)
+    size, lengths, noise, few = 2.0, np.linspace(1.0, 3.0, 5), 0.05, 40
+    weights, told = growing_processes._fitted(seen, target[:, 0], seen[:few], (size, lengths, noise))
+    bells = growing_processes._bells(seen / lengths, seen[:few] / lengths)
+    near = bells[:few] + growing_processes._NUGGET * np.eye(few)
+    covariance = size * bells @ np.linalg.solve(near, bells.T) + noise * np.eye(500)
+    wanted = -0.5 * (np.linalg.slogdet(covariance)[1] + target[:, 0] @ np.linalg.solve(covariance, target[:, 0]))
+    assert told == pytest.approx(wanted, abs=1e-6)
+    inner = bells.T @ bells + noise / size * near
+    assert bells @ weights == pytest.approx(bells @ np.linalg.solve(inner, bells.T @ target[:, 0]), abs=1e-6)
+
+
+@pytest.mark.parametrize("honest", [0, 1, 2])
+def test_of_the_kernels_of_three_samples_the_likeliest_is_kept(honest: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels of which two know nothing of what the target is like."""
+    found, asked = growing_processes._kernel, []
 
     def kernel(rows: Array, target: Array) -> tuple[float, Array, float]:
         asked.append(rows)
-        found = honest(rows, target)
-        return found if len(asked) % 3 == 0 else (found[0], np.full(5, 0.1), found[2])
+        size, lengths, noise = (
+            found(rows, target) if len(asked) % 3 == (honest + 1) % 3 else (1.0, np.full(5, 0.1), 0.1)
+        )
+        return size, lengths, noise
 
     monkeypatch.setattr(growing_processes, "_kernel", kernel)
     network = fitted(100, rows=1300)
