@@ -10,7 +10,7 @@ judged, and on whole runs that it never saw. Networks are trained by a short rec
     python benchmarks/paper.py --gazebo FOLDER [--blueboat FOLDER] [--out paper] [--seeds 5] [--jobs 2] [--case NAME]...
         [--table docs/paper.md]
 
-writes `paper.html` and, for every table, a CSV file into --out, in half an hour on two processors. Results are
+writes `paper.html` and, for every table, a CSV file into --out, in under half an hour on two processors. Results are
 kept one by one in --out; the same command goes on where it was stopped.
 """
 
