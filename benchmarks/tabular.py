@@ -3,9 +3,10 @@
 Both see the same inputs along one Gazebo run, beside the vehicle that was calibrated on it, and are judged one step
 ahead on another run: on the rows inside the box of the training inputs, and beyond it. The trees (scikit-learn's
 HistGradientBoostingRegressor as it is, an axis each) are fitted to the filtered target row by row; beside them stand
-the trees and the Gaussian processes that `train` keeps. Those and the perceptron neither fade nor shrink. A line tells
+the trees and the Gaussian processes that `train` keeps. Those and the perceptron neither fade nor shrink. Each is also
+fitted with the heading as inputs (`train --heading`), which a current asks for. A line tells
 the means over the seeds; the last lines, what each learner adds to the mean error of the boosted trees on the run where
-it does worst. It takes two minutes a seed.
+it does worst. It takes four minutes a seed.
 
     python benchmarks/tabular.py GAZEBO [--only B_2] [--seeds 5] [--first 0]
 """
@@ -34,12 +35,14 @@ from undertow.workflows.inputs import read_inputs
 
 PAIRS = {"A_1": "A_2", "B_2": "B_4", "C_1": "C_2", "D_2": "D_3"}
 """Runs that are trained on, and the one that judges each."""
+SEEN = {False: "", True: ", heading seen"}
+"""What a learner's name says of its inputs."""
 Says = Callable[[Motion], Array]
 
 
-def table(vehicle: Vehicle, data: DataSet) -> tuple[Array, Array]:
+def table(vehicle: Vehicle, data: DataSet, heading: bool = False) -> tuple[Array, Array]:
     """Inputs (rows, inputs) and target (rows, 3) of all rows."""
-    seen = [network_inputs(vehicle, motion, heading=False) for motion in data.motions]
+    seen = [network_inputs(vehicle, motion, heading=heading) for motion in data.motions]
     return np.concatenate(seen), np.concatenate([target_acceleration(vehicle, m, data, False) for m in data.motions])
 
 
@@ -57,19 +60,27 @@ def _inside(vehicle: Vehicle, data: DataSet, box: tuple[Array, Array]) -> NDArra
 
 def learners(vehicle: Vehicle, split: Split, seed: int) -> dict[str, Says]:
     """What each says along a motion, by its name."""
-    inputs, target = table(vehicle, split.train)
-    trees = [HistGradientBoostingRegressor(random_state=seed).fit(inputs, column) for column in target.T]
-    found: dict[str, Says] = {
-        "vehicle alone": lambda motion: np.zeros((motion.time.size, 3)),
-        "boosted trees": lambda motion: np.column_stack(
-            [tree.predict(network_inputs(vehicle, motion, heading=False)) for tree in trees]
-        ),
-    }
+    found: dict[str, Says] = {"vehicle alone": lambda motion: np.zeros((motion.time.size, 3))}
+    for heading, how in SEEN.items():
+        found[f"boosted trees{how}"] = _boosted(vehicle, split, heading, seed)
     for name, network in (("trees of ours", "trees"), ("Gaussian processes", "gp"), ("MLP", "mlp")):
-        model = train(split, vehicle, Choice(network), settings=TrainingSettings(seed=seed, shrink=False)).model
-        model.network.fade_beyond(None)
-        found[name] = model.correction
+        for heading, how in SEEN.items():
+            choice = Choice(network, heading=heading)
+            model = train(split, vehicle, choice, settings=TrainingSettings(seed=seed, shrink=False)).model
+            model.network.fade_beyond(None)
+            found[f"{name}{how}"] = model.correction
     return found
+
+
+def _boosted(vehicle: Vehicle, split: Split, heading: bool, seed: int) -> Says:
+    inputs, target = table(vehicle, split.train, heading)
+    trees = [HistGradientBoostingRegressor(random_state=seed).fit(inputs, column) for column in target.T]
+
+    def says(motion: Motion) -> Array:
+        seen = network_inputs(vehicle, motion, heading=heading)
+        return np.column_stack([tree.predict(seen) for tree in trees])
+
+    return says
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

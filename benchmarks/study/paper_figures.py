@@ -18,7 +18,7 @@ Records = Sequence[Mapping[str, Any]]
 Results = Mapping[str, tuple[Setting, Records]]
 PHYSICS, PURE, HYBRID = "Fossen calibrated", ("pure MLP", "pure LSTM", "pure TCN"), ("MLP", "LSTM", "TCN")
 STEP, ROLLED = ("acceleration", "rmse"), ("rollout", "10")
-_LEAST, _MOST, _TICKS = 0.1, 20.0, (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
+_LEAST, _MOST, _TICKS = 0.05, 20.0, (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
 """Ends of the axis of relative errors, and its ticks."""
 MEASURES = (("one step", STEP), ("10 s rollouts", ROLLED))
 
