@@ -4,9 +4,9 @@ Both see the same inputs along one Gazebo run, beside the vehicle that was calib
 ahead on another run: on the rows inside the box of the training inputs, and beyond it. The trees (scikit-learn's
 HistGradientBoostingRegressor as it is, an axis each) are fitted to the filtered target row by row; beside them stand
 the trees and the Gaussian processes that `train` keeps. Those and the perceptron neither fade nor shrink. Each is also
-fitted with the heading as inputs (`train --heading`), which a current asks for. A line tells
-the means over the seeds; the last lines, what each learner adds to the mean error of the boosted trees on the run where
-it does worst. It takes four minutes a seed.
+fitted with the heading as inputs (`train --heading`), which a current asks for. A line tells the means over the seeds;
+the last lines, what each learner adds to the mean error of the boosted trees on the run where it does worst. It takes
+four minutes a seed.
 
     python benchmarks/tabular.py GAZEBO [--only B_2] [--seeds 5] [--first 0]
 """
