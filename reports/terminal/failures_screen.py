@@ -44,6 +44,8 @@ def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Ta
     title = f"Where it fails ({', '.join(map(_rows_in_words, sorted(rows_of)))})" if rows_of else "Where it fails"
     known = any(place.removed_by for place in places)
     caption = "Removed by: adding it lowers the error there on held-out rows too." if known else ""
+    if any(one.share_removed > 1.0 for place in places for one in place.removed_by):
+        caption += " More than all: others, alone, would add to it."
     caption = caption if places else "The error is spread evenly: no regime stands out."
     table = plain_table(title, " ".join(filter(None, (whose, caption))))
     table.show_header = bool(places)

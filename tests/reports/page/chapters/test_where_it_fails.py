@@ -176,7 +176,9 @@ def test_why_no_effect_is_named_stands_where_its_name_would():
 
 def test_a_share_above_the_whole_is_no_percentage():
     place = PLACE.but(removed_by=(Removal(effect="sway_lift", share_removed=1.34),))
-    assert "sway lift more than all" in printed(failures_table([place]), 120)
+    shown = " ".join(printed(failures_table([place]), 120).split())
+    assert "sway lift more than all" in shown
+    assert "More than all: others, alone, would add to it." in shown
     assert "sway lift (more than all)" in str(_worst([place], ""))
 
 
