@@ -36,9 +36,9 @@ from .layout import ASIDE, BAD, FOUND, GOOD, UNSURE, Fitting, Prose, bullets, gl
 VERDICT_STYLES = {"missing": FOUND, "possible": UNSURE, "cannot tell": UNSURE, "no evidence": ASIDE}
 HEADLINE_STYLES = {"missing": FOUND, "nothing missing": GOOD, "undecided": UNSURE}
 
-_OF_AN_AXIS = "beside the others, on the axis where it is most"
+_OF_AN_AXIS = "on the axis where it is most"
 """Of what the errors of a table of effects are shares."""
-_SURE = "sure: the share of resamples of the log that need it"
+_SURE = "sure: share of resamples that need it"
 """What the confidence of an effect is."""
 _ALONE = "calibrated alone"
 """The name of the model of a calibration in the table of steps."""
@@ -122,7 +122,7 @@ def error_left(steps: Sequence[Step], deciding: str = "") -> str:
 def candidates_table(candidates: Sequence[FoundEffect], *, most: int = 12) -> RenderableType:
     """The `most` best-ranked effects with verdict, value and 95 % interval, error removed and confidence."""
     rest = len(candidates) - most
-    caption = f"error removed: {_OF_AN_AXIS}; {_SURE}" + (f"; and {rest} more in findings.json" if rest > 0 else "")
+    caption = f"error removed: {_OF_AN_AXIS}; {_SURE}; and {rest} more in findings.json" if rest > 0 else ""
     return _effects("Effects, best first", candidates[:most], caption=caption)
 
 
@@ -204,7 +204,7 @@ def _effects(title: str, candidates: Sequence[FoundEffect], *, caption: str) -> 
 
 def _effects_in(title: str, candidates: Sequence[FoundEffect], caption: str, gap: str) -> Table:
     told = [c for c in candidates if not c.cannot_tell and c.verdict != "no evidence" and added_to(c)]
-    added = "values of damping, coupling, mass and trim are added to the vehicle file's" if told else ""
+    added = "damping, coupling, mass and trim add to the vehicle file's" if told else ""
     table = plain_table(title, "; ".join(filter(None, (added, caption))))
     table.add_column("effect", min_width=14)
     table.add_column("verdict", no_wrap=True)

@@ -181,7 +181,8 @@ def test_candidates_give_value_interval_and_twins():
     assert "thruster asymmetry (stbd)" in text
     assert "(or thrust scale, another thruster)" in text
     assert "41\N{NO-BREAK SPACE}%" in text
-    assert "and 2 more in findings.json" in printed(candidates_table(FINDINGS.candidates, most=1), 120)
+    told = " ".join(printed(candidates_table(FINDINGS.candidates, most=1), 120).split())
+    assert "sure: share of resamples that need it; and 2 more in findings.json" in told
     narrow = printed(candidates_table(FINDINGS.candidates), 70).splitlines()
     value = next(index for index, line in enumerate(narrow) if "stbd_scale = 0.806" in line)
     assert "(0.790 to 0.820)" in narrow[value + 1]
