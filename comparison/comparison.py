@@ -43,8 +43,6 @@ from .recommendation import best
 BASELINE = "baseline"
 _FAR_OUT = 0.05
 """Share of the judged rows far from what a network was trained on that is worth a sentence."""
-
-
 _AT_REST = 0.1
 """Share of the judged rows with nothing commanded that is worth a sentence."""
 

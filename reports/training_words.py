@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 _DEAR = 0.1
 """Share of the validation error that the law may cost before it is worth a sentence: neighbouring epochs differ by some
 per cent by themselves."""
+_SHORT = 0.05
+"""By how much the share that an interval holds falls short before it is told."""
 
 
 def broken_laws(model: ComparedModel) -> list[str]:
@@ -22,10 +24,6 @@ def broken_laws(model: ComparedModel) -> list[str]:
     if not broken:
         return []
     return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]
-
-
-_SHORT = 0.05
-"""By how much the share that an interval holds falls short before it is told."""
 
 
 def what_it_holds(model: ComparedModel) -> list[str]:

@@ -1,20 +1,18 @@
 """Figures 2 to 4 of the repeated paper: accelerations along a run, and the errors of all models."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import matplotlib
 import numpy as np
 from zoo.cases import Setting
-from zoo.tables import relative
 
 from undertow.physics.frames import AXES
 from undertow.reports.page.figures.svg import ROLES, STYLE, canvas, drawn, panel
 from undertow.reports.page.markup import Html, figure
 
-from .paper_change import Change
+from .paper_change import Change, Records, relative
 
-Records = Sequence[Mapping[str, Any]]
 Results = Mapping[str, tuple[Setting, Records]]
 PHYSICS, PURE, HYBRID = "Fossen calibrated", ("pure MLP", "pure LSTM", "pure TCN"), ("MLP", "LSTM", "TCN")
 STEP, ROLLED = ("acceleration", "rmse"), ("rollout", "10")

@@ -2,19 +2,20 @@
 
 import csv
 import io
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from zoo.tables import relative, values
 
 from undertow.measurements.statistics.quantiles import student
 from undertow.physics.frames import AXES, Array
-from undertow.physics.in_words import MINUS, number
+from undertow.physics.in_words import MINUS, counted, number
 from undertow.reports.page.markup import Html, element, folded, table
 from undertow.reports.page.page import document
 
-from .paper_change import Change
-from .paper_figures import HYBRID, MEASURES, PHYSICS, PURE, STEP, Records, Results, figures_of
+from .paper_change import Change, Records, relative, values
+from .paper_figures import HYBRID, MEASURES, PHYSICS, PURE, STEP, Results, figures_of
+from .resumed import in_a_table
 
 PARTS = {"own": "end of the runs that were trained on", "held": "whole runs that nothing was fitted to"}
 ENOUGH = 0.9
@@ -62,25 +63,20 @@ def markdown_of(results: Results, seeds: int) -> str:
             for part in (
                 f"## Errors of {what}",
                 "Against the calibrated Fossen model, held-out runs, geometric mean of axes and seeds; minus is less.",
-                _markdown(("model", *cases), rows),
+                in_a_table(("model", *cases), rows),
             )
         ),
         "## Hypotheses, one by one",
-        _markdown(HYPOTHESIS_HEAD, hypothesis_rows(results)),
+        in_a_table(HYPOTHESIS_HEAD, hypothesis_rows(results), "---"),
         "## Ablations",
         "Each row changes one thing; both models are of the same seeds, on whole runs that are held out.",
-        _markdown(ABLATION_HEAD, ablation_rows(results)),
+        in_a_table(ABLATION_HEAD, ablation_rows(results), "---"),
     ]
     return "\n\n".join(parts).replace("\n\n- ", "\n- ") + "\n"
 
 
 def _against(records: Records, name: str, keys: Sequence[str]) -> str:
     return "0 %" if name == PHYSICS else str(Change(relative(records, name, PHYSICS, "held", *keys)))
-
-
-def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def _introduction(seeds: int) -> str:
@@ -171,13 +167,10 @@ def verdicts(results: Results) -> Iterator[str]:
         rest = len(mine) - holds - fails
         known = {len(mine): "holds", 0: "does not hold" if fails else "open"}
         verdict = known.get(holds, "holds in part")
-        against: dict[str, list[str]] = {}
-        for row in mine:
-            if row[-1] == "does not hold":
-                against.setdefault(row[1], []).append(row[2])
-        tail = f" Against it: {'; '.join(f'{case} ({len(rows)} rows)' for case, rows in against.items())}."
+        against = Counter(row[1] for row in mine if row[-1] == "does not hold")
+        cases = "; ".join(f"{case} ({counted(rows, 'row')})" for case, rows in against.items())
         counts = f"{holds} of {len(mine)} rows say so, {fails} the contrary, {rest} neither."
-        yield f"{name}, {says}: {verdict}. {counts}{tail if against else ''}"
+        yield f"{name}, {says}: {verdict}. {counts}{f' Against it: {cases}.' if cases else ''}"
 
 
 ABLATION_HEAD = ("what changes", "case", "one step", "10 s rollouts", "verdict (rollouts)")

@@ -112,9 +112,9 @@ def bound(hits: int, of: int, level: float) -> float:
     return float(beta.ppf(level, hits + 1, of - hits)) if hits < of else 1.0
 
 
-def in_a_table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """A table in Markdown, its first column to the left."""
-    lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
+def in_a_table(head: Sequence[str], rows: Sequence[Sequence[object]], rest: str = "---:") -> str:
+    """A table in Markdown, its first column to the left and the rest to the right, or as `rest` says."""
+    lines = [head, ["---", *[rest] * (len(head) - 1)], *rows]
     return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
 
 
