@@ -7,7 +7,8 @@ The others are rows of windows a second through a pass of our loop over that tra
 one would write down without undertow: shuffled batches from a TensorDataset and a DataLoader, the same network, AdamW,
 batch size and gradient clipping, and the data term of the same windows (output through the same filter, errors in the
 same units). Ours has laws and smoothness switched off for the ratio; a line with them on follows. The loops take turns,
-and the best pass of each counts. Exits 1 when a limit is broken.
+and the best pass of each counts: seconds of the processor, of which other work on the machine takes none, and of the
+clock on a GPU. Exits 1 when a limit is broken.
 """
 
 import argparse
@@ -24,13 +25,14 @@ from undertow.measurements.preparation.derive import smooth
 from undertow.measurements.preparation.split import Split, split
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.residuals.training.epochs import one_pass, train
+from undertow.residuals.training.epochs import adam, one_pass, train
 from undertow.residuals.training.preparation import Prepared, prepare_training
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
 HULL = load_vehicle("blueboat")
 HIDDEN = {"surge_quadratic_damping": -8.0, "sway_lift": 15.0}
 LIMIT, RATIO = 60.0, 0.9
+"""Most seconds of a training, and most of the plain loop's time that a pass of ours may take."""
 BARE = TrainingSettings(lambda_phys=0.0, lambda_smooth=0.0)
 
 
@@ -41,21 +43,18 @@ def logs() -> Split:
     return split(DataSet(tuple(smooth(motion, 1.2) for motion in raw), (), PAPER, raw))
 
 
-def adam(prepared: Prepared, settings: TrainingSettings) -> torch.optim.Optimizer:
-    return torch.optim.AdamW(prepared.network.parameters(), settings.learning_rate, weight_decay=settings.weight_decay)
-
-
 def ours(parts: Split, settings: TrainingSettings) -> tuple[Callable[[], object], Prepared]:
     """One pass of our loop."""
     prepared = prepare_training(parts, HULL, Choice("lstm"), settings)
-    optimiser, draw = adam(prepared, settings), torch.Generator().manual_seed(0)
+    optimiser, draw = adam(prepared.network, settings), torch.Generator().manual_seed(0)
     return lambda: one_pass(prepared.network, prepared.objective, optimiser, settings, draw), prepared
 
 
 def plain(parts: Split, settings: TrainingSettings) -> Callable[[], object]:
     """One pass of a plain loop over the same windows."""
     prepared = prepare_training(parts, HULL, Choice("lstm"), settings)
-    network, made, optimiser = prepared.network, prepared.objective, adam(prepared, settings)
+    network, made = prepared.network, prepared.objective
+    optimiser = torch.optim.AdamW(network.parameters(), settings.learning_rate, weight_decay=settings.weight_decay)
     loader = DataLoader(TensorDataset(made.inputs, made.target), settings.batch, shuffle=True)
 
     def go() -> None:
@@ -70,32 +69,34 @@ def plain(parts: Split, settings: TrainingSettings) -> Callable[[], object]:
     return go
 
 
-def fastest(loops: list[Callable[[], object]], passes: int, wait: Callable[[], object]) -> list[float]:
+def fastest(loops: list[Callable[[], object]], passes: int, device: str) -> list[float]:
     """Shortest time of a pass of each loop [s]."""
+    clock = time.perf_counter if device == "cuda" else time.process_time
+    wait = torch.cuda.synchronize if device == "cuda" else lambda: None
     best = [float("inf")] * len(loops)
     for k in range(passes + 2):
         for which, loop in enumerate(loops):
-            begun = time.perf_counter()
+            begun = clock()
             loop()
             wait()
             if k >= 2:
-                best[which] = min(best[which], time.perf_counter() - begun)
+                best[which] = min(best[which], clock() - begun)
     return best
 
 
 def compared(parts: Split, device: str, passes: int) -> float:
     """Print samples a second on a device; the ratio of ours to the plain loop."""
     bare = replace(BARE, device=device)
-    wait = torch.cuda.synchronize if device == "cuda" else lambda: None
     loop, prepared = ours(parts, bare)
     whole, _ = ours(parts, TrainingSettings(device=device))  # type: ignore[arg-type]
     rows = prepared.objective.count * prepared.objective.inputs.shape[1]
-    seconds = fastest([loop, plain(parts, bare), whole], passes, wait)
+    seconds = fastest([loop, plain(parts, bare), whole], passes, device)
     names = ("ours, data term only", "plain PyTorch loop", "ours, laws and smoothness on")
     for name, taken in zip(names, seconds, strict=True):
         print(f"{device}: {name:30s} {rows / taken:10.0f} samples a second")
-    ratio = seconds[1] / seconds[0]
-    print(f"{device}: ours to plain {ratio:.2f}  (limit {RATIO:g}) {'ok' if ratio >= RATIO else 'BROKEN'}")
+    ratio = seconds[0] / seconds[1]
+    print(f"{device}: ours takes {ratio:.2f} of the plain loop's time  (limit {RATIO:g}) ", end="")
+    print("ok" if ratio <= RATIO else "BROKEN")
     return ratio
 
 
@@ -116,7 +117,7 @@ def main() -> int:
         compared(parts, "cuda", passes)
     else:
         print("cuda: none here")
-    return int(seconds >= LIMIT or ratio < RATIO)
+    return int(seconds >= LIMIT or ratio > RATIO)
 
 
 if __name__ == "__main__":

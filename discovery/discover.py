@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from ..measurements.preparation.held_out import folds_of
+from ..measurements.statistics import second_processor
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.cards import Card
 from ..physics.frames import Array
@@ -31,7 +33,7 @@ from .experiment.advice import advise, open_questions
 from .findings import Findings
 from .fold_models import FoldModels, fold_models
 from .hidden_sensors import HiddenErrors, beside_sensors
-from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, WHY_TOO_SHORT, settle, steps
+from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, UNTOLD, WHY_TOO_SHORT, settle, steps, with_untold
 from .lawful.passivity import lawful_model
 from .reason import Reason
 from .search.bootstrap import Interval, intervals
@@ -112,10 +114,16 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     final = settle(search, state, kept, settings.shooting)
     if kept and not search.named(final.active):
         evidence, kept = [replace(e, rollouts_object=e.selected) for e in evidence], ()
+    final = with_untold(search, final, looked.untold, settings.shooting)
+    untold = tuple(key for key in search.named(final.active) if key not in kept)
     forces, there = looked.forces
-    rests = lasting_rests(forces, search.balance, state.vehicle)
-    forms = other_forms(forces, there, kept, settings.seed, search.balance)
-    changed = own_changes(forces, there, kept, settings.seed, search.balance)
+    with second_processor.beside(
+        partial(other_forms, forces, there, kept, settings.seed, search.balance)
+    ) as forms_beside:
+        rests = lasting_rests(forces, search.balance, state.vehicle)
+        changed = own_changes(forces, there, kept, settings.seed, search.balance)
+        rivals = beside_unjudged(forces, there, kept, looked.unseen)
+        forms = forms_beside()
     terms = search.of_kind(state.active, Kind.TERM)
     # On several logs that rollouts judge, the balance always leaves something that follows something, and each log was
     # left out once: what is named there holds in all others, whatever stands beside it.
@@ -124,7 +132,6 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     left = left_by_all(rests, unexplained, search.settings.materiality)
     left += many_terms([c for c in search.pool if c.key in terms])
     left += beyond_limits(search.pool, [e.key for e in evidence if e.selected and e.at_limit])
-    rivals = beside_unjudged(forces, there, kept, looked.unseen)
     hand_back()
     about = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     linear, scores = about
@@ -164,6 +171,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         apart = search.settings.least if search.balance.forces else None
         crowds = mostly_doubted(evidence, kept, held_back, apart)
         held_back |= {key: Doubt(Reason.MOSTLY_DOUBTED, crowd) for key, crowd in crowds.items()}
+    held_back |= dict.fromkeys(untold, Doubt(Reason.DOUBTFUL_VALUE, UNTOLD))
     rehearsal = None if search.named(state.active) else looked.rehearsal
     grounds = Grounds(
         search=search,
@@ -171,7 +179,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         considered=state.vehicle,
         evidence=evidence,
         intervals=found,
-        kept=kept,
+        kept=(*kept, *untold),
         order=[label for label, _ in told[1:]],
         known=looked.known,
         included=inclusion(search, state, settings.seed) if terms else {},

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..measurements.kinematic_errors import corrected_for
+from ..measurements.statistics.second_processor import at_hand, beside, shared
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.stage import Say, Stage
@@ -129,7 +130,7 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
         return BesideSensors(before.selected)
     first = before.first
     much = first is not None and _leaves_much(first)
-    asked = _asked(basis) if much else None
+    asked = _asked_while_searching(basis, before) if much else None
     if first and asked is not None:
         at_once = _corrected(before, first, asked, _explained_by_one)
         if at_once and not _as_few_forces(first, at_once):
@@ -149,9 +150,17 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
     return corrected or BesideSensors(before.selected, None, doubts)
 
 
-def _as_few_forces(first: Found, beside: BesideSensors) -> bool:
+def _asked_while_searching(basis: Basis, before: Selection) -> Array | None:
+    """See `_asked`; with a second processor the forces are searched further meanwhile, as most logs want next."""
+    with beside(partial(_asked, basis)) as asked:
+        if at_hand():
+            before.search_on()
+        return asked()
+
+
+def _as_few_forces(first: Found, found: BesideSensors) -> bool:
     """Whether as many forces on each axis, free there, would explain a log without errors of the sensors, too."""
-    many = len(_named(beside.looked)) + (beside.errors.many if beside.errors else 0)
+    many = len(_named(found.looked)) + (found.errors.many if found.errors else 0)
     return not first.search.leaves_structure(beside_few(first.basis.forces, first.search, many))
 
 
@@ -174,9 +183,9 @@ def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
     """What errors of the sensors earn beside a model, and why effects of it are not certain beside them, by key."""
     if not search.named(state.active):
         return 0.0, {}
-    beside = Beside(search, _columns(search, state), state)
-    told = f"{_told(beside.errors * _USUAL)}, the log would not ask for it"
-    return beside.earned, dict.fromkeys(beside.unneeded if beside.earned >= _ASKS else (), told)
+    here = Beside(search, _columns(search, state), state)
+    told = f"{_told(here.errors * _USUAL)}, the log would not ask for it"
+    return here.earned, dict.fromkeys(here.unneeded if here.earned >= _ASKS else (), told)
 
 
 def _corrected(
@@ -209,9 +218,9 @@ def _corrected(
         if state.score + paid > worth or not _simpler(against, other.found, errors):
             break
         best, found, worth = other, errors, state.score + paid
-        beside = min(_beside(search, state), _beside(search), key=Beside.worth)
-        unsure = sorted(({*search.named(state.active)} - {*beside.state.active}) | {*beside.unneeded})
-        more = beside.errors
+        end = min(shared(partial(_end, search), (state, None)), key=lambda end: end.worth)
+        unsure = sorted(({*search.named(state.active)} - {*end.active}) | {*end.unneeded})
+        more = end.errors
         if np.abs(more).max() < _SETTLED[basis.sensed]:
             break
         estimate = estimate + more * _USUAL
@@ -291,6 +300,21 @@ def _beside(search: Search, begin: State | None = None) -> Beside:
     """The model that explains a force balance best beside errors of the sensors, from one, or from nothing added."""
     begin = begin or search.evaluate(search.nominal, ())
     return best_beside(search, _columns(search, begin), begin)
+
+
+class _End(NamedTuple):
+    """Where a search beside errors of the sensors ends: its worth, effects, which are not needed there, and errors."""
+
+    worth: float
+    active: tuple[str, ...]
+    unneeded: tuple[str, ...]
+    errors: Array
+
+
+def _end(search: Search, begin: State | None) -> _End:
+    """See `_beside`; what another process can hand back."""
+    there = _beside(search, begin)
+    return _End(there.worth(), there.state.active, there.unneeded, there.errors)
 
 
 def _asked(basis: Basis) -> Array | None:

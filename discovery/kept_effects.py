@@ -20,6 +20,7 @@ WHY_TOO_SHORT = (
     "Rollouts with commands fill {blocks} independent blocks of it, and to be sure of anything takes {enough}; give a "
     "longer log, or several together."
 )
+UNTOLD = "parts of the log that it did not see gain by it, but less than tells an effect from nothing"
 
 
 def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
@@ -31,6 +32,18 @@ def settle(search: Search, state: State, kept: Sequence[str], shooting: Shooting
     nothing = search.restrict(state, ())
     worse = rollouts_object(form.squares(nothing.vehicle), form.squares(final.vehicle), form.overlap)
     return nothing if worse else final
+
+
+def with_untold(search: Search, final: State, untold: Sequence[str], shooting: ShootingSettings) -> State:
+    """The kept effects with those beside them that the log cannot tell from nothing, where its unseen parts gain by it.
+
+    What is named needs certainty, what predicts only the better guess. Where nothing is kept, nothing joins it.
+    """
+    if not untold or not search.named(final.active):
+        return final
+    active = (*final.active, *(key for key in untold if key not in final.active))
+    more = on_rollouts(search, search.evaluate(final.vehicle, active), active, shooting)
+    return min((final, more), key=lambda s: s.score)
 
 
 def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:

@@ -71,7 +71,7 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
         state = again
         if same:
             break
-    state = lean(search, state)
+    state, whole = lean(search, state), state
     rehearsal = rehearse(search, nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
@@ -93,6 +93,7 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
         tuple(unseen),
         (*basis.told, *disagreements(form, nominal, state.vehicle)),
         free,
+        tuple(key for key in search.named(whole.active) if key not in state.active),
     )
 
 

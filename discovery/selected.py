@@ -32,6 +32,7 @@ class Selected:
     unseen : candidates that the log cannot judge because an axis is blind
     notes : how the log was judged, and what was done to it, in words
     free : what is calibrated in every model, if anything
+    untold : effects that earn something beside the model, but less than tells an effect from nothing
     """
 
     basis: Basis
@@ -46,6 +47,7 @@ class Selected:
     unseen: tuple[Candidate, ...] = ()
     notes: tuple[str, ...] = ()
     free: Freed | None = None
+    untold: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ model that was found, and lose what cannot be told from nothing.
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
+from ..measurements.statistics.second_processor import shared
 from ..physics.errors import RequestError
 from ..physics.freed_memory import hand_back
 from ..physics.stage import SEARCHING, WEIGHING, Say, Stage
@@ -74,6 +75,10 @@ class Selection:
     @cached_property
     def _searched_on(self) -> Found | Unsettled | None:
         return self.first and _on_forces(self.first, self.say, self._thorough)
+
+    def search_on(self) -> None:
+        """Search on from there, ahead of who asks for it."""
+        _ = self._searched_on
 
     @property
     def settled(self) -> Found | None:
@@ -210,7 +215,8 @@ def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[
         terms = [term_candidate(s, nominal) for s in dict.fromkeys(symbols) if s not in taken]
         return Search(weak, nominal, (*named.pool, *terms), named.settings)
 
-    symbols = [*shortlist(weak, base(named, state)), *shortlist(weak, state.vehicle)]
+    before, after = shared(partial(shortlist, weak), (base(named, state), state.vehicle))
+    symbols = [*before, *after]
     search = widened(symbols)
     best = search.best_of((state, None), say)
     alike = [s for s in twins(weak, best.vehicle, search.of_kind(best.active, Kind.TERM)) if s not in taken]

@@ -75,8 +75,9 @@ def discover(
     with beside(partial(references, inputs, basis, folds)) as known:
         found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress, basis)
         hand_back()
-        if found.basis.rolls != basis.rolls:  # the search turned to rollouts, and so does the calibration
-            known = partial(references, inputs, found.basis, folds)
+        if found.basis.rolls == basis.rolls:
+            return assess(inputs, found, chosen, known, progress, earned=True)
+    with beside(partial(references, inputs, found.basis, folds)) as known:  # calibrated on rollouts, too
         return assess(inputs, found, chosen, known, progress, earned=True)
 
 

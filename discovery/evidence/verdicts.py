@@ -171,7 +171,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str, thrust: st
     reason = doubt.reason if doubt else None if kept else e.reason
     verdict: Verdict = "missing" if reason is None else "possible" if _open(e, reason) else "no evidence"
     terms: tuple[FoundTerm, ...] = ()
-    if e.selected:
+    if e.selected or kept:
         terms = found_terms(candidate, nominal, g.lawful.unconstrained if kept else g.considered, g.intervals)
     if kept:
         model = g.lawful.vehicle

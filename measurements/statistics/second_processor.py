@@ -51,7 +51,7 @@ def steps_beside(work: Callable[[], Iterator[R]]) -> Iterator[Iterator[R]]:
     ----------
     work : takes nothing, changes nothing, and gives, one after the other, or raises what can be pickled
     """
-    if not _can_fork():
+    if not at_hand():
         yield work()
         return
     here, there = multiprocessing.Pipe(duplex=False)
@@ -111,7 +111,7 @@ def load_before_forks(modules: Sequence[str]) -> None:
             import_module(module)
 
 
-def _can_fork() -> bool:
+def at_hand() -> bool:
     """Whether there is a second processor for a forked process, and no other thread of Python in its way."""
     if sys.platform != "linux" or len(os.sched_getaffinity(0)) < 2:
         return False

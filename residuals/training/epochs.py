@@ -115,12 +115,19 @@ def one_pass(
         optimiser.zero_grad()
         loss = objective(network, index, draw)
         loss.backward()
-        torch.nn.utils.clip_grad_norm_(parameters, settings.clip)
+        torch.nn.utils.clip_grad_norm_(parameters, settings.clip, foreach=True)
         optimiser.step()
         if average is not None:
             average()
         losses.append(loss.detach())
     return float(torch.stack(losses).mean())
+
+
+def adam(network: Network, settings: TrainingSettings) -> torch.optim.Optimizer:
+    """The optimiser of a network: AdamW (Loshchilov and Hutter 2019), all its weights in one kernel."""
+    return torch.optim.AdamW(
+        network.parameters(), settings.learning_rate, weight_decay=settings.weight_decay, fused=True
+    )
 
 
 def _batch(windows: int, settings: TrainingSettings) -> int:
@@ -136,9 +143,7 @@ class _Run:
         self.network = prepared.network
         self.grown = prepared.network.grown
         self.averaged = deepcopy(prepared.network) if self._averages else prepared.network
-        self.optimiser = torch.optim.AdamW(
-            self.network.parameters(), settings.learning_rate, weight_decay=settings.weight_decay
-        )
+        self.optimiser = adam(self.network, settings)
         self.draw = torch.Generator().manual_seed(settings.seed)
         self.history: list[Epoch] = []
         self.kept: dict[str, torch.Tensor] = {}
