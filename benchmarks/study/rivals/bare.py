@@ -9,7 +9,7 @@ import torch
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model
 from undertow.residuals.models.network_model import NetworkModel
-from undertow.residuals.training.epochs import one_pass
+from undertow.residuals.training.epochs import adam, one_pass
 from undertow.residuals.training.preparation import prepare_training
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
@@ -32,7 +32,7 @@ def bare(choice: Choice, data: Data, vehicle: Vehicle, name: str, seed: int) -> 
     with reproducible(seed) as draw:
         prepared = prepare_training(data.split, vehicle, choice, settings)
         network, mean = prepared.network, deepcopy(prepared.network)
-        optimiser = torch.optim.AdamW(network.parameters(), weight_decay=settings.weight_decay)
+        optimiser = adam(network, settings)
         best, kept = np.inf, deepcopy(mean)
         for epoch in range(1, EPOCHS + 1):
             share = 0.5 * (1.0 + cos(pi * (epoch - 1) / (EPOCHS - 1)))
