@@ -1,17 +1,22 @@
-"""Fitting Gaussian processes to the rows of a training part: scikit-learn finds the kernel, all rows the weights.
+"""Fitting Gaussian processes to the rows of a training part: scikit-learn finds kernels, unseen blocks choose one.
 
 Kernels and their noise come from the marginal likelihood of samples of rows, drawn one after the other (Rasmussen and
-Williams 2006, section 5.4.1). The weights come from all rows, by the subset of regressors (section 8.3.1, equation
-8.14), whose centres are the first rows of the same draw. That kernel is kept under which all rows are likeliest: a
-sample misses rare turns. Where all rows are centres that is the whole Gaussian process.
+Williams 2006, section 5.4.1). It takes noise for independent from row to row, and what neighbours in time share beside
+the inputs (a current, a heading that is not seen) for a function of them. So lengths and noise are raised in steps, and
+that kernel is kept which errs least on blocks of time that its weights have not seen (section 5.4.2; blocks because
+rows depend on their neighbours, Roberts et al. 2017, doi:10.1111/ecog.02881); where none errs less than nothing does,
+there is none. The weights come from all rows, by the subset of regressors (section 8.3.1, equation 8.14), whose centres
+are the first rows of the same draw. Where all rows are centres that is the whole Gaussian process.
 """
 
 import warnings
+from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
 import torch
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.spatial.distance import cdist
 
 from ...measurements.statistics.single_threaded import single_threaded
@@ -30,13 +35,22 @@ about 1: less noise than a hundredth would only make weights large, and an input
 _NUGGET = 1e-4
 """What is added to the variance of a centre, as a share. Weights of bells side by side are then small enough for single
 precision; on simulated worlds errors with 1e-6 and 1e-3 are the same within 2 %."""
+_LONGER, _LOUDER = (1.0, 1.5, 2.0, 3.0), (1.0, 10.0, 1e2, 1e3, 1e4)
+"""Factors of the lengths and of the variance of the noise that are tried with each kernel."""
+_FOLDS = 5
+"""Blocks of time, each predicted from the others."""
+_FAINT = 1e-18
+"""Bells that count for nothing: products of them would leave the normal numbers, with which processors are slow."""
 _ROWS = 2048
 """Rows whose bells are held in memory at once."""
+
+Kernel = tuple[float, Array, float]
+"""Variance, lengths (inputs,) and variance of the noise."""
 
 
 @single_threaded
 def fit_processes(network: GaussianProcess, table: tuple[Array, Array], seed: int) -> float:
-    """Fit the Gaussian process of each axis; an axis whose target is zero throughout gets none. See `growing.grow`."""
+    """Fit the Gaussian process of each axis; one on which unseen blocks gain nothing gets none. See `growing.grow`."""
     rows, wanted = table[0].astype(np.float32).astype(float), table[1]
     order = np.random.default_rng(seed).permutation(rows.shape[0])
     starts = range(0, max(len(order) - _SAMPLE, 0) + 1, _SAMPLE)[:_SAMPLES]
@@ -45,10 +59,9 @@ def fit_processes(network: GaussianProcess, table: tuple[Array, Array], seed: in
     sharpness, weights = np.zeros(network.sharpness.shape), np.zeros((3, network.centres.shape[0]))
     for axis, target in enumerate(wanted.T):
         if target.any():
-            kernels = [_kernel(rows[sample], target[sample]) for sample in samples]
-            fitted = [_fitted(rows, target, centres, kernel) for kernel in kernels]
-            best = int(np.argmax([likely for _, likely in fitted]))
-            sharpness[axis], weights[axis, : len(centres)] = 1.0 / kernels[best][1], fitted[best][0]
+            kernel = _holding([_kernel(rows[sample], target[sample]) for sample in samples], rows, target, centres)
+            if kernel is not None:
+                sharpness[axis], weights[axis, : len(centres)] = 1.0 / kernel[1], _fitted(rows, target, centres, kernel)
     with torch.no_grad():
         network.centres[: len(centres)] = torch.as_tensor(centres).to(network.centres)
         network.sharpness.copy_(torch.as_tensor(sharpness))
@@ -60,8 +73,8 @@ def fit_processes(network: GaussianProcess, table: tuple[Array, Array], seed: in
     return float((np.concatenate(left) ** 2).mean())
 
 
-def _kernel(rows: Array, target: Array) -> tuple[float, Array, float]:
-    """Variance, lengths (inputs,) and variance of the noise by the marginal likelihood of rows."""
+def _kernel(rows: Array, target: Array) -> Kernel:
+    """By the marginal likelihood of rows."""
     try:
         from sklearn.exceptions import ConvergenceWarning
         from sklearn.gaussian_process import GaussianProcessRegressor
@@ -76,30 +89,60 @@ def _kernel(rows: Array, target: Array) -> tuple[float, Array, float]:
     return found.k1.k1.constant_value, np.broadcast_to(found.k1.k2.length_scale, lengths.shape), found.k2.noise_level
 
 
-def _fitted(rows: Array, target: Array, centres: Array, kernel: tuple[float, Array, float]) -> tuple[Array, float]:
-    """Weights of the centres (centres,), equation 8.14, and the log likelihood of the target under a kernel.
+def _holding(kernels: Sequence[Kernel], rows: Array, target: Array, centres: Array) -> Kernel | None:
+    """The kernel, of some and what is made of them, that errs least on unseen blocks; None where nothing errs less."""
+    best, least = None, float((target**2).sum())
+    for (size, lengths, noise), longer in product(kernels, _LONGER):
+        errors = _unseen(rows, target, centres, lengths * longer, [noise / size * louder for louder in _LOUDER])
+        if min(errors) < least:
+            best, least = (size, lengths * longer, noise * _LOUDER[int(np.argmin(errors))]), min(errors)
+    return best
 
-    As least squares, a block of rows after the other: the equation itself would square the condition of the bells. The
-    likelihood (equation 5.8, with the covariance that the centres make of the kernel) needs no more than the same
-    triangle; its constant is left out.
+
+def _unseen(rows: Array, target: Array, centres: Array, lengths: Array, shares: Sequence[float]) -> list[float]:
+    """Squared errors on blocks of time that weights have not seen, for shares of noise in the variance."""
+    near = _near(centres / lengths)
+    blocks = np.array_split(np.arange(len(rows)), _FOLDS)
+    across = [solve_triangular(near, _bells(rows[k] / lengths, centres / lengths).T, trans="T") for k in blocks]
+    inner, pull = (
+        np.array([a @ a.T for a in across]),
+        np.array([a @ target[k] for a, k in zip(across, blocks, strict=True)]),
+    )
+    errors = np.zeros(len(shares))
+    for k, own in enumerate(blocks):
+        for n, share in enumerate(shares):
+            seen = inner.sum(axis=0) - inner[k] + share * np.eye(len(near))
+            weights = cho_solve(cho_factor(seen), pull.sum(axis=0) - pull[k])
+            errors[n] += ((target[own] - weights @ across[k]) ** 2).sum()
+    return errors.tolist()
+
+
+def _fitted(rows: Array, target: Array, centres: Array, kernel: Kernel) -> Array:
+    """Weights of the centres (centres,), equation 8.14.
+
+    As least squares, a block of rows after the other: the equation itself would square the condition of the bells.
     """
     size, lengths, noise = kernel
-    count, share = len(centres), noise / size
-    near = cholesky(_bells(centres / lengths, centres / lengths) + _NUGGET * np.eye(count))
-    triangle = np.column_stack([np.sqrt(share) * near, np.zeros(count)])  # the last column is the target
+    count = len(centres)
+    # The last column is the target.
+    triangle = np.column_stack([np.sqrt(noise / size) * _near(centres / lengths), np.zeros(count)])
     for some, wanted in zip(_blocks(rows), _blocks(target), strict=True):
         below = np.column_stack([_bells(some / lengths, centres / lengths), wanted])
         reduced: Any = np.linalg.qr(np.vstack([triangle, below]), mode="r")  # annotated for all modes
-        triangle = reduced  # its last row is what the bells leave of the target
-    sides = np.log(np.abs(np.diag(triangle)[:count])).sum() - np.log(np.diag(near)).sum() - 0.5 * count * np.log(share)
-    left = triangle[count:, count] @ triangle[count:, count]
-    weights = solve_triangular(triangle[:count, :count], triangle[:count, count])
-    return weights, float(-sides - 0.5 * (len(target) * np.log(noise) + left / noise))
+        triangle = reduced[:count]
+    return solve_triangular(triangle[:, :count], triangle[:, count])
+
+
+def _near(centres: Array) -> Array:
+    """The upper triangle (centres, centres) whose square is the kernel of centres in units of their lengths."""
+    return cholesky(_bells(centres, centres) + _NUGGET * np.eye(len(centres)))
 
 
 def _bells(rows: Array, centres: Array) -> Array:
     """The kernel (rows, centres) of inputs in units of their lengths."""
-    return np.exp(-0.5 * cdist(rows, centres, "sqeuclidean"))
+    bells = np.exp(-0.5 * cdist(rows, centres, "sqeuclidean"))
+    bells[bells < _FAINT] = 0.0
+    return bells
 
 
 def _blocks(rows: Array) -> list[Array]:
