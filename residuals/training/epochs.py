@@ -1,6 +1,6 @@
 """Training a network: windows in, epochs of Adam, and the best weights that keep the laws out."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
@@ -8,6 +8,7 @@ from functools import partial
 from math import cos, isfinite, pi
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import torch
 
@@ -20,7 +21,7 @@ from ..models.neural import CHECKPOINT
 from ..models.threads import one_thread
 from ..networks.base import Network
 from ..networks.fade import NARROW
-from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
+from .checkpoint import REACHING, Checkpoint, cloned, read_checkpoint, recipe_of, write_checkpoint
 from .choosing import Auditor, Chooser
 from .growing import grow
 from .history import Epoch, best_epochs, stale
@@ -77,10 +78,14 @@ def train(
     """
     chosen = settings or TrainingSettings()
     begun = perf_counter()
-    reaches = _reaching(split, vehicle, choice, chosen)
+    reaches = _reaching(
+        split, vehicle, choice, chosen, recipe_of(Path(folder)) if folder is not None and resume else {}
+    )
     used = chosen if reaches is None else replace(chosen, fade=reaches.fade)
     with _reproducible(chosen.seed):
         prepared = prepare_training(split, vehicle, choice, used)
+        if reaches is not None:
+            prepared.recipe[REACHING] = reaches.to_dict()
         run = _Run(prepared, chosen, None if folder is None else Path(folder), begun)
         run.start(resume)
         while not (why := run.finished()):
@@ -100,10 +105,18 @@ def train(
     return Trained(model, tuple(run.history), more, kept.epoch, kept.share, kept.lawful, why, chosen, start, reaches)
 
 
-def _reaching(split: Split, vehicle: Vehicle, choice: Choice, settings: TrainingSettings) -> Reaching | None:
-    """Where a correction fades by its log; None where that was asked otherwise, or a network has no vehicle beside."""
+def _reaching(
+    split: Split, vehicle: Vehicle, choice: Choice, settings: TrainingSettings, before: Mapping[str, Any]
+) -> Reaching | None:
+    """Where a correction fades by its log; None where that was asked otherwise, or a network has no vehicle beside.
+
+    `before` is the recipe of an interrupted training, which goes on with what its log said: other steps of a probe
+    would say another thing.
+    """
     if not asks_its_log(choice, settings):
         return Reaching(NARROW, Why.BEGUN) if settings.fade is None and not choice.pure else None
+    if REACHING in before:
+        return Reaching.of(before[REACHING])
     few = probing(settings)
     return reaching(split, vehicle, settings.window, lambda part: train(part, vehicle, choice, settings=few).model)
 

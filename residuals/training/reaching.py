@@ -4,9 +4,10 @@ A log says little of what comes beyond it, but it says something: whether what i
 where the other half leaves that. Where it does not hold so far, the calmer three quarters and the rest try less.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
@@ -85,6 +86,17 @@ class Reaching:
     tried: float = 0.0
     narrow: float = 1.0
     wide: float = 1.0
+
+    @classmethod
+    def of(cls, said: Mapping[str, Any]) -> "Reaching":
+        """What `to_dict` wrote.
+
+        Raises
+        ------
+        ValueError, TypeError, KeyError
+            where it did not.
+        """
+        return cls(**{**said, "why": Why(said["why"])})
 
     @property
     def sentence(self) -> str:

@@ -119,7 +119,8 @@ def test_every_network_asks_its_log_and_says_what_it_heard(pushed: Split, name: 
     assert found.model.far == found.reaching.fade
     assert found.settings.fade is None
     assert found.to_dict()["reaching"] == found.reaching.to_dict()
-    again = train(pushed, HULL, Choice(name), settings=SHORT, folder=tmp_path, resume=True)
+    other = replace(SHORT, learning_rate=0.1)  # a probe of such steps would say another thing
+    again = train(pushed, HULL, Choice(name), settings=other, folder=tmp_path, resume=True)
     assert again.reaching == found.reaching
     (motion,) = pushed.test.motions
     np.testing.assert_array_equal(again.model.correction(motion), found.model.correction(motion))
