@@ -6,7 +6,7 @@ Where `train` would decline the vehicle is left alone; `--always` trains all the
 Results are kept one by one in a folder, so that a study that was stopped goes on; they count only for the source that
 made them. Seeds from 100 are for tuning, seeds from 0 for reporting.
 
-    python benchmarks/fading.py GAZEBO [--only D_1] [--network tcn] [--seeds 5] [--first 0] [--folder runs/fading]
+    python benchmarks/fading.py GAZEBO [--only D_1] [--network tcn] [--seeds 5] [--first 0] [--fade 0.5] [--folder DIR]
 
 With --seeds 1 that takes a quarter of an hour. It prints a line for each base, network and run, and the worst of all.
 It exits 1 when a hybrid beside the corrected model is more than 3 % worse than the model alone, on the mean of the
@@ -72,30 +72,37 @@ def held(model: Model, data: DataSet) -> list[float]:
     return [] if shares is None else [shares.of(axis) for axis in AXES]
 
 
-def errors_of(split: Split, base: Vehicle, choice: Choice, seed: int, data: Data) -> dict[str, Any]:
+def errors_of(split: Split, base: Vehicle, choice: Choice, settings: TrainingSettings, data: Data) -> dict[str, Any]:
     """Errors of a hybrid on each data set with the fade and without, how much is kept, and where nothing is left."""
-    settings = TrainingSettings(seed=seed)
     found = train(split, base, choice, settings=settings)
     model = found.model
     fading = {name: position(model, part) for name, part in data.items()}
     far = {
-        name: float((np.concatenate([model.beyond(m) for m in part.motions]) > settings.fade).mean())
+        name: float((np.concatenate([model.beyond(m) for m in part.motions]) > model.far).mean())
         for name, part in data.items()
     }
-    holds = {name: held(model, part) for name, part in data.items()}
+    holds, fade = {name: held(model, part) for name, part in data.items()}, model.far
     model.network.fade_beyond(None)
     whole = {name: position(model, part) for name, part in data.items()}
-    return {"fading": fading, "whole": whole, "far": far, "share": found.share, "holds": holds}
+    return {"fading": fading, "whole": whole, "far": far, "share": found.share, "holds": holds, "fade": fade}
 
 
 def judged(
-    folder: Path, run: str, networks: Sequence[str], seeds: range, kept: Path, beside: Sequence[str], always: bool
+    folder: Path,
+    run: str,
+    networks: Sequence[str],
+    seeds: range,
+    kept: Path,
+    beside: Sequence[str],
+    always: bool,
+    fade: float | None,
 ) -> list[dict[str, Any]]:
     """Errors beside the bases on the held-out end of a run and on the runs that judge it."""
     made_by = fingerprint(PACKAGES)
     told = json.loads(kept.read_text("utf-8")) if kept.is_file() else {}
     records: dict[str, dict[str, Any]] = told.get("records", {}) if told.get("source") == made_by else {}
-    wanted = {f"{b} {n} {s}{' always' * always}": (b, n, s) for b in beside for n in networks for s in seeds}
+    how = f"{' always' * always}{'' if fade is None else f' fade {fade:g}'}"
+    wanted = {f"{b} {n} {s}{how}": (b, n, s) for b in beside for n in networks for s in seeds}
     missing = {key: words for key, words in wanted.items() if key not in records}
     if missing:
         nominal = folder / "vehicle_linear.yaml"
@@ -111,10 +118,11 @@ def judged(
         }
     for key, (base, network, seed) in missing.items():
         if always or left[base].worth_it:
-            found = errors_of(split, vehicles[base], Choice(network, axes=left[base].axes), seed, data)
+            chosen = Choice(network, axes=left[base].axes)
+            found = errors_of(split, vehicles[base], chosen, TrainingSettings(seed=seed, fade=fade), data)
         else:
             found = {"fading": alone[base], "whole": alone[base], "far": dict.fromkeys(data, 0.0)}
-            found |= {"share": 0.0, "holds": {name: [] for name in data}}
+            found |= {"share": 0.0, "fade": 0.0, "holds": {name: [] for name in data}}
         times = left[base].position / left[base].position_preparation
         words = {"run": run, "base": base, "network": network, "seed": seed, "alone": alone[base], "times": times}
         records[key] = words | found
@@ -128,9 +136,9 @@ def table(records: Sequence[dict[str, Any]]) -> tuple[list[str], float]:
     """A line for each base, network and run, and by how much the worst beside a corrected model is worse."""
     head = (
         "| base | times what preparing leaves | network | trained on | judged on | base [m] | never fades | fades |"
-        " nothing left | share kept | interval holds |"
+        " fade [deviations] | nothing left | share kept | interval holds |"
     )
-    lines, worst = [head, "| --- | ---: | --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |"], -np.inf
+    lines, worst = [head, "| --- | ---: | --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"], -np.inf
     groups = list(dict.fromkeys((r["base"], r["network"], r["run"]) for r in records))
     for base, network, run in groups:
         mine = [r for r in records if (r["base"], r["network"], r["run"]) == (base, network, run)]
@@ -138,6 +146,8 @@ def table(records: Sequence[dict[str, Any]]) -> tuple[list[str], float]:
             change = {k: np.array([r[k][name] / alone - 1.0 for r in mine]) for k in ("whole", "fading")}
             cells = [f"{100 * v.mean():+.1f} % ({100 * v.min():+.0f} to {100 * v.max():+.0f})" for v in change.values()]
             far = np.mean([r["far"][name] for r in mine])
+            widths = np.array([r["fade"] for r in mine])
+            cells += [f"{widths.mean():.2g} ({widths.min():.2g} to {widths.max():.2g})"]
             cells += [f"{far:.0%}", f"{np.mean([r['share'] for r in mine]):.2f}"]
             shares = [r["holds"][name] for r in mine if r["holds"][name]]
             cells.append(", ".join(f"{100 * x:.0f}" for x in np.mean(shares, axis=0)) + " %" if shares else "")
@@ -158,6 +168,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--first", type=int, default=0, help="first seed; from 100 on for tuning")
     parser.add_argument("--always", action="store_true", help="also where train declines: too little is left")
+    parser.add_argument("--fade", type=float, help="of all networks; default: what their logs say")
     parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "fading", help="where results are kept")
     given = parser.parse_args(arguments)
     seeds = range(given.first, given.first + given.seeds)
@@ -172,6 +183,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             given.folder / f"{run}.json",
             given.base or BASES,
             given.always,
+            given.fade,
         )
     ]
     lines, worst = table(records)

@@ -3,12 +3,14 @@
 Each world is a random hull with a force that no effect of the catalogue describes, with a wake that remembers, or with
 nothing more. A network is trained beside the hull on a log of 240 s with field noise, and judged on another log of the
 same boat: its position over 10 s without noise, and what its interval holds with noise. Where `train` declines, it says
-so. The networks fade and shrink as they do for a user. Five minutes a seed; seeds from 100 are for tuning.
+so. The networks fade and shrink as they do for a user. Five minutes a seed; seeds from 100 are for tuning. With
+`--learns gentle` the log that teaches is a gentle one, and most of what judges lies beyond it.
 
-    python benchmarks/unnamed.py [--seeds 3] [--first 0] [--network lstm]... [--cause NAME]...
+    python benchmarks/unnamed.py [--seeds 3] [--first 0] [--network lstm]... [--cause NAME]... [--learns gentle]
+        [--fade 0.5]
 
-Exits 1 where a network gains less than 40 % on the mean of the causes, or its interval holds less than 90 % or more
-than 98 % within what it has seen.
+Exits 1 where a network of a rich log gains less than 40 % on the mean of the causes, or its interval holds less than
+90 % or more than 98 % within what it has seen.
 """
 
 import argparse
@@ -26,6 +28,7 @@ from undertow.comparison.coverage import coverage
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.frames import AXES
 from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds.manoeuvres import PROGRAMMES
 from undertow.physics.worlds.typical_effects import random_hull
 from undertow.physics.worlds.world import NOISE, World
 from undertow.residuals.left_to_learn import left_to_learn
@@ -69,10 +72,10 @@ def position(model: Model, inputs: Inputs) -> float:
     return rollout_scores(model, inputs.parts.judged, (HORIZON,))[f"{HORIZON:g}"].position
 
 
-def study(cause: str, seed: int, networks: Sequence[str]) -> list[dict[str, Any]]:
+def study(cause: str, seed: int, networks: Sequence[str], learns: str, fade: float | None) -> list[dict[str, Any]]:
     """A record for each network beside a hull that lacks the cause."""
     hull, world = boats(cause, seed)
-    own = read(world("rich", 1000 + seed), "field", hull)
+    own = read(world(learns, 1000 + seed), "field", hull)
     noisy, clean = (read(world("rich", 2000 + seed), noise, hull, "all") for noise in ("field", "clean"))
     split = own.parts.split
     left = left_to_learn(hull, (split.train, split.validation))
@@ -80,10 +83,11 @@ def study(cause: str, seed: int, networks: Sequence[str]) -> list[dict[str, Any]
     for name in networks:
         record: dict[str, Any] = {"cause": cause, "network": name, "seed": seed, "declined": not left.worth_it}
         if left.worth_it:
-            done = train(split, hull, Choice(name, axes=left.axes), settings=TrainingSettings(seed=seed))
+            settings = TrainingSettings(seed=seed, fade=fade)
+            done = train(split, hull, Choice(name, axes=left.axes), settings=settings)
             told = coverage(done.model, evaluate(done.model, noisy.parts.judged, ()), noisy.parts.judged)
             sides = {} if told is None else {"inside": told.inside, "outside": told.outside}
-            record |= {"change": position(done.model, clean) / alone - 1.0, "share": done.share}
+            record |= {"change": position(done.model, clean) / alone - 1.0, "share": done.share, "fade": done.model.far}
             record |= {k: [s.share.of(a) for a in AXES] for k, s in sides.items() if s.share is not None}
             record |= {f"{k} margin": [s.margin.of(a) for a in AXES] for k, s in sides.items() if s.margin is not None}
         found.append(record)
@@ -98,12 +102,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--network", action="append", help="may be repeated; default: lstm")
     parser.add_argument("--cause", action="append", choices=CAUSES)
+    parser.add_argument("--learns", choices=PROGRAMMES, default="rich", help="programme of the log that teaches")
+    parser.add_argument("--fade", type=float, help="of all networks; default: what their logs say")
     given = parser.parse_args(arguments)
     names, chosen = given.network or ["lstm"], given.cause or CAUSES
     seeds = range(given.first, given.first + given.seeds)
-    records = [r for cause in chosen for seed in seeds for r in study(cause, seed, names)]
-    print("| cause | network | declined | 10 s position against the hull | share kept | interval holds | beyond |")
-    print("| --- | --- | ---: | ---: | ---: | ---: | ---: |")
+    records = [r for cause in chosen for seed in seeds for r in study(cause, seed, names, given.learns, given.fade)]
+    print(
+        "| cause | network | declined | 10 s position against the hull | fade [deviations] | share kept |"
+        " interval holds | beyond |"
+    )
+    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
     holds = True
     for name in names:
         gains, inside = list[float](), list[list[float]]()
@@ -112,11 +121,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             done = [r for r in mine if not r["declined"]]
             cells = [cause, name, f"{len(mine) - len(done)} of {len(mine)}"]
             if not done:
-                print(f"| {' | '.join([*cells, '', '', '', ''])} |", flush=True)
+                print(f"| {' | '.join([*cells, '', '', '', '', ''])} |", flush=True)
                 continue
             change = np.array([r["change"] for r in done])
             cells += [f"{100 * change.mean():+.0f} % ({100 * change.min():+.0f} to {100 * change.max():+.0f})"]
-            cells += [f"{np.mean([r['share'] for r in done]):.2f}"]
+            fades = [r["fade"] for r in done]
+            cells += [f"{min(fades):.2g} to {max(fades):.2g}", f"{np.mean([r['share'] for r in done]):.2f}"]
             for side in ("inside", "outside"):
                 shares = np.array([r[side] for r in done if side in r])
                 cells += [", ".join(f"{100 * x:.0f}" for x in shares.mean(axis=0)) + " %" if len(shares) else "-"]
@@ -125,7 +135,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             gains += [] if cause == NOTHING else (-change).tolist()
         told = np.mean(inside) if inside else np.nan
         print(f"\n{name}: {100 * np.mean(gains):.0f} % less on the mean of the causes; the interval holds {told:.1%}\n")
-        holds &= bool(np.mean(gains) >= LEAST and LOW <= told <= HIGH)
+        holds &= given.learns != "rich" or bool(np.mean(gains) >= LEAST and LOW <= told <= HIGH)
     return int(not holds)
 
 

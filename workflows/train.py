@@ -37,7 +37,7 @@ from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, load_network, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
 from ..residuals.scores import evaluate
-from ..residuals.training.training_settings import Choice, TrainingSettings
+from ..residuals.training.training_settings import Choice, TrainingSettings, asks_its_log
 from .run_folder.targets import check_target_folder
 
 if TYPE_CHECKING:
@@ -99,6 +99,7 @@ class TrainRun:
             told.append(f"No epoch was better than {than}, so the network is as it began.")
         elif found.share < 1.0:
             told.append(share_in_words(found.share))
+        told += [] if found.reaching is None else [found.reaching.sentence]
         told += [*self._beyond(), *what_it_holds(self.models[-1])]
         told += what_laws_took(found)
         return [*told, *broken_laws(self.models[-1])]
@@ -215,6 +216,8 @@ def train(
         return Verdict(audits[-1].verdict == "pass", audits[-1].against)
 
     left = None if chosen.pure else _left(inputs, settings or TrainingSettings())
+    if progress is not None and asks_its_log(chosen, settings or TrainingSettings()):
+        progress("training on the calm part of the log, to try how far beyond its training a correction holds")
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
     with nullcontext() if target is None else _at_work(target):
         found = train_network(

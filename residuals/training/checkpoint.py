@@ -18,6 +18,8 @@ from ..models.neural import CHECKPOINT
 from .history import Epoch
 
 SCHEMA = "undertow.checkpoint/3"
+REACHING = "reaching"
+"""Key of a recipe that says why a correction fades where it does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +78,16 @@ FREE = ("epochs", "patience", "learning_rate", "schedule", "clip", "decline", "s
 _OTHER = {"data": "the logs, or how they are prepared, are others", "vehicle": "the vehicle is another"}
 
 
+def recipe_of(folder: Path) -> Mapping[str, object]:
+    """The recipe of an interrupted training in `folder`; empty where none can be read, as `read_checkpoint` says."""
+    try:
+        with safe_open(folder / CHECKPOINT, framework="pt") as stream:
+            said: Mapping[str, object] = parse_json(stream.metadata()["undertow"])["recipe"]
+        return said if isinstance(said, Mapping) else {}
+    except (OSError, SafetensorError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
 def read_checkpoint(folder: Path, recipe: Mapping[str, object]) -> Checkpoint | None:
     """The state that an interrupted training left in `folder`, None where there is none.
 
@@ -116,7 +128,7 @@ def _check_recipe(path: Path, written: Mapping[str, object], wanted: Mapping[str
         settings = recipe.get("settings")
         recipe["settings"] = {k: v for k, v in settings.items() if k not in FREE} if isinstance(settings, dict) else {}
     told = []
-    for key in sorted({**written, **plain}):
+    for key in sorted({**written, **plain}.keys() - {REACHING}):  # its fade stands among the settings
         before, now = written.get(key), plain.get(key)
         if isinstance(before, dict) and isinstance(now, dict):
             names = [name for name in {**before, **now} if before.get(name) != now.get(name)]

@@ -1,12 +1,14 @@
 """Training a network: windows in, epochs of Adam, and the best weights that keep the laws out."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
+from dataclasses import replace
 from functools import partial
 from math import cos, isfinite, pi
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import torch
 
@@ -18,15 +20,17 @@ from ..models.network_model import NetworkModel
 from ..models.neural import CHECKPOINT
 from ..models.threads import one_thread
 from ..networks.base import Network
-from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
+from ..networks.fade import NARROW
+from .checkpoint import REACHING, Checkpoint, cloned, read_checkpoint, recipe_of, write_checkpoint
 from .choosing import Auditor, Chooser
 from .growing import grow
 from .history import Epoch, best_epochs, stale
 from .losses import Objective
 from .margins import interval_of
 from .preparation import Prepared, prepare_training
+from .reaching import Reaching, Why, probing, reaching
 from .trained import Trained
-from .training_settings import Choice, TrainingSettings
+from .training_settings import Choice, TrainingSettings, asks_its_log
 
 _FOLLOWED = 0.1
 """Epochs of the first, in which the average follows the weights more closely: a start of zeros is soon forgotten."""
@@ -74,8 +78,14 @@ def train(
     """
     chosen = settings or TrainingSettings()
     begun = perf_counter()
+    reaches = _reaching(
+        split, vehicle, choice, chosen, recipe_of(Path(folder)) if folder is not None and resume else {}
+    )
+    used = chosen if reaches is None else replace(chosen, fade=reaches.fade)
     with _reproducible(chosen.seed):
-        prepared = prepare_training(split, vehicle, choice, chosen)
+        prepared = prepare_training(split, vehicle, choice, used)
+        if reaches is not None:
+            prepared.recipe[REACHING] = reaches.to_dict()
         run = _Run(prepared, chosen, None if folder is None else Path(folder), begun)
         run.start(resume)
         while not (why := run.finished()):
@@ -92,7 +102,23 @@ def train(
         model.interval = interval_of(model, split)
     start = None if choice.start is None else choice.start.name
     more = len(run.history) - whole
-    return Trained(model, tuple(run.history), more, kept.epoch, kept.share, kept.lawful, why, chosen, start)
+    return Trained(model, tuple(run.history), more, kept.epoch, kept.share, kept.lawful, why, chosen, start, reaches)
+
+
+def _reaching(
+    split: Split, vehicle: Vehicle, choice: Choice, settings: TrainingSettings, before: Mapping[str, Any]
+) -> Reaching | None:
+    """Where a correction fades by its log; None where that was asked otherwise, or a network has no vehicle beside.
+
+    `before` is the recipe of an interrupted training, which goes on with what its log said: other steps of a probe
+    would say another thing.
+    """
+    if not asks_its_log(choice, settings):
+        return Reaching(NARROW, Why.BEGUN) if settings.fade is None and not choice.pure else None
+    if REACHING in before:
+        return Reaching.of(before[REACHING])
+    few = probing(settings)
+    return reaching(split, vehicle, settings.window, lambda part: train(part, vehicle, choice, settings=few).model)
 
 
 def one_pass(

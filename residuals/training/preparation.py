@@ -22,7 +22,7 @@ from ..models.coasting import Coasting
 from ..models.network_inputs import input_names, network_inputs
 from ..models.network_model import scaling_of
 from ..networks.base import Network, Scaling
-from ..networks.fade import Reach
+from ..networks.fade import NARROW, Reach
 from ..networks.registry import build, default_options
 from .augment import Augmenter, seen_noise, sister_targets
 from .fine_tuning import scaling_from, take_weights
@@ -148,8 +148,9 @@ def prepare_training(
         recipe["start"] = _digest(*(p.detach().cpu().numpy() for p in choice.start.network.parameters()))
     inputs, target = _table(split.train, vehicle, choice, scaling)
     table = inputs, target * kept
-    if settings.fade and not choice.pure:  # where a pure network says nothing, no force at all is left
-        network.fade_beyond(Reach.of(table[0][:, : 3 + scaling.drives], settings.fade))
+    fade = NARROW if settings.fade is None else settings.fade
+    if fade and not choice.pure:  # where a pure network says nothing, no force at all is left
+        network.fade_beyond(Reach.of(table[0][:, : 3 + scaling.drives], fade))
     return Prepared(network, objective, judge, asked_at, choice.pure, table, windows.time_step, recipe)
 
 

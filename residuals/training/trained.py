@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass
 
 from ..models.network_model import NetworkModel
 from .history import Epoch
+from .reaching import Reaching
 from .training_settings import TrainingSettings
 
 
@@ -22,6 +23,7 @@ class Trained:
     stopped : why training ended
     settings : of the recipe
     start : name of the network that it went on from
+    reaching : where its correction fades by what the log says; None where the settings say it, or nothing fades
     """
 
     model: NetworkModel
@@ -33,6 +35,7 @@ class Trained:
     stopped: str
     settings: TrainingSettings
     start: str | None = None
+    reaching: Reaching | None = None
 
     @property
     def violating(self) -> float:
@@ -54,6 +57,7 @@ class Trained:
         return {
             "settings": self.settings.to_dict(),
             **({} if self.start is None else {"start": self.start}),
+            **({} if self.reaching is None else {"reaching": self.reaching.to_dict()}),
             "best_epoch": self.best_epoch,
             "more": self.more,
             "price": self.price,

@@ -93,8 +93,7 @@ class TrainingSettings:
         memory sees in training. Without it the network learns to differentiate them, noise and all: it then "predicts"
         the noise of the measured acceleration better than the true model could, and rolls out worse
     fade : distance beyond what training has seen at which the correction of a hybrid is nothing [standard deviations];
-        0 for one that does not fade. Chosen by seed 100 of `benchmarks/fading.py`: beside the corrected model of one
-        run hybrids were at most 1 % worse on a harder one at 0.5, 2 % at 0.75, 5 % at 1, 19 % at 1.5
+        0 for one that does not fade; None for what the training part says, see `reaching`
     decline : do not train beside a vehicle whose error is no more than the noise of the sensors (`undertow.train`)
     shrink : take away what of a hybrid's correction does not hold in rollouts of the validation part
     augmentation : of the training data
@@ -124,7 +123,7 @@ class TrainingSettings:
     lambda_rollout: float = 10.0
     rollout_rows: int = 0
     sensor_noise: float = 1.0
-    fade: float = 0.5
+    fade: float | None = None
     decline: bool = True
     shrink: bool = True
     augmentation: Augmentation = field(default_factory=Augmentation)
@@ -143,7 +142,7 @@ class TrainingSettings:
             if not (isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise RequestError(f"training: expected a positive {name}, got {getattr(self, name)!r}")
         weights = ("weight_decay", "lambda_data", "lambda_phys", "lambda_smooth", "lambda_rollout")
-        for name in (*weights, "sensor_noise", "fade", "huber"):
+        for name in (*weights, "sensor_noise", "huber", *(() if self.fade is None else ("fade",))):
             if not (isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise RequestError(f"training: expected {name} of 0 or more, got {getattr(self, name)!r}")
         for name in ("overlap", "averaging"):
@@ -156,3 +155,8 @@ class TrainingSettings:
     def to_dict(self) -> dict[str, object]:
         """As plain data."""
         return asdict(self)
+
+
+def asks_its_log(choice: Choice, settings: TrainingSettings) -> bool:
+    """Whether the training part of a log decides where a correction fades, see `reaching`."""
+    return settings.fade is None and not choice.pure and choice.start is None

@@ -508,14 +508,14 @@ def test_the_envelope_of_the_penalty_is_that_of_training(dragged: Split) -> None
 
 @pytest.mark.parametrize("name", ["mlp", "lstm"])
 def test_a_hybrid_fades_beyond_its_training_and_not_on_it(dragged: Split, name: str) -> None:
-    few = TrainingSettings(epochs=1, shrink=False)
+    few = TrainingSettings(epochs=1, shrink=False, fade=0.5)
     model = train(dragged, HULL, Choice(name), settings=few).model
     (motion,) = dragged.train.motions
     assert model.fades
     assert model.beyond(motion) == pytest.approx(0.0, abs=0.0)
     fast = replace(motion, velocity=3.0 * motion.velocity)
-    assert (model.correction(fast)[model.beyond(fast) > few.fade] == 0.0).all()
-    assert (model.beyond(fast) > few.fade).mean() > 0.5
+    assert (model.correction(fast)[model.beyond(fast) > model.far] == 0.0).all()
+    assert (model.beyond(fast) > model.far).mean() > 0.5
     faded = model.correction(motion)
     model.network.fade_beyond(None)
     np.testing.assert_array_equal(model.correction(motion), faded)
