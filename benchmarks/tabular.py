@@ -8,7 +8,7 @@ fitted with the heading as inputs (`train --heading`), which a current asks for.
 the last lines, what each learner adds to the mean error of the boosted trees on the run where it does worst. It takes
 four minutes a seed.
 
-    python benchmarks/tabular.py GAZEBO [--only B_2] [--seeds 5] [--first 0]
+    python benchmarks/tabular.py GAZEBO [--only B_2] [--network gp] [--seeds 5] [--first 0]
 """
 
 import argparse
@@ -35,6 +35,7 @@ from undertow.workflows.inputs import read_inputs
 
 PAIRS = {"A_1": "A_2", "B_2": "B_4", "C_1": "C_2", "D_2": "D_3"}
 """Runs that are trained on, and the one that judges each."""
+NETWORKS = {"trees": "trees of ours", "gp": "Gaussian processes", "mlp": "MLP"}
 SEEN = {False: "", True: ", heading seen"}
 """What a learner's name says of its inputs."""
 Says = Callable[[Motion], Array]
@@ -58,17 +59,16 @@ def _inside(vehicle: Vehicle, data: DataSet, box: tuple[Array, Array]) -> NDArra
     return np.asarray(((seen >= box[0]) & (seen <= box[1])).all(axis=1))
 
 
-def learners(vehicle: Vehicle, split: Split, seed: int) -> dict[str, Says]:
-    """What each says along a motion, by its name."""
+def learners(vehicle: Vehicle, split: Split, seed: int, networks: Sequence[str]) -> dict[str, Says]:
+    """What the trees of scikit-learn and some networks say along a motion, by their names."""
     found: dict[str, Says] = {"vehicle alone": lambda motion: np.zeros((motion.time.size, 3))}
     for heading, how in SEEN.items():
         found[f"boosted trees{how}"] = _boosted(vehicle, split, heading, seed)
-    for name, network in (("trees of ours", "trees"), ("Gaussian processes", "gp"), ("MLP", "mlp")):
+    settings = TrainingSettings(seed=seed, shrink=False, fade=0.0)
+    for network in networks:
         for heading, how in SEEN.items():
-            choice = Choice(network, heading=heading)
-            model = train(split, vehicle, choice, settings=TrainingSettings(seed=seed, shrink=False)).model
-            model.network.fade_beyond(None)
-            found[f"{name}{how}"] = model.correction
+            model = train(split, vehicle, Choice(network, heading=heading), settings=settings).model
+            found[f"{NETWORKS[network]}{how}"] = model.correction
     return found
 
 
@@ -88,6 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("gazebo", type=Path, help="folder of the Gazebo logs A_1.csv.gz ... and vehicle_linear.yaml")
     parser.add_argument("--only", action="append", choices=PAIRS, help="a run to train on; may be repeated")
+    parser.add_argument("--network", action="append", choices=NETWORKS, help="may be repeated; default: all")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--first", type=int, default=0, help="first seed; from 100 on for tuning")
     given = parser.parse_args(arguments)
@@ -104,7 +105,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         box = seen.min(axis=0), seen.max(axis=0)
         found: dict[str, list[Array]] = {}
         for seed in range(given.first, given.first + given.seeds):
-            for name, says in learners(vehicle, split, seed).items():
+            for name, says in learners(vehicle, split, seed, given.network or [*NETWORKS]).items():
                 found.setdefault(name, []).append(errors(says, vehicle, other, box))
         share = f"{_inside(vehicle, other, box).mean():.0%}"
         mean = {name: np.mean(each, axis=0) for name, each in found.items()}

@@ -33,7 +33,7 @@ from .experiment.advice import advise, open_questions
 from .findings import Findings
 from .fold_models import FoldModels, fold_models
 from .hidden_sensors import HiddenErrors, beside_sensors
-from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, UNTOLD, WHY_TOO_SHORT, settle, steps, with_untold
+from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, WHY_TOO_SHORT, settle, steps, with_untold
 from .lawful.passivity import lawful_model
 from .reason import Reason
 from .search.bootstrap import Interval, intervals
@@ -145,7 +145,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
     invariant = beside_changes(invariance(search, final, about), changed)
-    sizes = uneven({key: same for key, same in invariant.items() if key not in forms.rivals})
+    sizes = uneven({key: same for key, same in invariant.items() if key in kept and key not in forms.rivals})
     left += [] if in_logs else of_stand_ins(evidence, {*forms.rivals, *sizes}, search.settings.least)
     doubtful = sizes | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
@@ -158,8 +158,8 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)
     hand_back()
-    unseen = fold_models(search, parts, state, final, about, told, lawful.passivity.envelope)
-    folds = unseen.counted(search.named(final.active))
+    unseen = fold_models(search, parts, state, final, about, told, lawful.passivity.envelope, untold)
+    folds = unseen.counted([key for key in search.named(final.active) if key not in untold])
     held_back = {
         **{key: Doubt(Reason.NOT_IN_MOST_FOLDS, why) for key, why in folds.doubts(kept).items()},
         **{key: Doubt(Reason.UNJUDGED_RIVAL, names) for key, names in rivals.items()},
@@ -171,7 +171,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         apart = search.settings.least if search.balance.forces else None
         crowds = mostly_doubted(evidence, kept, held_back, apart)
         held_back |= {key: Doubt(Reason.MOSTLY_DOUBTED, crowd) for key, crowd in crowds.items()}
-    held_back |= dict.fromkeys(untold, Doubt(Reason.DOUBTFUL_VALUE, UNTOLD))
+    held_back |= dict.fromkeys(untold, Doubt(Reason.UNTOLD))
     rehearsal = None if search.named(state.active) else looked.rehearsal
     grounds = Grounds(
         search=search,

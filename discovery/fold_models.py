@@ -1,7 +1,7 @@
 """What a discovery would have found without a part of its log, for each of a few parts: models that never saw it."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from ..measurements.preparation.held_out import Fold
@@ -63,6 +63,7 @@ def fold_models(
     about: tuple[Linearisation, GramScores],
     steps: Sequence[tuple[str | None, Vehicle]],
     envelope: Envelope,
+    untold: Collection[str] = (),
 ) -> FoldModels:
     """Select and fit anew without each fold.
 
@@ -74,6 +75,7 @@ def fold_models(
     about : columns and scores about it
     steps : of the discovery, the nominal model first
     envelope : over which the laws hold
+    untold : effects that are in the model and not named; they are not counted
 
     Raises
     ------
@@ -86,10 +88,10 @@ def fold_models(
 
     def anew(one: WithoutFold) -> tuple[tuple[str, ...], tuple[str, ...], Vehicle]:
         scores = one.seen(linear, whole)
-        chosen, found = one.choose(linear, scores, final)
+        chosen, found = one.choose(linear, scores, final, untold)
         kept = [option for key, option in chosen.items() if key not in unsure or not option.present]
-        named = one.named([option.key for option in kept if option.present])
-        sure = tuple(key for key in found if key not in unsure)
+        named = one.named([option.key for option in kept if option.present and option.key not in untold])
+        sure = tuple(key for key in found if key not in unsure and key not in untold)
         return named, sure, _fitted(scores, kept, search.nominal, envelope)
 
     selected = shared(anew, blind)

@@ -5,9 +5,11 @@ from functools import partial
 
 from ..measurements.statistics.second_processor import shared
 from ..physics.effects import COMMAND_OFFSET
+from ..physics.possible_hulls import impossible
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import rollouts_object
 from .balance.shooting import ShootingSettings
+from .candidates.at_limit import limit_at
 from .candidates.candidate import Kind
 from .search.floating import Search, State
 from .search.output_error import polish
@@ -20,7 +22,6 @@ WHY_TOO_SHORT = (
     "Rollouts with commands fill {blocks} independent blocks of it, and to be sure of anything takes {enough}; give a "
     "longer log, or several together."
 )
-UNTOLD = "parts of the log that it did not see gain by it, but less than tells an effect from nothing"
 
 
 def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
@@ -37,13 +38,30 @@ def settle(search: Search, state: State, kept: Sequence[str], shooting: Shooting
 def with_untold(search: Search, final: State, untold: Sequence[str], shooting: ShootingSettings) -> State:
     """The kept effects with those beside them that the log cannot tell from nothing, where its unseen parts gain by it.
 
-    What is named needs certainty, what predicts only the better guess. Where nothing is kept, nothing joins it.
+    What is named needs certainty, what predicts only the better guess. Where nothing is kept nothing joins it, nor does
+    what stands at a limit, what makes a hull impossible, or what rollouts object to.
     """
-    if not untold or not search.named(final.active):
+    if not search.named(final.active):
         return final
-    active = (*final.active, *(key for key in untold if key not in final.active))
-    more = on_rollouts(search, search.evaluate(final.vehicle, active), active, shooting)
-    return min((final, more), key=lambda s: s.score)
+    best = final
+    for key in (key for key in untold if key not in final.active):
+        active = (*best.active, key)
+        more = on_rollouts(search, search.evaluate(best.vehicle, active), active, shooting)
+        if more.score < best.score and _possible(search, best, more, key):
+            best = more
+    return best
+
+
+def _possible(search: Search, before: State, after: State, key: str) -> bool:
+    """Whether an effect that joins a model is one that a hull can have, and no rollouts get surely worse with it."""
+    (candidate,) = (c for c in search.pool if c.key == key)
+    nominal, found, form = search.nominal, after.vehicle, search.balance
+    if any(limit_at(p, found.value(p.symbol), nominal.value(p.symbol)) is not None for p in candidate.parameters):
+        return False
+    known, now = (impossible(vehicle.values, vehicle.thrusters) for vehicle in (before.vehicle, found))
+    return set(now) <= set(known) and not rollouts_object(
+        form.squares(before.vehicle), form.squares(found), form.overlap
+    )
 
 
 def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:

@@ -43,6 +43,11 @@ class Reason(Enum):
         "In the corrected model, but not certain: beside it {told} were found, and so half of it or more is doubtful. "
         "({meaning})",
     )
+    UNTOLD = (
+        "untold",
+        "In the corrected model, but not certain: parts of the log that it did not see gain by it, but less than tells "
+        "an effect from nothing. ({meaning})",
+    )
     UNFOUND = ("unfound", "In the model because it was asked for, but not certain: {told}. ({meaning})")
     FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")

@@ -32,7 +32,7 @@ _LEAST_FORCE = 1e-3
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _IN_THE_MODEL = (
     *(Reason.DOUBTFUL_VALUE, Reason.OTHER_FORM, Reason.LASTING_REST, Reason.UNJUDGED_RIVAL, Reason.NOT_IN_MOST_FOLDS),
-    *(Reason.MOSTLY_DOUBTED, Reason.WEAK),
+    *(Reason.MOSTLY_DOUBTED, Reason.UNTOLD, Reason.WEAK),
 )
 """Why an effect may be there that is not called missing: it stands in the corrected model, or nearly did."""
 _FAINT = "it would explain what moves {0} for certain"
@@ -43,7 +43,7 @@ class Doubt(NamedTuple):
     """Why an effect is not certain that stands in the corrected model, what is told of that, and the form it rivals."""
 
     reason: Reason
-    told: str
+    told: str = ""
     form: OtherForm | None = None
 
 
@@ -101,7 +101,9 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
     g, search, lawful, kept, doubtful = grounds, grounds.search, grounds.lawful, grounds.kept, grounds.doubtful
     pool = {candidate.key: candidate for candidate in (*search.pool, *g.unseen)}
     what, thrust = _what(search), all_thrusters(search.nominal, lawful.vehicle, kept)
-    found = [_effect(g, pool[e.key], e, what, thrust) for e in _one_each(g.evidence, pool) if e.kind is Kind.EFFECT]
+    found = [
+        _effect(g, pool[e.key], e, what, thrust) for e in _one_each(g.evidence, pool, kept) if e.kind is Kind.EFFECT
+    ]
     found += others
     added = [key for key in g.order if key in kept and key is not None and pool[key].kind is Kind.EFFECT]
     missing = tuple(dict.fromkeys(pool[key].effect.name for key in added if key not in doubtful))
@@ -152,13 +154,14 @@ def unmeasured(motions: Sequence[Motion]) -> tuple[FoundEffect, ...]:
     )
 
 
-def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate]) -> list[Evidence]:
-    """One entry for each effect: every selected thruster of a per-thruster effect, or else the best."""
+def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate], kept: Sequence[str]) -> list[Evidence]:
+    """One entry for each effect: every selected or kept thruster of a per-thruster effect, or else the best."""
     seen: set[str] = set()
     entries = []
+    standing = {pool[key].effect.name for key in kept}
     for e in evidence:
         name = pool[e.key].effect.name
-        if e.selected or name not in seen:
+        if e.selected or e.key in kept or name not in {*seen, *standing}:
             entries.append(e)
             seen.add(name)
     return entries

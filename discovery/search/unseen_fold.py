@@ -61,11 +61,17 @@ class WithoutFold(Scoring):
         """The scores of a linearisation without the fold."""
         return without_fold(self.balance, linear, scores, self._fold)
 
-    def choose(self, linear: Linearisation, scores: GramScores, state: State) -> tuple[Chosen, list[str]]:
+    def choose(
+        self, linear: Linearisation, scores: GramScores, state: State, untold: Collection[str] = ()
+    ) -> tuple[Chosen, list[str]]:
         """Select effects anew, by floating search on the columns about the model that the whole log gave.
 
         It begins with no effect and with those of the whole log, and the better end is the model. Where lags and other
         shapes stand is thereby the whole log's; which effects there are, and how large, is not.
+
+        Parameters
+        ----------
+        untold : effects that need only earn something, for they are in the model and not named
 
         Returns
         -------
@@ -77,7 +83,7 @@ class WithoutFold(Scoring):
         whole = {key: linear.options[key][0] for key in state.active}
         options = _Options(self, linear, scores, state.active)
         nothing = {key: o if key in self.nuisances else options.absent[key] for key, o in whole.items()}
-        ends = [options.pruned(options.ended(start), self.named(state.active)) for start in (nothing, whole)]
+        ends = [options.pruned(options.ended(start), self.named(state.active), untold) for start in (nothing, whole)]
         best = min(ends, key=lambda end: self.quick(scores, end))
         agreed = [options.named(end) for end in (ends if self.balance.forces else [best])]
         slight = options.slight(whole)
@@ -155,19 +161,20 @@ class _Options:
         gains = self._scores.screen(list(now.values()), new)
         return [new[n] for n in np.argsort(-gains, kind="stable")[:most]]
 
-    def pruned(self, now: Chosen, known: Sequence[str]) -> Chosen:
+    def pruned(self, now: Chosen, known: Sequence[str], untold: Collection[str] = ()) -> Chosen:
         """The choice without effects that hardly earn anything or do not matter, the least first.
 
         Parameters
         ----------
         known : effects of the whole log: with less than a material share they matter where rollouts change without
             them, which the whole log has told
+        untold : effects that need only earn something
         """
-        while slight := self.slight(now, known):
+        while slight := self.slight(now, known, untold):
             now = {**now, slight[0]: self.absent[slight[0]]}
         return now
 
-    def slight(self, now: Chosen, known: Sequence[str] | None = None) -> list[str]:
+    def slight(self, now: Chosen, known: Sequence[str] | None = None, untold: Collection[str] = ()) -> list[str]:
         """The effects of a choice that hardly earn anything or do not matter, the least first; see `pruned`."""
         scoring, settings, chosen = self._scoring, self._scoring.settings, list(now.values())
         fit = scoring.fit(self._scores, chosen)
@@ -180,6 +187,6 @@ class _Options:
             share = float((np.sqrt(lost) / scoring.share_scale).max())
             least = settings.least if known is None or key in known else settings.materiality
             gain = scoring.score(without, rest) - score
-            if gain < _EARNED or share < least:
+            if gain < (0.0 if key in untold else _EARNED) or share < least:
                 found.append((gain, key))
         return [key for _, key in sorted(found)]

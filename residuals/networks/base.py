@@ -113,7 +113,7 @@ class Network(nn.Module, ABC):
             for parameter in self.get_submodule(name).parameters():
                 parameter.mul_(share**power)
 
-    def forward(self, inputs: Tensor, memory: Memory | None = None, *, known: bool = False) -> tuple[Tensor, Memory]:
+    def forward(self, inputs: Tensor, memory: Memory | None = None) -> tuple[Tensor, Memory]:
         """Correction of the acceleration along rows of inputs.
 
         Parameters
@@ -121,7 +121,6 @@ class Network(nn.Module, ABC):
         inputs : (batch, rows, inputs) in SI units
         memory : of the rows before; None where there are none, as if the first row had lasted (or, in a recurrence,
             from a state of zero)
-        known : no row lies beyond what training has seen, so that nothing fades
 
         Returns
         -------
@@ -131,7 +130,7 @@ class Network(nn.Module, ABC):
         mean, scale, size = (self.get_buffer(n) for n in ("input_mean", "input_scale", "output_scale"))
         seen = (inputs - mean) / scale
         said, remembered = self.correct(seen, inputs, memory)
-        if self.fade is not None and not known:
+        if self.fade is not None:
             said = said * self.fade(seen)
         return said * size, remembered
 

@@ -78,7 +78,7 @@ class Objective:
         inputs, target = self.inputs[index], self.target[index]
         if self.augmenter is not None:
             inputs, target = self.augmenter(inputs, target, index, draw)
-        said, _ = network(inputs, known=self.augmenter is None)  # the training part is what the network fades beyond
+        said, _ = network(inputs)
         loss = settings.lambda_data * robust((self.filter @ said - target) / unit, settings.huber).mean()
         if settings.lambda_smooth:
             loss = loss + settings.lambda_smooth * (said.diff(dim=1) / unit).square().mean()
