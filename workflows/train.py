@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +38,7 @@ from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, load_network, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
 from ..residuals.scores import evaluate
-from ..residuals.training.training_settings import Choice, TrainingSettings, asks_its_log
+from ..residuals.training.training_settings import Choice, TrainingSettings
 from .run_folder.targets import check_target_folder
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
 TRAIN_SCHEMA = "undertow.train/1"
 _MANY = 0.05
 """Share of the judged rows beyond what a network has seen that is worth a sentence: few rows decide no error."""
+_PROBING = "training a probe on the calm part of the log, to try how far beyond its training a correction holds"
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -216,8 +218,6 @@ def train(
         return Verdict(audits[-1].verdict == "pass", audits[-1].against)
 
     left = None if chosen.pure else _left(inputs, settings or TrainingSettings())
-    if progress is not None and asks_its_log(chosen, settings or TrainingSettings()):
-        progress("training on the calm part of the log, to try how far beyond its training a correction holds")
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
     with nullcontext() if target is None else _at_work(target):
         found = train_network(
@@ -229,6 +229,7 @@ def train(
             resume=resume,
             progress=each,
             auditor=judged,
+            probing=None if progress is None else partial(progress, _PROBING),
         )
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]

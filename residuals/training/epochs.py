@@ -28,7 +28,7 @@ from .history import Epoch, best_epochs, stale
 from .losses import Objective
 from .margins import interval_of
 from .preparation import Prepared, prepare_training
-from .reaching import Reaching, Why, probing, reaching
+from .reaching import Reaching, Why, probe_settings, reaching
 from .trained import Trained
 from .training_settings import Choice, TrainingSettings, asks_its_log
 
@@ -51,6 +51,7 @@ def train(
     resume: bool = False,
     progress: Callable[[Epoch], None] | None = None,
     auditor: Auditor | None = None,
+    probing: Callable[[], None] | None = None,
 ) -> Trained:
     """Train a network on the training part of a split; the validation part chooses the epoch that is kept.
 
@@ -69,6 +70,7 @@ def train(
         Where none does, training goes on at the states that it met against the laws, see `choosing`: without a
         checkpoint, so that a training which is resumed does the same again. The sample of states that judges every
         epoch is no proof
+    probing : called before a probe is trained, which asks how far the correction holds, see `reaching`
 
     Raises
     ------
@@ -78,9 +80,8 @@ def train(
     """
     chosen = settings or TrainingSettings()
     begun = perf_counter()
-    reaches = _reaching(
-        split, vehicle, choice, chosen, recipe_of(Path(folder)) if folder is not None and resume else {}
-    )
+    before = _recipe_before(None if folder is None else Path(folder), resume)
+    reaches = _reaching(split, vehicle, choice, chosen, before, probing)
     used = chosen if reaches is None else replace(chosen, fade=reaches.fade)
     with _reproducible(chosen.seed):
         prepared = prepare_training(split, vehicle, choice, used)
@@ -105,8 +106,30 @@ def train(
     return Trained(model, tuple(run.history), more, kept.epoch, kept.share, kept.lawful, why, chosen, start, reaches)
 
 
+def _recipe_before(folder: Path | None, resume: bool) -> Mapping[str, Any]:
+    """The recipe of an interrupted training that is to go on; empty for none.
+
+    Raises
+    ------
+    RequestError
+        where it would be lost, or there is no folder for it.
+    """
+    if folder is None:
+        if resume:
+            raise RequestError("training: resume needs the folder of the interrupted training")
+        return {}
+    if not resume and (folder / CHECKPOINT).exists():
+        raise RequestError(f"{folder} holds an interrupted training; resume it (--resume), or remove {CHECKPOINT}")
+    return recipe_of(folder) if resume else {}
+
+
 def _reaching(
-    split: Split, vehicle: Vehicle, choice: Choice, settings: TrainingSettings, before: Mapping[str, Any]
+    split: Split,
+    vehicle: Vehicle,
+    choice: Choice,
+    settings: TrainingSettings,
+    before: Mapping[str, Any],
+    probing: Callable[[], None] | None,
 ) -> Reaching | None:
     """Where a correction fades by its log; None where that was asked otherwise, or a network has no vehicle beside.
 
@@ -117,8 +140,14 @@ def _reaching(
         return Reaching(NARROW, Why.BEGUN) if settings.fade is None and not choice.pure else None
     if REACHING in before:
         return Reaching.of(before[REACHING])
-    few = probing(settings)
-    return reaching(split, vehicle, settings.window, lambda part: train(part, vehicle, choice, settings=few).model)
+    few = probe_settings(settings)
+
+    def probe(part: Split) -> NetworkModel:
+        if probing is not None:
+            probing()
+        return train(part, vehicle, choice, settings=few).model
+
+    return reaching(split, vehicle, settings.window, probe)
 
 
 def one_pass(
@@ -181,12 +210,6 @@ class _Run:
             self.folder.mkdir(parents=True, exist_ok=True)
             if resume:
                 found = read_checkpoint(self.folder, self.prepared.recipe)
-            elif (self.folder / CHECKPOINT).exists():
-                raise RequestError(
-                    f"{self.folder} holds an interrupted training; resume it (--resume), or remove {CHECKPOINT}"
-                )
-        elif resume:
-            raise RequestError("training: resume needs the folder of the interrupted training")
         if found is None:
             # A hybrid that has learnt nothing is the vehicle; a pure network is nothing, unless it was trained before.
             if not self.prepared.pure or "start" in self.prepared.recipe:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...measurements.preparation.dataset import DataSet
 from ...measurements.preparation.split import Split
+from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
@@ -63,6 +64,7 @@ class Why(Enum):
         "deviations beyond that than what fades early",
     )
     UNTRIED = ("untried", "the training part is too short or too even to try how far it holds")
+    FAILED = ("failed", "no probe could be trained that would try it")
     BEGUN = ("begun", "a network that goes on from another may have seen what would try it")
 
 
@@ -93,10 +95,15 @@ class Reaching:
 
         Raises
         ------
-        ValueError, TypeError, KeyError
+        RequestError
             where it did not.
         """
-        return cls(**{**said, "why": Why(said["why"])})
+        try:
+            return cls(**{**said, "why": Why(said["why"])})
+        except (TypeError, ValueError, KeyError) as error:
+            raise RequestError(
+                f"training: a checkpoint does not say where its correction fades ({error}); remove it to train anew"
+            ) from error
 
     @property
     def sentence(self) -> str:
@@ -113,7 +120,7 @@ class Reaching:
         return said
 
 
-def probing(settings: TrainingSettings) -> TrainingSettings:
+def probe_settings(settings: TrainingSettings) -> TrainingSettings:
     """The settings by which a probe is trained: few epochs, and it says everywhere all that it has learnt."""
     return replace(settings, epochs=min(settings.epochs, _EPOCHS), fade=0.0, shrink=False)
 
@@ -136,7 +143,11 @@ def reaching(split: Split, vehicle: Vehicle, window: float, probe: Callable[[Spl
         calm = calm_part(split.train, vehicle, window, share)
         if calm is None:
             break
-        tried = _tried(probe(replace(split, train=calm)), calm, split.train, share, most)
+        try:
+            model = probe(replace(split, train=calm))
+        except RequestError:  # a loss that is not finite, perhaps: the training itself says so
+            return found if found.why is Why.HOLDS_NOT else Reaching(NARROW, Why.FAILED)
+        tried = _tried(model, calm, split.train, share, most)
         if tried.why is Why.HOLDS:
             return tried
         if tried.why is Why.HOLDS_NOT and found.why is Why.UNTRIED:
@@ -146,7 +157,7 @@ def reaching(split: Split, vehicle: Vehicle, window: float, probe: Callable[[Spl
 
 def _tried(model: NetworkModel, calm: DataSet, data: DataSet, share: float, most: float) -> Reaching:
     """What the rollouts of a probe along all data say that leave what it knows by so much that a narrow fade is 0."""
-    along = replace(data, motions=tuple(m for m in data.motions if m.duration >= _HORIZON))
+    along = replace(data, motions=tuple(m for m in data.motions if m.duration >= _HORIZON), unfiltered=None)
     if not along.motions:
         return Reaching(NARROW, Why.UNTRIED)
     network, constants = model.network, model.network.scaling
@@ -164,8 +175,6 @@ def _tried(model: NetworkModel, calm: DataSet, data: DataSet, share: float, most
         return Reaching(NARROW, Why.UNTRIED)
     tried = float(np.quantile(distances[lively], _TRIED))
     far = min(_FARTHER * tried, most)
-    if far <= NARROW:
-        return Reaching(NARROW, Why.UNTRIED)
     squares = {0.0: np.concatenate(alone.squares)[lively]}
     for fade in (NARROW, far):
         network.fade_beyond(Reach.of(seen, fade))

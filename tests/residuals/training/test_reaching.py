@@ -19,7 +19,7 @@ from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.networks.fade import NARROW
 from undertow.residuals.training import epochs
 from undertow.residuals.training.epochs import train
-from undertow.residuals.training.reaching import Reaching, Why, calm_part, probing, reaching
+from undertow.residuals.training.reaching import Reaching, Why, calm_part, probe_settings, reaching
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
 SHORT = TrainingSettings(epochs=2)
@@ -154,8 +154,8 @@ def test_where_the_probe_does_not_hold_weights_are_those_of_a_narrow_fade(
 
 
 def test_a_probe_is_short_and_says_all_that_it_has_learnt() -> None:
-    assert probing(TrainingSettings()) == TrainingSettings(epochs=40, fade=0.0, shrink=False)
-    assert probing(SHORT).epochs == 2
+    assert probe_settings(TrainingSettings()) == TrainingSettings(epochs=40, fade=0.0, shrink=False)
+    assert probe_settings(SHORT).epochs == 2
 
 
 @pytest.mark.parametrize("fade", [-0.5, nan])
@@ -169,3 +169,26 @@ def test_the_push_is_what_the_vehicle_lacks(pushed: Split) -> None:
     (motion,) = pushed.train.motions
     apart = saying(pushed, 1.0).acceleration(motion) - VehicleModel(HULL, "alone").acceleration(motion)
     assert apart[:, 0] == pytest.approx(PUSH / mass_matrix(HULL)[0, 0], rel=1e-5)
+
+
+def test_where_no_probe_can_be_trained_the_fade_is_narrow(pushed: Split) -> None:
+    def fails(part: Split) -> NetworkModel:
+        raise RequestError("the loss is nan")
+
+    found = reaching(pushed, HULL, 10.0, fails)
+    assert found == Reaching(NARROW, Why.FAILED)
+    assert "no probe could be trained" in found.sentence
+
+
+def test_each_probe_is_told_before_it_is_trained(pushed: Split) -> None:
+    told: list[int] = []
+    train(pushed, HULL, Choice("trees"), settings=SHORT, probing=lambda: told.append(1))
+    assert told
+    train(pushed, HULL, Choice("trees"), settings=replace(SHORT, fade=NARROW), probing=lambda: told.append(2))
+    assert 2 not in told
+
+
+@pytest.mark.parametrize("said", [{"why": "holds"}, {"fade": 1.0, "why": "nothing"}, {"fade": 1.0, "other": 2.0}])
+def test_a_file_that_does_not_say_where_it_fades_is_refused(said: dict[str, object]) -> None:
+    with pytest.raises(RequestError, match="does not say where its correction fades"):
+        Reaching.of(said)
