@@ -131,10 +131,9 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
     first = before.first
     much = first is not None and _leaves_much(first)
     asked = _asked_while_searching(basis, before) if much else None
-    if first and asked is not None:
-        at_once = _corrected(before, first, asked, _explained_by_one)
-        if at_once and not _as_few_forces(first, at_once):
-            return at_once
+    at_once = _corrected(before, first, asked, _explained_by_one) if first and asked is not None else None
+    if first and at_once and not _as_few_forces(first, at_once):
+        return at_once
     looked = before.settled
     earned, doubts = _earned(looked.search, looked.state) if looked else (0.0, {})
     estimate = None
@@ -147,7 +146,18 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
         corrected = _corrected(before, looked, estimate, partial(_selected, before))
     if corrected is None and looked is None:  # where no model and no errors explain a log, rollouts judge it anyway
         _, doubts = _earned(before.selected.search, before.selected.state)
+    if corrected is None and at_once is not None:
+        doubts = _doubted_by(at_once, before.selected) | doubts
     return corrected or BesideSensors(before.selected, None, doubts)
+
+
+def _doubted_by(simpler: BesideSensors, found: Selected) -> dict[str, str]:
+    """Why effects are not certain without which fewer causes, errors of the sensors among them, explain a log."""
+    errors, named = simpler.errors or _NONE, _named(simpler.looked)
+    more = [key for key in _named(found) if key not in named]
+    if len(_named(found)) <= len(named) + errors.many:
+        return {}
+    return dict.fromkeys(more, f"{_told(errors)}, the log would not ask for it")
 
 
 def _asked_while_searching(basis: Basis, before: Selection) -> Array | None:
@@ -184,7 +194,7 @@ def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
     if not search.named(state.active):
         return 0.0, {}
     here = Beside(search, _columns(search, state), state)
-    told = f"{_told(here.errors * _USUAL)}, the log would not ask for it"
+    told = f"{_told(HiddenErrors.of(here.errors * _USUAL))}, the log would not ask for it"
     return here.earned, dict.fromkeys(here.unneeded if here.earned >= _ASKS else (), told)
 
 
@@ -341,9 +351,8 @@ def _asked(basis: Basis) -> Array | None:
     return taken + again.errors * _USUAL
 
 
-def _told(estimate: Array) -> str:
+def _told(errors: HiddenErrors) -> str:
     """Errors that a log may hold, as the beginning of a sentence."""
-    errors = HiddenErrors.of(estimate)
     parts = []
     if errors.arm_x or errors.arm_y:
         ahead, aside = f"{errors.arm_x:+.2f} m ahead", f"{errors.arm_y:+.2f} m to starboard"
