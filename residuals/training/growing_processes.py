@@ -4,7 +4,7 @@ Kernels and their noise come from the marginal likelihood of samples of rows, dr
 Williams 2006, section 5.4.1). It takes noise for independent from row to row, and what neighbours in time share beside
 the inputs (a current, a heading that is not seen) for a function of them. So lengths and noise are raised in steps, and
 that kernel is kept which errs least on blocks of time that its weights have not seen (section 5.4.2; blocks because
-rows depend on their neighbours, Roberts et al. 2017, doi:10.1111/ecog.02881); where none errs less than nothing does,
+rows depend on their neighbours, Roberts et al. 2017, doi:10.1111/ecog.02881); where none takes a tenth off their error,
 there is none. The weights come from all rows, by the subset of regressors (section 8.3.1, equation 8.14), whose centres
 are the first rows of the same draw. Where all rows are centres that is the whole Gaussian process.
 """
@@ -93,7 +93,7 @@ def _kernel(rows: Array, target: Array) -> Kernel:
 
 
 def _holding(kernels: Sequence[Kernel], rows: Array, target: Array, centres: Array) -> Kernel | None:
-    """The kernel, of some and what is made of them, that errs least on unseen blocks; None where nothing errs less."""
+    """The kernel, of some and what is made of them, that errs least on unseen blocks; None where none is worth it."""
     best, least = None, _GAIN * float((target**2).sum())
     for (size, lengths, noise), longer in product(kernels, _LONGER):
         errors = _unseen(rows, target, centres, lengths * longer, [noise / size * louder for louder in _LOUDER])
@@ -109,7 +109,7 @@ def _unseen(rows: Array, target: Array, centres: Array, lengths: Array, shares: 
     inner, pull, size = np.zeros((_FOLDS, count, count)), np.zeros((_FOLDS, count)), np.zeros(_FOLDS)
     for k, part in enumerate(parts):
         for some, wanted in zip(_blocks(rows[part]), _blocks(target[part]), strict=True):
-            across = solve_triangular(near, _bells(some / lengths, centres / lengths).T, trans="T")
+            across = solve_triangular(near, _bells(some / lengths, centres / lengths).T, trans=1)
             inner[k] += across @ across.T
             pull[k] += across @ wanted
             size[k] += wanted @ wanted
