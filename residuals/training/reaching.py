@@ -15,6 +15,7 @@ from ...measurements.preparation.dataset import DataSet
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.frames import Array
+from ...physics.in_words import percent
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..models.base import Model, VehicleModel
@@ -54,14 +55,13 @@ class Why(Enum):
 
     HOLDS = (
         "holds",
-        "what a probe learns of the calmest {calm:.0%} of the training part holds up to {tried:.2g} deviations beyond "
-        "that, where over 10 s it leaves {wide:.0%} of the vehicle's error in position, and {narrow:.0%} where it "
-        "fades early",
+        "trained on the calmest {calm} of the training part alone, it held up to {tried:.2g} deviations beyond that, where "
+        "it left {wide} of the vehicle's error in 10 s positions, and {narrow} with a fade of 0.5",
     )
     HOLDS_NOT = (
         "holds_not",
-        "what a probe learns of the calmest {calm:.0%} of the training part is not surely better {tried:.2g} "
-        "deviations beyond that than what fades early",
+        "trained on the calmest {calm} of the training part alone, it was not surely better {tried:.2g} deviations "
+        "beyond that than with a fade of 0.5",
     )
     UNTRIED = ("untried", "the training part is too short or too even to try how far it holds")
     FAILED = ("failed", "no probe could be trained that would try it")
@@ -108,9 +108,10 @@ class Reaching:
     @property
     def sentence(self) -> str:
         """Where it fades, and why."""
-        numbers = {"calm": self.calm, "tried": self.tried, "narrow": self.narrow, "wide": self.wide}
-        why = self.why.sentence.format(**numbers)
-        return f"Nothing is left of its correction {self.fade:.2g} deviations beyond what it has seen: {why}."
+        shares = {"calm": percent(self.calm), "narrow": percent(self.narrow), "wide": percent(self.wide)}
+        why = self.why.sentence.format(tried=self.tried, **shares)
+        far = f"{self.fade:.2g} standard deviations of its inputs"
+        return f"Nothing is left of its correction {far} beyond what it has seen: {why}."
 
     def to_dict(self) -> dict[str, object]:
         """As a model's file has it; nothing of a trial that there was not."""
