@@ -55,8 +55,8 @@ class Why(Enum):
 
     HOLDS = (
         "holds",
-        "trained on the calmest {calm} of the training part alone, it held up to {tried:.2g} deviations beyond that, where "
-        "it left {wide} of the vehicle's error in 10 s positions, and {narrow} with a fade of 0.5",
+        "trained on the calmest {calm} of the training part alone, it held up to {tried:.2g} deviations beyond that, "
+        "where it left {wide} of the vehicle's error in 10 s positions, and {narrow} with a fade of 0.5",
     )
     HOLDS_NOT = (
         "holds_not",
