@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +37,7 @@ from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, load_network, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
 from ..residuals.scores import evaluate
-from ..residuals.training.training_settings import Choice, TrainingSettings
+from ..residuals.training.training_settings import Choice, TrainingSettings, asks_its_log
 from .run_folder.targets import check_target_folder
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ if TYPE_CHECKING:
 TRAIN_SCHEMA = "undertow.train/1"
 _MANY = 0.05
 """Share of the judged rows beyond what a network has seen that is worth a sentence: few rows decide no error."""
-_PROBING = "training a probe on the calm part of the log, to try how far beyond its training a correction holds"
+_TRYING = "trying first how far beyond its training a correction holds, where the log is long enough to say"
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -218,6 +217,8 @@ def train(
         return Verdict(audits[-1].verdict == "pass", audits[-1].against)
 
     left = None if chosen.pure else _left(inputs, settings or TrainingSettings())
+    if progress is not None and not resume and asks_its_log(chosen, settings or TrainingSettings()):
+        progress(_TRYING)
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
     with nullcontext() if target is None else _at_work(target):
         found = train_network(
@@ -229,7 +230,6 @@ def train(
             resume=resume,
             progress=each,
             auditor=judged,
-            probing=None if progress is None else partial(progress, _PROBING),
         )
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]

@@ -8,7 +8,6 @@ from functools import partial
 from math import cos, isfinite, pi
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import torch
 
@@ -51,7 +50,6 @@ def train(
     resume: bool = False,
     progress: Callable[[Epoch], None] | None = None,
     auditor: Auditor | None = None,
-    probing: Callable[[], None] | None = None,
 ) -> Trained:
     """Train a network on the training part of a split; the validation part chooses the epoch that is kept.
 
@@ -70,7 +68,6 @@ def train(
         Where none does, training goes on at the states that it met against the laws, see `choosing`: without a
         checkpoint, so that a training which is resumed does the same again. The sample of states that judges every
         epoch is no proof
-    probing : called before a probe is trained, which asks how far the correction holds, see `reaching`
 
     Raises
     ------
@@ -81,7 +78,7 @@ def train(
     chosen = settings or TrainingSettings()
     begun = perf_counter()
     before = _recipe_before(None if folder is None else Path(folder), resume)
-    reaches = _reaching(split, vehicle, choice, chosen, before, probing)
+    reaches = _reaching(split, vehicle, choice, chosen, before)
     used = chosen if reaches is None else replace(chosen, fade=reaches.fade)
     with _reproducible(chosen.seed):
         prepared = prepare_training(split, vehicle, choice, used)
@@ -106,7 +103,7 @@ def train(
     return Trained(model, tuple(run.history), more, kept.epoch, kept.share, kept.lawful, why, chosen, start, reaches)
 
 
-def _recipe_before(folder: Path | None, resume: bool) -> Mapping[str, Any]:
+def _recipe_before(folder: Path | None, resume: bool) -> Mapping[str, object]:
     """The recipe of an interrupted training that is to go on; empty for none.
 
     Raises
@@ -128,8 +125,7 @@ def _reaching(
     vehicle: Vehicle,
     choice: Choice,
     settings: TrainingSettings,
-    before: Mapping[str, Any],
-    probing: Callable[[], None] | None,
+    before: Mapping[str, object],
 ) -> Reaching | None:
     """Where a correction fades by its log; None where that was asked otherwise, or a network has no vehicle beside.
 
@@ -141,13 +137,7 @@ def _reaching(
     if REACHING in before:
         return Reaching.of(before[REACHING])
     few = probe_settings(settings)
-
-    def probe(part: Split) -> NetworkModel:
-        if probing is not None:
-            probing()
-        return train(part, vehicle, choice, settings=few).model
-
-    return reaching(split, vehicle, settings.window, probe)
+    return reaching(split, vehicle, settings.window, lambda part: train(part, vehicle, choice, settings=few).model)
 
 
 def one_pass(

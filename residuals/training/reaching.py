@@ -4,10 +4,9 @@ A log says little of what comes beyond it, but it says something: whether what i
 where the other half leaves that. Where it does not hold so far, the calmer three quarters and the rest try less.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any
 
 import numpy as np
 
@@ -90,7 +89,7 @@ class Reaching:
     wide: float = 1.0
 
     @classmethod
-    def of(cls, said: Mapping[str, Any]) -> "Reaching":
+    def of(cls, said: object) -> "Reaching":
         """What `to_dict` wrote.
 
         Raises
@@ -99,6 +98,8 @@ class Reaching:
             where it did not.
         """
         try:
+            if not isinstance(said, dict):
+                raise TypeError(f"got {said!r}")
             return cls(**{**said, "why": Why(said["why"])})
         except (TypeError, ValueError, KeyError) as error:
             raise RequestError(

@@ -67,7 +67,8 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
         assert text in said
     assert "The audit fails" not in said
     assert call("check", place / "M", place / "log.csv").exit_code == 0, "what training calls lawful, check passes"
-    lines = (place / "progress.txt").read_text().splitlines()
+    tries, *lines = (place / "progress.txt").read_text().splitlines()
+    assert "trying first how far beyond its training" in tries
     assert [line.split()[1] for line in lines] == ["1", "10", "20"]
     assert all("validation error" in line and "breaks the laws at" in line for line in lines)
 

@@ -180,14 +180,6 @@ def test_where_no_probe_can_be_trained_the_fade_is_narrow(pushed: Split) -> None
     assert "no probe could be trained" in found.sentence
 
 
-def test_each_probe_is_told_before_it_is_trained(pushed: Split) -> None:
-    told: list[int] = []
-    train(pushed, HULL, Choice("trees"), settings=SHORT, probing=lambda: told.append(1))
-    assert told
-    train(pushed, HULL, Choice("trees"), settings=replace(SHORT, fade=NARROW), probing=lambda: told.append(2))
-    assert 2 not in told
-
-
 @pytest.mark.parametrize("said", [{"why": "holds"}, {"fade": 1.0, "why": "nothing"}, {"fade": 1.0, "other": 2.0}])
 def test_a_file_that_does_not_say_where_it_fades_is_refused(said: dict[str, object]) -> None:
     with pytest.raises(RequestError, match="does not say where its correction fades"):
