@@ -32,7 +32,8 @@ from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
 from .experiment.advice import advise, open_questions
 from .findings import Findings
 from .fold_models import FoldModels, fold_models
-from .hidden_sensors import HiddenErrors, beside_sensors
+from .hidden_errors import HiddenErrors
+from .hidden_sensors import beside_sensors
 from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, WHY_TOO_SHORT, settle, steps, with_untold
 from .lawful.passivity import lawful_model
 from .reason import Reason

@@ -5,23 +5,23 @@ that were turned into the body by a heading that is off by a constant. What they
 with many effects at once, each a stand-in; taken away, the few that are real remain.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
-from ..measurements.kinematic_errors import corrected_for
 from ..measurements.statistics.second_processor import at_hand, beside, shared
+from ..physics.errors import RequestError
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.stage import Say, Stage
 from .basis import Basis, beside_few, choose
 from .candidates.candidate import Kind
-from .findings import SensorError
-from .found_effects import FoundTerm
+from .hidden_errors import A_LITTLE, NONE, HiddenErrors
 from .search.beside_errors import Beside, best_beside
 from .search.command_resolution import leaves_structure
 from .search.floating import Search, State
@@ -36,75 +36,13 @@ _ASKS, _BETTER = 4.0, 10.0
 """Log-likelihood that such errors must earn beside the model that was found for a second search to be tried, and for an
 effect that is not asked for beside them to be no longer certain; and that the second must be better by, their price
 paid. Right sensors earn less than one, and wrong ones no more than five where a dozen effects stand in for them."""
-_LEAST = (0.05, 0.05, 0.02)
-"""Sizes from which an error matters [m, m, rad]."""
-_A_LITTLE = "were the sensors off by a little"
 _SETTLED = {False: 0.003, True: 0.02}
 """Change of an estimate, in units of what is usual, from which it stays: without noise of sensors, and with it."""
-ARM, COMPASS = "mount", "compass_constant"
-"""Names of the corrections for a lever arm, and for a heading that lacks something."""
 _ROUNDS = 4
 """Searches with a better and better estimate."""
 _STAND_IN = 1.0 / 3.0
 """Share of what stood unexplained that may be left beside such errors: what is left of a bad compass and was taken for
 an arm left three quarters, an arm that was there less than a sixth, of that which noise does not hide."""
-
-
-@dataclass(frozen=True, slots=True)
-class HiddenErrors:
-    """Where the sensor of places and speeds is, ahead and to starboard [m], and what a heading lacks [rad]."""
-
-    arm_x: float
-    arm_y: float
-    compass: float
-
-    @classmethod
-    def of(cls, estimate: Array) -> "HiddenErrors":
-        """From three numbers, those that do not matter taken for none."""
-        ahead, aside, turned = np.where(np.abs(estimate) >= _LEAST, estimate, 0.0).tolist()
-        return cls(ahead, aside, turned)
-
-    @property
-    def many(self) -> int:
-        """How many of them there are."""
-        return int(np.count_nonzero((self.arm_x, self.arm_y, self.compass)))
-
-    def leaving(self, left: Collection[str]) -> "HiddenErrors":
-        """The same without some of them, by the names of their corrections: these stay in the motion."""
-        arm_x, arm_y = (0.0, 0.0) if ARM in left else (self.arm_x, self.arm_y)
-        return replace(self, arm_x=arm_x, arm_y=arm_y, compass=0.0 if COMPASS in left else self.compass)
-
-    def corrected(self, motion: Motion) -> Motion:
-        """A motion as it is at the origin, and along the true heading."""
-        errors = {"mount_x": self.arm_x, "mount_y": self.arm_y, "compass_constant": self.compass}
-        return corrected_for(motion, errors)
-
-    @property
-    def findings(self) -> tuple[SensorError, ...]:
-        """What is told of them."""
-        found = []
-        if max(abs(self.arm_x) / _LEAST[0], abs(self.arm_y) / _LEAST[1]) >= 1.0:
-            told = (
-                f"Places and speeds are measured {self.arm_x:+.2f} m ahead and {self.arm_y:+.2f} m to starboard of the "
-                "vehicle's origin, as the forces tell; the motion is corrected for it."
-            )
-            terms = (
-                FoundTerm(symbol="arm_x", value=self.arm_x, unit="m"),
-                FoundTerm(symbol="arm_y", value=self.arm_y, unit="m"),
-            )
-            found.append(
-                SensorError(error="antenna_arm", verdict="present", sentence=told, terms=terms, correction=ARM)
-            )
-        if abs(self.compass) >= _LEAST[2]:
-            angle = float(np.degrees(self.compass))
-            told = f"The heading lacks {angle:+.1f} degrees, as the forces tell; it and the speeds are corrected."
-            terms = (FoundTerm(symbol="misalignment", value=angle, unit="deg"),)
-            error = "compass_deviation"
-            found.append(SensorError(error=error, verdict="present", sentence=told, terms=terms, correction=COMPASS))
-        return tuple(found)
-
-
-_NONE = HiddenErrors(0.0, 0.0, 0.0)
 
 
 class BesideSensors(NamedTuple):
@@ -153,18 +91,19 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
 
 def _doubted_by(simpler: BesideSensors, found: Selected) -> dict[str, str]:
     """Why effects are not certain without which fewer causes, errors of the sensors among them, explain a log."""
-    errors, named = simpler.errors or _NONE, _named(simpler.looked)
+    errors, named = simpler.errors or NONE, _named(simpler.looked)
     more = [key for key in _named(found) if key not in named]
     if len(_named(found)) <= len(named) + errors.many:
         return {}
-    return dict.fromkeys(more, f"{_told(errors)}, the log would not ask for it")
+    return dict.fromkeys(more, f"{errors.beside}, the log would not ask for it")
 
 
 def _asked_while_searching(basis: Basis, before: Selection) -> Array | None:
     """See `_asked`; with a second processor the forces are searched further meanwhile, as most logs want next."""
     with beside(partial(_asked, basis)) as asked:
         if at_hand():
-            before.search_on()
+            with suppress(RequestError):  # it is told where that search is asked for, if it is
+                before.search_on()
         return asked()
 
 
@@ -194,7 +133,7 @@ def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
     if not search.named(state.active):
         return 0.0, {}
     here = Beside(search, _columns(search, state), state)
-    told = f"{_told(HiddenErrors.of(here.errors * _USUAL))}, the log would not ask for it"
+    told = f"{HiddenErrors.of(here.errors * _USUAL).beside}, the log would not ask for it"
     return here.earned, dict.fromkeys(here.unneeded if here.earned >= _ASKS else (), told)
 
 
@@ -217,7 +156,7 @@ def _corrected(
     worth = np.inf if against is None else against.state.score - _BETTER
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
-        if errors == _NONE:
+        if errors == NONE:
             break
         begun = choose([errors.corrected(motion) for motion in basis.forces.motions], basis.nominal, basis.settings)
         other = look(begun)
@@ -242,7 +181,7 @@ def _corrected(
     looked = best.selected
     notes = (*filter(None, [basis.part]), *looked.notes)
     looked = replace(looked, basis=replace(looked.basis, part=basis.part), notes=notes)
-    return BesideSensors(looked, found, dict.fromkeys(unsure, f"{_A_LITTLE} more, the log would not ask for it"))
+    return BesideSensors(looked, found, dict.fromkeys(unsure, f"{A_LITTLE} more, the log would not ask for it"))
 
 
 def _explained_by_one(begun: Basis) -> Selection | None:
@@ -337,7 +276,7 @@ def _asked(basis: Basis) -> Array | None:
     columns = _columns(search, empty)
     within = best_beside(search, columns, empty)
     errors = HiddenErrors.of(within.errors * _USUAL)
-    if errors == _NONE:
+    if errors == NONE:
         return None
     # A search beside errors that are not taken out yet may end where one without them does not: then it is told anew.
     motions = [errors.corrected(motion) for motion in basis.forces.motions]
@@ -349,17 +288,6 @@ def _asked(basis: Basis) -> Array | None:
     if best_beside(search, columns[:, :, :0], empty).worth() - best < _BETTER:
         return None
     return taken + again.errors * _USUAL
-
-
-def _told(errors: HiddenErrors) -> str:
-    """Errors that a log may hold, as the beginning of a sentence."""
-    parts = []
-    if errors.arm_x or errors.arm_y:
-        ahead, aside = f"{errors.arm_x:+.2f} m ahead", f"{errors.arm_y:+.2f} m to starboard"
-        parts.append(f"speeds measured {ahead} and {aside} of the origin")
-    if errors.compass:
-        parts.append(f"a heading that lacks {np.degrees(errors.compass):+.1f} degrees")
-    return f"beside {' and '.join(parts)}" if parts else _A_LITTLE
 
 
 def _columns(search: Search, state: State) -> Array:

@@ -1,9 +1,9 @@
 """Why an effect is not called missing: one word of a closed list, which carries its sentence."""
 
-from enum import Enum
+from ..physics.worded import Worded
 
 
-class Reason(Enum):
+class Reason(Worded):
     """Why an effect is not called missing; the value is the word that `findings.json` writes.
 
     Where several hold, the one that stands first here is told.
@@ -15,11 +15,9 @@ class Reason(Enum):
     cannot_tell: bool
     """Whether the log holds nothing that could settle it, so that no number about the effect means anything."""
 
-    def __new__(cls, word: str, sentence: str, cannot_tell: bool = False) -> "Reason":
-        """A member whose value is the word."""
-        member = object.__new__(cls)
-        member._value_, member.sentence, member.cannot_tell = word, sentence, cannot_tell
-        return member
+    def __init__(self, word: str, sentence: str, cannot_tell: bool = False) -> None:
+        super().__init__(word, sentence)
+        self.cannot_tell = cannot_tell
 
     NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)
     DOUBTFUL_VALUE = ("doubtful_value", "In the corrected model, but not certain: {told}. ({meaning})")

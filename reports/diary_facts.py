@@ -1,13 +1,13 @@
 """What a hull diary tells of a fleet, as its file and its page have it."""
 
-from enum import Enum
 from typing import ClassVar
 
 from ..physics.cards import Card, each
 from ..physics.file_records import Flag, Number, Record, Whole
+from ..physics.worded import Worded
 
 
-class Cause(Enum):
+class Cause(Worded):
     """What happened to a hull; `sentence` says how that shows."""
 
     FOULING = "fouling", "the drag of the hull grows over weeks, as weed and barnacles make it"
@@ -16,15 +16,6 @@ class Cause(Enum):
     BATTERY = "battery", "all thrusters push less alike, or more again, as with a battery that is low, then charged"
     CLEANING = "cleaning", "the drag of the hull falls at once, as after a cleaning"
     UNNAMED = "a change without a name", "parameters change as none of the named causes changes them"
-
-    sentence: str
-
-    def __new__(cls, name: str, sentence: str) -> "Cause":
-        """Keep the sentence beside the value."""
-        made = object.__new__(cls)
-        made._value_ = name
-        made.sentence = sentence
-        return made
 
 
 class Band(Record):

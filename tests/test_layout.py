@@ -34,6 +34,7 @@ DISCOVERY = (
         "basis",
         "calibration",
         *("selected", "rollout_selection", "selection"),
+        "hidden_errors",
         "hidden_sensors",
         "kept_effects",
     ),

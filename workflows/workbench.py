@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ..comparison.facts import ComparedModel
-from ..discovery.hidden_sensors import HiddenErrors
+from ..discovery.hidden_errors import HiddenErrors
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import Inputs, PathLike
 from ..measurements.statistics.single_threaded import single_threaded

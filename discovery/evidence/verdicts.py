@@ -156,12 +156,11 @@ def unmeasured(motions: Sequence[Motion]) -> tuple[FoundEffect, ...]:
 
 def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate], kept: Sequence[str]) -> list[Evidence]:
     """One entry for each effect: every selected or kept thruster of a per-thruster effect, or else the best."""
-    seen: set[str] = set()
+    seen = {pool[key].effect.name for key in kept}
     entries = []
-    standing = {pool[key].effect.name for key in kept}
     for e in evidence:
         name = pool[e.key].effect.name
-        if e.selected or e.key in kept or name not in {*seen, *standing}:
+        if e.selected or e.key in kept or name not in seen:
             entries.append(e)
             seen.add(name)
     return entries

@@ -6,7 +6,6 @@ where the other half leaves that. Where it does not hold so far, the calmer thre
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from ...physics.frames import Array
 from ...physics.in_words import percent
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
+from ...physics.worded import Worded
 from ..models.base import Model, VehicleModel
 from ..models.network_inputs import network_inputs
 from ..models.network_model import NetworkModel
@@ -40,17 +40,11 @@ _TRIED = 0.9
 """Quantile of the greatest distances of rollouts that counts as tried: single jumps of a command go farther."""
 
 
-class Why(Enum):
+class Why(Worded):
     """Why a correction fades where it does; the value is the word that files have."""
 
     sentence: str
     """What is told of it, with the numbers of `Reaching` in braces."""
-
-    def __new__(cls, word: str, sentence: str) -> "Why":
-        """A member whose value is the word."""
-        member = object.__new__(cls)
-        member._value_, member.sentence = word, sentence
-        return member
 
     HOLDS = (
         "holds",

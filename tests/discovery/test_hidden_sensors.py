@@ -11,7 +11,8 @@ import pytest
 from undertow.discovery import hidden_sensors, selection
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import find_missing
-from undertow.discovery.hidden_sensors import BesideSensors, HiddenErrors
+from undertow.discovery.hidden_errors import HiddenErrors
+from undertow.discovery.hidden_sensors import BesideSensors
 from undertow.discovery.search.floating import Search
 from undertow.discovery.selection import Selection
 from undertow.discovery.settings import DiscoverySettings
