@@ -21,11 +21,12 @@ import numpy as np
 from measured import Figures
 from scipy import stats
 from study.fingerprint import fingerprint
-from study.steered import STEERED, mean_error, models, passages, world
+from study.steered import PERFECT, STEERED, mean_error, models, passages, world
 
 from undertow.physics.errors import RequestError
 from undertow.physics.files import write_json, write_text
 from undertow.physics.vehicle import Vehicle
+from undertow.residuals.networks.registry import NETWORKS
 
 ROOT = Path(__file__).resolve().parents[1]
 KINDS = {"hidden": "hidden effects that are worth it", "nothing": "nothing hidden"}
@@ -33,7 +34,7 @@ OTHER_SEED = 500
 """By how much the seed of the nominal model's second passage differs: how far the two are apart is noise."""
 PACKAGES = ("physics", "measurements", "residuals", "discovery", "exports/formats", "exports/program", "steering")
 """Packages whose source decides the results."""
-ORDER = ("nominal", "calibrated", "corrected", "hybrid lstm", "hybrid tcn", "perfect")
+FORMULAS = ("nominal", "calibrated", "corrected")
 Rows = list[dict[str, Any]]
 
 
@@ -42,7 +43,7 @@ def steer(kind: str, seed: int, networks: Sequence[str], target: Path, source: s
     kept: dict[str, Any] = json.loads(target.read_text("utf-8")) if target.is_file() else {}
     if kept.get("source") != source:
         kept = {"source": source, "rows": [], "told": {}}
-    names = [*ORDER[:3], *(f"hybrid {name}" for name in networks), ORDER[-1]]
+    names = [*FORMULAS, *(f"hybrid {name}" for name in networks), PERFECT]
     if set(names) <= {row["model"] for row in kept["rows"]}:
         return
     case = world(kind, seed, kept.get("drawn", 0))
@@ -101,7 +102,8 @@ def table(worlds: Sequence[Rows], controller: str) -> list[str]:
         "| at limit | step, median [ms] | slow step [ms] | unsolved | lost |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
-    for model in ORDER:
+    beside = sorted({row["model"] for each in worlds for row in each if row["model"].startswith("hybrid ")})
+    for model in (*FORMULAS, *beside, PERFECT):
         steered = [each for each in worlds if of(each, model, controller)]
         if not steered:
             continue
@@ -186,7 +188,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--boats", type=int, default=20, help="of each kind")
     parser.add_argument("--first", type=int, default=0, help="seed of the first boat")
     parser.add_argument("--kind", choices=KINDS, action="append", help="may be repeated; default: both")
-    parser.add_argument("--networks", choices=("lstm", "tcn"), action="append", help="may be repeated; default: none")
+    parser.add_argument("--networks", choices=NETWORKS, action="append", help="may be repeated; default: none")
     parser.add_argument("--tell", action="store_true", help="run nothing, only tell what is kept")
     parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "control", help="where results are kept")
     parser.add_argument("--table", type=Path, help="page to write")

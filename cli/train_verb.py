@@ -28,7 +28,9 @@ def train(
     residual: Annotated[
         str | None,
         typer.Option(
-            "--residual", help="Network: mlp, lstm (when not given), tcn, transformer, dissipative, trees or gp."
+            "--residual",
+            help="Network: mlp, symmetric, lstm (when not given), tcn, transformer, dissipative, port_hamiltonian, "
+            "trees or gp.",
         ),
     ] = None,
     start: Annotated[

@@ -17,6 +17,7 @@ from .program.vector_operations import Built, Vector, VectorOperations
 
 if TYPE_CHECKING:
     from ..residuals.models.network_model import NetworkModel
+    from ..residuals.networks.base import Network
     from ..residuals.networks.fade import Fade
 
 Weights = Mapping[str, Array]
@@ -121,12 +122,35 @@ def _convolutions(layers: _Layers, x: Vector, seen: Vector, memory: Vector | Non
 
 
 def _dissipation(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
+    x = _hidden(layers, layers.on.tanh, x)
+    return _accelerated(layers, _dissipated(layers, x, seen)), None
+
+
+def _stores(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
+    """The same less E y, with stores y that follow E^T nu_r; memory: the stores."""
+    on, weights = layers.on, layers.weights
+    x = _hidden(layers, on.tanh, x)
+    count = weights["kept"].size
+    scale = np.repeat(weights["factor_scale"], count)
+    ports = layers.scaled(scale, layers.linear("ports", x))
+    moved = on.affine(np.repeat(np.eye(_AXES), count, axis=0), None, on.part(seen, 0, _AXES))
+    wanted = on.affine(np.tile(np.eye(count), _AXES), None, on.mul(ports, moved))
+    kept = 1.0 / (1.0 + np.exp(-weights["kept"]))
+    stored = wanted
+    if memory is not None:  # else as if the first row had lasted
+        stored = on.add(layers.scaled(kept, memory), layers.scaled(1.0 - kept, wanted))
+    back = on.affine(-np.repeat(np.eye(_AXES), count, axis=1), None, on.mul(ports, on.joined([stored] * _AXES)))
+    return _accelerated(layers, on.add(_dissipated(layers, x, seen), back)), stored
+
+
+def _accelerated(layers: _Layers, force: Vector) -> Vector:
+    weights = layers.weights
+    return layers.on.affine(weights["inverse_mass"] / weights["output_scale"][:, None], None, force)
+
+
+def _dissipated(layers: _Layers, x: Vector, seen: Vector) -> Vector:
     """The force -(L L^T + S) nu_r + G T, element by element."""
     on, weights = layers.on, layers.weights
-    layer = 0
-    while f"body.{layer}.weight" in weights:
-        x = on.tanh(layers.linear(f"body.{layer}", x))
-        layer += 2  # after each a hyperbolic tangent
     u, v, r = (on.part(seen, k, k + 1) for k in range(_AXES))
     scale = weights["factor_scale"][[0, 1, 1, 2, 2, 2]]  # of the rows of the lower triangle
     lower = layers.scaled(scale, layers.linear("factor", x))
@@ -155,8 +179,7 @@ def _dissipation(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None
     pushed = on.mul(gains, on.joined([thrusts] * _AXES))
     sums = np.repeat(np.eye(_AXES), drives, axis=1)
     lost = layers.scaled(np.full(_AXES, -1.0), on.add(on.joined(damping), on.joined(turning)))
-    force = on.add(on.affine(sums, None, pushed), lost)
-    return on.affine(weights["inverse_mass"] / weights["output_scale"][:, None], None, force), None
+    return on.add(on.affine(sums, None, pushed), lost)
 
 
 _KINDS: dict[str, Callable[[_Layers, Vector, Vector, Vector | None], _Told]] = {
@@ -165,6 +188,7 @@ _KINDS: dict[str, Callable[[_Layers, Vector, Vector, Vector | None], _Told]] = {
     "lstm": _recurrence,
     "tcn": _convolutions,
     "dissipative": _dissipation,
+    "port_hamiltonian": _stores,
 }
 """Kinds of networks, each from standardised inputs, the inputs themselves, and the memory."""
 
@@ -175,7 +199,7 @@ def _memory_size(kind: str, weights: Weights) -> int:
     if kind == "tcn":
         shapes = {n: w.shape for n, w in weights.items() if n.startswith("blocks.") and n.endswith(".weight")}
         return sum(units * (kernel - 1) * 2 ** int(n.split(".")[1]) for n, (units, _, kernel) in shapes.items())
-    return 0
+    return weights["kept"].size if kind == "port_hamiltonian" else 0
 
 
 def _weight(on: VectorOperations, fade: "Fade", standardised: Vector) -> Vector:
@@ -187,9 +211,9 @@ def _weight(on: VectorOperations, fade: "Fade", standardised: Vector) -> Vector:
     return on.mul(left, left)
 
 
-def weights_of(model: "NetworkModel") -> dict[str, Array]:
+def weights_of(network: "Network") -> dict[str, Array]:
     """Weights and constants of a network by name, in double precision."""
-    return {name: tensor.detach().cpu().numpy().astype(float) for name, tensor in model.network.state_dict().items()}
+    return {name: tensor.detach().cpu().numpy().astype(float) for name, tensor in network.state_dict().items()}
 
 
 class CorrectedProgram:
@@ -208,7 +232,8 @@ class CorrectedProgram:
     """
 
     def __init__(self, model: "NetworkModel") -> None:
-        kind = model.network.name + " of tanh" * (model.network.options.get("activation") == 2)
+        network = model.network.plain()
+        kind = network.name + " of tanh" * (network.options.get("activation") == 2)
         if kind not in _KINDS:
             raise RequestError(
                 f"export: expected a network of the kinds {', '.join(_KINDS)}, got {kind}; train one of these, or let "
@@ -218,7 +243,7 @@ class CorrectedProgram:
             model.vehicle, model.time_step, corrected="in place" if model.pure else "beside"
         )
         self.seen: Function = network_inputs(self.program.vehicle, model.time_step, model.heading)
-        self._kind, self._weights, self._fade = kind, weights_of(model), model.network.fade
+        self._kind, self._weights, self._fade = kind, weights_of(network), network.fade
         self._memory = Group(
             "memory", "what the network remembers", _numbered("memory", _memory_size(kind, self._weights))
         )

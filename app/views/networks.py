@@ -19,6 +19,8 @@ _NETWORKS = {
     "lstm": "LSTM: with memory",
     "tcn": "TCN: with a fixed memory",
     "dissipative": "dissipative: creates no energy, by its form",
+    "port_hamiltonian": "port-Hamiltonian: with memory, creates no energy",
+    "symmetric": "symmetric: the same to port and to starboard",
     "gp": "Gaussian process: what the present state tells, smoothly",
     "trees": "boosted trees: what the present state tells, in steps",
 }

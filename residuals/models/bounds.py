@@ -99,7 +99,7 @@ def _bound(
 
 def _perceptron(model: NetworkModel) -> Perceptron | None:
     """The network with its scaling in its weights and thrust at zero; None where it is no such perceptron."""
-    network, p = model.network, model.vehicle.values
+    network, p = model.network.plain(), model.vehicle.values
     streaming = model.pure and (p["current_north"] != 0.0 or p["current_east"] != 0.0)
     body = dict(network.named_children()).get("body")
     if network.name != "mlp" or model.heading or streaming or not isinstance(body, nn.Sequential):

@@ -75,7 +75,7 @@ class NetworkModel(Model):
             self.fades, self.far = True, network.fade.reach.fade
         if isinstance(network, Dissipative):
             self.rests_on = "itself" if pure else "vehicle"
-        elif network.name == "mlp":
+        elif network.plain().name == "mlp":
             self.rests_on = "bounds"
 
     def _ends(self) -> tuple[Array, Array]:

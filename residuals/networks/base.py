@@ -106,6 +106,10 @@ class Network(nn.Module, ABC):
         like = self.get_buffer("input_mean")
         self.fade = None if reach is None else Fade(reach, 3 + self.scaling.drives).to(like)
 
+    def plain(self) -> "Network":
+        """The same correction by layers that exports and proofs know; itself, unless it is made of several of them."""
+        return self
+
     @torch.no_grad()
     def shrink(self, share: float) -> None:
         """Let the correction be this share of itself from here on."""

@@ -1,7 +1,7 @@
 """A correction that cannot create energy: the force -(L L^T + S) nu_r with S skew-symmetric, and a bounded drive."""
 
 from collections.abc import Mapping
-from typing import ClassVar, final
+from typing import ClassVar
 
 import numpy as np
 import torch
@@ -9,7 +9,7 @@ from torch import Tensor, nn
 
 from .base import Memory, Network, Scaling, hidden_layers
 
-_START = -2.0
+START = -2.0
 """Logarithm of the diagonal of L over its scale at the start: L is a seventh of its scale, damping a fiftieth. It does
 not start at zero, where the gradient of L L^T vanishes."""
 
@@ -17,7 +17,6 @@ _STRONGEST = (1.0, 0.1, 0.0)
 """Effect of a thruster that counts on each axis even where the vehicle has a weaker one [N/N, N/N, N m/N]."""
 
 
-@final
 class Dissipative(Network):
     """Force -(L L^T + S) nu_r + G T, where L, S and G depend on state and thrust through layers of tanh.
 
@@ -41,8 +40,7 @@ class Dissipative(Network):
             nn.init.zeros_(head.weight)
             nn.init.zeros_(head.bias)
         speeds = np.asarray(scaling.inputs.scale[:3], dtype=float)
-        forces = np.abs(scaling.mass) @ scaling.output
-        per_speed = np.sqrt(forces / speeds)
+        per_speed = np.sqrt(np.abs(scaling.mass) @ scaling.output / speeds)
         most = np.maximum(np.abs(scaling.reach).max(axis=1), _STRONGEST)
         constants = {
             "factor_scale": per_speed,
@@ -56,14 +54,21 @@ class Dissipative(Network):
         self.register_buffer("row", torch.tensor([0, 1, 1, 2, 2, 2]), persistent=False)
         self.register_buffer("column", torch.tensor([0, 0, 1, 0, 1, 2]), persistent=False)
         with torch.no_grad():
-            start = float(np.exp(_START))
+            start = float(np.exp(START))
             self.factor.bias.copy_(torch.tensor([start, 0.0, start, 0.0, 0.0, start]))
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
-        buffers = ("factor_scale", "skew_scale", "drive_scale", "inverse_mass", "output_scale")
-        factor_scale, skew_scale, drive_scale, inverse_mass, output_scale = (self.get_buffer(b) for b in buffers)
-        hidden = self.body(standardised)
+        return self.said(self.force(self.body(standardised), inputs)), ()
+
+    def said(self, force: Tensor) -> Tensor:
+        """A force (..., 3) [N, N, N m] as a network says it."""
+        return force @ self.get_buffer("inverse_mass").to(force.dtype).mT / self.get_buffer("output_scale")
+
+    def force(self, hidden: Tensor, inputs: Tensor) -> Tensor:
+        """Force (..., 3) [N, N, N m] of damping, turning and drive, by what the layers make of the inputs."""
+        buffers = ("factor_scale", "skew_scale", "drive_scale")
+        factor_scale, skew_scale, drive_scale = (self.get_buffer(b) for b in buffers)
         shape = inputs.shape[:-1]
         velocity, thrust = inputs[..., :3], inputs[..., 3 : 3 + self.drives]
         lower = inputs.new_zeros(*shape, 3, 3)
@@ -75,5 +80,4 @@ class Dissipative(Network):
         u, v, r = velocity.unbind(-1)
         turning = torch.stack((a * v + b * r, c * r - a * u, -b * u - c * v), dim=-1)
         gains = torch.tanh(self.drive(hidden)).reshape(*shape, 3, self.drives) * drive_scale[:, None]
-        force = (gains @ thrust[..., None]).squeeze(-1) - damping - turning
-        return force @ inverse_mass.to(force.dtype).mT / output_scale, ()
+        return (gains @ thrust[..., None]).squeeze(-1) - damping - turning

@@ -38,7 +38,7 @@ def standardised(vehicle: Vehicle, heading: bool = False) -> Standardisation:
 
 def network_model(name: str, vehicle: Vehicle = HULL, spread: float | None = None, **settings) -> NetworkModel:
     """A model in double precision with random weights, small enough not to diverge; `spread` 0 for none at all."""
-    size = {"tcn": 0.15, "dissipative": 0.05}.get(name, 0.3) if spread is None else spread
+    size = {"tcn": 0.15, "dissipative": 0.05, "port_hamiltonian": 0.05}.get(name, 0.3) if spread is None else spread
     heading = settings.pop("heading", False)
     network = build(name, scaling_of(vehicle, standardised(vehicle, heading), np.array([0.2, 0.1, 0.2])))
     generator = torch.Generator().manual_seed(7)
@@ -192,8 +192,9 @@ def test_inputs_are_the_state_and_the_thrust(motion: Motion):
 # Memory
 
 
-@pytest.mark.parametrize("heading", [False, True], ids=["", "heading"])
-@pytest.mark.parametrize("name", NETWORKS)
+@pytest.mark.parametrize(
+    ("name", "heading"), [(n, h) for n in NETWORKS for h in (False, True) if not (h and n == "symmetric")]
+)
 def test_a_rollout_begins_with_what_the_network_says_there(name: str, heading: bool, motion: Motion):
     model = network_model(name, pure=True, heading=heading)
     starts = np.array([430, 0, 1, 29, 430, 600])

@@ -20,7 +20,8 @@ from undertow.residuals.networks.registry import NETWORKS, build, default_option
 HULL = load_vehicle("otter")
 ROWS = 90
 EVERY_NETWORK = pytest.mark.parametrize("name", NETWORKS)
-WITH_MEMORY = pytest.mark.parametrize("name", [n for n in NETWORKS if n not in ("mlp", "dissipative", "trees", "gp")])
+WITH_MEMORY = pytest.mark.parametrize("name", ["lstm", "tcn", "transformer", "port_hamiltonian"])
+LAWFUL = ("dissipative", "port_hamiltonian")
 
 
 def scaling(heading: bool = False) -> Scaling:
@@ -95,25 +96,26 @@ def test_before_the_first_row_is_the_first_row(name: str):
     assert late.numpy() == pytest.approx(whole[:, 70:].numpy(), abs=1e-12)
 
 
-@pytest.mark.parametrize("name", [n for n in NETWORKS if n != "dissipative"])
+@pytest.mark.parametrize("name", [n for n in NETWORKS if n not in LAWFUL])
 def test_training_starts_from_the_physics_alone(name: str):
     with torch.no_grad():
         assert not build(name, scaling())(inputs().float())[0].any()
 
 
-def test_the_dissipative_one_starts_small_and_nothing_moves_a_boat_at_rest():
-    network = build("dissipative", scaling()).double()
+@pytest.mark.parametrize("name", LAWFUL)
+def test_the_lawful_ones_start_small_and_nothing_moves_a_boat_at_rest(name: str):
+    network = build(name, scaling()).double()
     scale, output = torch.as_tensor(scaling().inputs.scale), torch.as_tensor(scaling().output)
     moving = torch.zeros(3, 1, 5, dtype=torch.float64)
     moving[:, 0, :3] = torch.diag(scale[:3])
     with torch.no_grad():
         said, _ = network(moving)
         rest, _ = network(torch.zeros(1, 1, 5, dtype=torch.float64))
-    assert 0.0 < (said.abs() / output).max() < 0.05
+    assert 0.0 < (said.abs() / output).max() < 0.15
     assert not rest.any()
 
 
-@EVERY_NETWORK
+@pytest.mark.parametrize("name", [n for n in NETWORKS if n != "symmetric"])
 def test_the_heading_is_seen_where_it_is_asked_for(name: str):
     network, seen = made(name, heading=True), inputs(heading=True)
     turned = seen.clone()
@@ -150,7 +152,7 @@ def test_the_options_it_was_built_with_are_kept(name: str):
 @pytest.mark.parametrize(
     ("name", "options", "match"),
     [
-        ("lstn", {}, r"unknown network 'lstn': did you mean 'lstm'\? There are: dissipative, gp, lstm, mlp, tcn"),
+        ("lstn", {}, r"unknown network 'lstn': did you mean 'lstm'\? There are: dissipative, gp, lstm, mlp, "),
         ("lstm", {"unit": 8}, r"network lstm: unknown option 'unit': did you mean 'units'\? There are: units, layers"),
         ("mlp", {"units": 0}, r"expected a whole number in \(0, 4096\] for units, got 0"),
         ("mlp", {"activation": 3}, r"expected a whole number in \(0, 2\] for activation, got 3"),
@@ -268,6 +270,94 @@ def test_a_share_of_a_correction_is_that_share_of_it(name: str):
         network.shrink(0.0)
         nothing, _ = network(seen)
     assert not nothing.any()
-    if name != "dissipative":  # a bound on its drive is no share of it
+    if name not in LAWFUL:  # a bound on its drive is no share of it
         assert share.numpy() == pytest.approx(0.25 * whole.numpy(), rel=1e-9)
     assert (share.abs().mean() < 0.5 * whole.abs().mean()).item()
+
+
+# The network whose stores give back at most what they took
+
+
+def _energy(network: Network, hold: int, seconds: float, step: float) -> np.ndarray:
+    """Energy of hull and stores along a coast from full speed, with rows so short that they are as good as none."""
+    constant = network.get_parameter("kept")
+    rate = -torch.log(torch.sigmoid(constant)) / step
+    mass = torch.as_tensor(mass_matrix(HULL))
+    velocity = torch.tensor([[2.0, -0.5, 0.8]], dtype=torch.float64)
+    memory, found = (torch.zeros(1, constant.numel(), dtype=torch.float64),), []
+    for _ in range(round(seconds / step)):
+        seen = torch.cat((velocity, torch.zeros(1, 2, dtype=torch.float64)), dim=1)[:, None]
+        said, memory = network(seen, memory)
+        found.append(float(0.5 * (velocity @ mass * velocity).sum() + 0.5 * (memory[0].square() / rate).sum()))
+        velocity = velocity + step * said[:, 0]
+    return np.array(found[::hold])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_hull_and_stores_together_only_lose_energy(seed: int):
+    network = randomised(build("port_hamiltonian", scaling(), {"units": 16}).double(), seed, spread=0.2)
+    step = 1e-3
+    with torch.no_grad():
+        rows = torch.logspace(2.0, 3.5, 12, dtype=torch.float64)
+        network.get_parameter("kept").copy_(torch.logit(torch.exp(-1.0 / rows)))
+        energy = _energy(network, 1, 4.0, step)
+    assert energy[-1] < 0.9 * energy[0]
+    assert np.diff(energy).max() < 1e-4 * energy[0]  # what rows of a millisecond leave
+
+
+def test_its_stores_give_back_what_they_took():
+    network = build("port_hamiltonian", scaling(), {"units": 4, "stores": 3}).double()
+    with torch.no_grad():
+        for name, parameter in network.named_parameters():
+            parameter.fill_(2.0 if name == "kept" else 0.0)
+        network.get_parameter("ports.bias").copy_(torch.eye(3).flatten())
+        moving, still = torch.zeros(1, 30, 5, dtype=torch.float64), torch.zeros(1, 30, 5, dtype=torch.float64)
+        moving[..., 0] = 1.0
+        braked, memory = network(moving, (torch.zeros(1, 3, dtype=torch.float64),))
+        pushed, _ = network(still, memory)
+    assert (braked[..., 0] < 0.0).all()
+    assert braked[0, 0, 0] > braked[0, -1, 0]
+    assert (pushed[..., 0] < 0.0).all()  # water that still runs back past the hull
+    kept = torch.sigmoid(torch.tensor(2.0, dtype=torch.float64))
+    assert pushed[0, 1, 0] / pushed[0, 0, 0] == pytest.approx(float(kept), rel=1e-6)
+
+
+# The network that is the same on both sides
+
+
+def test_it_is_the_same_to_port_and_to_starboard():
+    network, seen = made("symmetric"), inputs()
+    turned = seen * torch.tensor([1.0, -1.0, -1.0, 1.0, 1.0])
+    turned[..., 3:] = turned[..., [4, 3]]
+    with torch.no_grad():
+        said, mirrored = network(seen)[0], network(turned)[0]
+    assert (said.abs().mean(dim=(0, 1)) > 1e-3).all()
+    assert mirrored.numpy() == pytest.approx((said * torch.tensor([1.0, -1.0, -1.0])).numpy(), abs=1e-12)
+
+
+def test_it_says_nothing_at_rest():
+    with torch.no_grad():
+        assert made("symmetric")(torch.zeros(1, 1, 5, dtype=torch.float64))[0].abs().max() < 1e-15
+
+
+@pytest.mark.parametrize("layers", [1, 3])
+def test_it_is_one_perceptron(layers: int):
+    network = randomised(build("symmetric", scaling(), {"units": 8, "layers": layers}).double())
+    with torch.no_grad():
+        whole, plain = network(inputs())[0], network.plain()(inputs())[0]
+    assert plain.numpy() == pytest.approx(whole.numpy(), abs=1e-12)
+
+
+def test_making_it_plain_draws_no_numbers():
+    network, before = made("symmetric"), torch.random.get_rng_state()
+    network.plain()
+    assert torch.equal(torch.random.get_rng_state(), before)
+
+
+def test_it_wants_no_heading_and_thrusters_in_pairs():
+    with pytest.raises(RequestError, match="symmetric: expected no heading"):
+        build("symmetric", scaling(heading=True))
+    constants = scaling()
+    lonely = Scaling(constants.inputs, constants.output, constants.mass, constants.reach * np.array([1.0, 0.5]))
+    with pytest.raises(RequestError, match="expected each thruster to have a partner"):
+        build("symmetric", lonely)
