@@ -63,7 +63,8 @@ def what_laws_took(found: "Trained") -> list[str]:
     hears = found.model.network.grown is None and found.settings.lambda_phys > 0.0
     what = "a larger --lambda-phys" if hears else "a network and --lambda-phys that hear of the laws"
     return [
-        f"It does not keep the laws {asked}{tried}: try {what}, or --residual dissipative, which creates no energy."
+        f"It does not keep the laws {asked}{tried}: try {what}, or a network that creates no energy (--residual "
+        "dissipative or port_hamiltonian)."
     ]
 
 

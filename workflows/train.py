@@ -179,8 +179,8 @@ def train(
     Parameters
     ----------
     inputs : logs and nominal vehicle, see `read_inputs`
-    choice : the network (mlp, lstm, tcn, transformer, dissipative, trees, gp), its options, whether it learns all of
-        the motion without the vehicle's physics, and whether it sees the heading; None for an LSTM beside the physics
+    choice : the network, by a name of `train --residual`, its options, whether it learns all of the motion without the
+        vehicle's physics, and whether it sees the heading; None for an LSTM beside the physics
     settings : of the recipe
     out : folder for the network, and for the checkpoint of a training under way; None writes nothing
     resume : go on with the training that was interrupted in `out`

@@ -7,11 +7,15 @@ from typing import Any
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model, VehicleModel
+from undertow.residuals.networks.registry import NETWORKS
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from undertow.workflows.fit import fit
 
 from .cases import Case
+from .inertial import Inertial
+
+NETWORKS[Inertial.name] = Inertial
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +36,7 @@ class Contender:
 
 
 SHORT = (("epochs", 40), ("patience", 40), ("shrink", False))
-"""The budget of a network: 300 of them are to be trained in half an hour on two processors."""
+"""The budget of a network: 350 of them are to be trained in half an hour on two processors."""
 VARIED = Augmentation(thrust_spread=0.1, hull_spread=0.1)
 CONTENDERS = {
     "Fossen as it is": Contender("nominal"),
@@ -46,6 +50,8 @@ CONTENDERS = {
     "hybrid TCN": Contender("calibrated", "tcn"),
     "hybrid MLP without laws": Contender("calibrated", "mlp", settings=(("lambda_phys", 0.0),)),
     "hybrid MLP that sees heading": Contender("calibrated", "mlp", heading=True),
+    "hybrid MLP that feels its acceleration": Contender("calibrated", "inertial"),
+    "hybrid MLP, robust loss": Contender("calibrated", "mlp", settings=(("huber", 2.0),)),
     "hybrid MLP, varied": Contender("calibrated", "mlp", settings=(("augmentation", VARIED),)),
 }
 

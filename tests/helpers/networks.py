@@ -30,9 +30,9 @@ NETWORKS = [
     ("tcn", {"units": 6, "layers": 2}, False, False),
     ("tcn", {"units": 6, "layers": 1, "kernel": 2}, True, True),
     ("dissipative", {"units": 12}, True, False),
-    ("dissipative", {"units": 12, "layers": 2}, False, True),
     ("port_hamiltonian", {"units": 12, "stores": 5}, True, False),
     ("symmetric", {"units": 8, "layers": 2}, False, False),
+    ("dissipative", {"units": 12, "layers": 2}, False, True),
 ]
 """Kind, options, whether it sees the heading, and whether it is in the place of the physics."""
 _STEP, _ROWS, _COUNT = 0.1, 301, 100
