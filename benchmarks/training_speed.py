@@ -61,7 +61,7 @@ def plain(parts: Split, settings: TrainingSettings) -> Callable[[], object]:
         for inputs, target in loader:
             optimiser.zero_grad()
             said, _ = network(inputs)
-            loss = ((made.filter @ said - target) / made.unit).square().mean()
+            loss = ((made.filter @ said[:, made.warm_rows :] - target) / made.unit).square().mean()
             loss.backward()
             torch.nn.utils.clip_grad_norm_(network.parameters(), settings.clip)
             optimiser.step()

@@ -57,7 +57,7 @@ class Objective:
             return torch.as_tensor(values, dtype=filter_matrix.dtype, device=filter_matrix.device)
 
         self.settings, self.coasting, self.augmenter = settings, coasting, augmenter
-        self.filter, self.unit = filter_matrix, unit
+        self.filter, self.unit = filter_matrix[:, windows.first :], unit
         self.inputs, self.allowed, self.base = map(tensor, (windows.inputs, windows.allowed, windows.base))
         self.scale = tensor(EXCESS_UNIT * full_power(full_force(vehicle), windows.inputs[..., :3]))
         self.target = tensor(windows.target[:, windows.compared])
@@ -78,7 +78,7 @@ class Objective:
         inputs, target = self.inputs[index], self.target[index]
         if self.augmenter is not None:
             inputs, target = self.augmenter(inputs, target, index, draw)
-        said, _ = network(inputs)
+        said = self._said(network, inputs)
         loss = settings.lambda_data * robust((self.filter @ said - target) / unit, settings.huber).mean()
         if settings.lambda_smooth:
             loss = loss + settings.lambda_smooth * (said.diff(dim=1) / unit).square().mean()
@@ -88,10 +88,19 @@ class Objective:
             loss = loss + settings.lambda_rollout * self._astray(network, index, inputs, draw)
         return loss
 
+    def _said(self, network: Network, inputs: Tensor) -> Tensor:
+        """What a network says of windows behind their first rows, on which its memory warms up, and learns nothing."""
+        memory = None
+        if self.warm_rows:
+            with torch.no_grad():
+                _, memory = network(inputs[:, : self.warm_rows])
+        return network(inputs[:, self.warm_rows :], memory)[0]
+
     def _unlawful(self, network: Network, index: Tensor, inputs: Tensor, said: Tensor, draw: torch.Generator) -> Tensor:
         """Mean squared power beyond the laws: along the windows, and at states with and without thrust."""
-        power = self.base[index] + coasting_power(self.coasting.mass, inputs[..., :3], said)
-        along = surplus(power - self.allowed[index]) / self.scale[index]
+        base, allowed, scale = (x[index, self.warm_rows :] for x in (self.base, self.allowed, self.scale))
+        power = base + coasting_power(self.coasting.mass, inputs[:, self.warm_rows :, :3], said)
+        along = surplus(power - allowed) / scale
         loss = along.square().mean()
         for asked in (self.coasting, self.met):
             if asked is not None:
