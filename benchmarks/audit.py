@@ -57,6 +57,8 @@ _TRAINED = (
     ("mlp", {"activation": 2}, False),
     ("lstm", None, False),
     ("dissipative", None, False),
+    ("port_hamiltonian", None, False),
+    ("symmetric", None, False),
     ("mlp", None, True),
 )
 """Network, options, and whether it takes the place of the physics, of those that are trained on each log."""
