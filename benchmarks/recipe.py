@@ -15,6 +15,7 @@ was stopped goes on where it was.
 """
 
 import argparse
+import hashlib
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -77,7 +78,7 @@ def variants(network: str, only: Sequence[str]) -> dict[str, tuple[dict[str, Any
 
 
 def judge(network: str, first: int, only: Sequence[str], n: int) -> dict[str, Any]:
-    """A record of the n-th training: all variants of a world, one after the other."""
+    """A record of the n-th training; those of a world come one after the other."""
     made = variants(network, only)
     world, which = divmod(n, len(made))
     seed, cause = first + world // len(WORLDS), WORLDS[world % len(WORLDS)]
@@ -142,8 +143,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.first < TUNING:
         parser.error(f"expected tuning seeds, {TUNING} or more, got {given.first}: those below are for reporting")
     only = given.only or []
-    path = given.folder / f"{'-'.join([given.network, str(given.first), *only])}.json"
-    count = given.seeds * len(WORLDS) * len(variants(given.network, only))
+    asked_for = variants(given.network, only)
+    digest = hashlib.sha256(repr(asked_for).encode()).hexdigest()[:8]
+    path = given.folder / f"{given.network}-{given.first}-{digest}.json"
+    count = given.seeds * len(WORLDS) * len(asked_for)
     records = kept(path, PACKAGES)[:count]
     if not given.tell:
         asked = (given.network, given.first, only)

@@ -50,7 +50,14 @@ def in_halves(vehicle: Vehicle) -> Vehicle:
     """Each thruster as one that pushes along the keel, and one far out that hardly pushes, and turns as it did."""
     along = [t.model_copy(update={"y": 0.0}) for t in vehicle.thrusters]
     turning = [
-        t.model_copy(update={"name": f"{t.name}{TURNS}", "y": FAR * t.y, "scale": t.scale / FAR})
+        t.model_copy(
+            update={
+                "name": f"{t.name}{TURNS}",
+                "y": FAR * t.y,
+                "scale": t.scale / FAR,
+                "advance_loss": t.advance_loss / FAR,
+            }
+        )
         for t in vehicle.thrusters
     ]
     return vehicle.model_copy(update={"thrusters": (*along, *turning)})

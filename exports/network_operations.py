@@ -34,10 +34,11 @@ class _Layers:
     ----------
     on : operations of the tool
     weights : weights and constants by name
+    left : how much of the correction its fade leaves, once for each axis; None where it does not fade
     """
 
-    def __init__(self, on: VectorOperations, weights: Weights) -> None:
-        self.on, self.weights = on, weights
+    def __init__(self, on: VectorOperations, weights: Weights, left: Vector | None) -> None:
+        self.on, self.weights, self.left = on, weights, left
 
     def linear(self, name: str, x: Vector) -> Vector:
         """A fully connected layer."""
@@ -135,6 +136,8 @@ def _stores(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> 
     ports = layers.scaled(scale, layers.linear("ports", x))
     moved = on.affine(np.repeat(np.eye(_AXES), count, axis=0), None, on.part(seen, 0, _AXES))
     wanted = on.affine(np.tile(np.eye(count), _AXES), None, on.mul(ports, moved))
+    if layers.left is not None:
+        wanted = on.mul(on.affine(np.eye(_AXES)[[0] * count], None, layers.left), wanted)
     kept = 1.0 / (1.0 + np.exp(-weights["kept"]))
     stored = wanted
     if memory is not None:  # else as if the first row had lasted
@@ -256,11 +259,13 @@ class CorrectedProgram:
 
     def _says(self, on: VectorOperations, seen: Vector, memory: Vector | None) -> _Told:
         """What the network says in m/s^2 and rad/s^2, and remembers."""
-        w, layers = self._weights, _Layers(on, self._weights)
-        standardised = layers.scaled(1.0 / w["input_scale"], on.add(on.constant(-w["input_mean"]), seen))
+        w = self._weights
+        shifted = on.add(on.constant(-w["input_mean"]), seen)
+        standardised = on.mul(on.constant(1.0 / w["input_scale"]), shifted)
+        layers = _Layers(on, w, None if self._fade is None else _weight(on, self._fade, standardised))
         said, after = _KINDS[self._kind](layers, standardised, seen, memory)
-        if self._fade is not None:
-            said = on.mul(_weight(on, self._fade, standardised), said)
+        if layers.left is not None:
+            said = on.mul(layers.left, said)
         return layers.scaled(w["output_scale"], said), after
 
     def _listened(self, on: VectorOperations, given: Mapping[str, Vector]) -> list[Vector]:

@@ -179,7 +179,7 @@ CHANGED = {
     "memory: TCN for MLP": ("hybrid TCN", "hybrid MLP"),
     "without the loss of physics": ("hybrid MLP without laws", "hybrid MLP"),
     "heading as cosine and sine": ("hybrid MLP that sees heading", "hybrid MLP"),
-    "change of the velocities, as of an IMU": ("hybrid MLP that feels its acceleration", "hybrid MLP"),
+    "change of the velocities, as of an IMU": ("hybrid MLP that sees its change", "hybrid MLP"),
     "robust loss (Huber)": ("hybrid MLP, robust loss", "hybrid MLP"),
     "augmentation": ("hybrid MLP, varied", "hybrid MLP"),
     "calibrating the physics first": ("hybrid MLP", "residual MLP"),

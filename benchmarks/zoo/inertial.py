@@ -1,4 +1,4 @@
-"""A perceptron that feels how its velocities have just changed, as one that is given an inertial sensor does."""
+"""A perceptron that sees how the velocities have just changed, in the place of what an inertial sensor says."""
 
 from typing import ClassVar, final
 
@@ -15,8 +15,9 @@ RATE = 10.0
 class Inertial(Network):
     """The paper's perceptron, with the change of the velocities since the row before beside them.
 
-    What an accelerometer says of the row itself is the answer, and no rollout has one. Those of such logs also hold
-    gravity wherever the hull trims. The change up to the row is what a rollout knows, too, and stands in for them.
+    What an accelerometer says of the row itself is the answer, and no rollout has one; those of boats also hold gravity
+    wherever the hull trims. The change up to the row is what a rollout knows, too, and stands in for it. It has a
+    memory, and so two seconds of each window warm it up; noise is drawn onto it as onto the perceptron: none.
     Memory: the velocities of the last row, (batch, 1, 3).
     """
 

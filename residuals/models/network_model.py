@@ -16,7 +16,6 @@ from ...physics.motion import Motion
 from ...physics.simulation import rollout
 from ...physics.vehicle import Vehicle
 from ..networks.base import Memory, Network, Scaling, through
-from ..networks.dissipative import Dissipative
 from .base import Kind, Model
 from .coasting import SETTLE
 from .interval import Interval, least_known, sizes
@@ -73,10 +72,7 @@ class NetworkModel(Model):
         self.seen = self._ends()
         if network.fade is not None:
             self.fades, self.far = True, network.fade.reach.fade
-        if isinstance(network, Dissipative):
-            self.rests_on = "itself" if pure else "vehicle"
-        elif network.plain().name == "mlp":
-            self.rests_on = "bounds"
+        self.rests_on = "vehicle" if network.rests_on == "itself" and not pure else network.rests_on
 
     def _ends(self) -> tuple[Array, Array]:
         """See `Model.seen`; what a network that does not fade has seen is known by its standardisation alone."""

@@ -8,8 +8,9 @@ memory of the call before goes on exactly where that one ended, whether it takes
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
@@ -74,6 +75,8 @@ class Network(nn.Module, ABC):
     ends : layers to whose weights and biases the correction is proportional, and by which power of a share of it they
         shrink
     grown : of a network that is grown and not trained; else None
+    rests_on : what makes sure that it dissipates: `itself` by construction, `bounds` that `residuals.models.bounds` may
+        find, or `nothing`
     scaling : physical constants
     options : what it was built with, by name
     fade : of its correction beyond its training; None for one that does not fade
@@ -82,6 +85,7 @@ class Network(nn.Module, ABC):
     name: ClassVar[str]
     ends: ClassVar[Mapping[str, float]] = {"head": 1.0}
     grown: ClassVar[Grown | None] = None
+    rests_on: ClassVar[Literal["itself", "bounds", "nothing"]] = "nothing"
     fade: Fade | None
 
     def __init__(self, scaling: Scaling, options: dict[str, int | float]) -> None:
@@ -106,8 +110,20 @@ class Network(nn.Module, ABC):
         like = self.get_buffer("input_mean")
         self.fade = None if reach is None else Fade(reach, 3 + self.scaling.drives).to(like)
 
+    @classmethod
+    def alike(cls, rows: Array, reach: Array) -> Array:
+        """Inputs (rows, inputs) in SI units, and below them those of which it says the same, by a thruster matrix."""
+        del reach
+        return rows
+
+    def known(self, rows: Array, fade: float) -> Reach:
+        """The reach of a training on inputs (rows, inputs) in standard deviations."""
+        inputs, drives = self.scaling.inputs, self.scaling.drives
+        told = self.alike(inputs.undo(rows), self.scaling.reach)
+        return Reach.of(np.concatenate([rows, inputs.apply(told[len(rows) :])])[:, : 3 + drives], fade)
+
     def plain(self) -> "Network":
-        """The same correction by layers that exports and proofs know; itself, unless it is made of several of them."""
+        """The same correction by layers that exports and proofs know; itself, where it consists of these."""
         return self
 
     @torch.no_grad()

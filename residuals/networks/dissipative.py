@@ -1,83 +1,22 @@
-"""A correction that cannot create energy: the force -(L L^T + S) nu_r with S skew-symmetric, and a bounded drive."""
+"""A correction that cannot create energy, of the present state and thrust alone."""
 
-from collections.abc import Mapping
-from typing import ClassVar
+from typing import ClassVar, final
 
-import numpy as np
-import torch
-from torch import Tensor, nn
+from torch import Tensor
 
-from .base import Memory, Network, Scaling, hidden_layers
-
-START = -2.0
-"""Logarithm of the diagonal of L over its scale at the start: L is a seventh of its scale, damping a fiftieth. It does
-not start at zero, where the gradient of L L^T vanishes."""
-
-_STRONGEST = (1.0, 0.1, 0.0)
-"""Effect of a thruster that counts on each axis even where the vehicle has a weaker one [N/N, N/N, N m/N]."""
+from .base import Memory, Scaling
+from .dissipation import Dissipation
 
 
-class Dissipative(Network):
-    """Force -(L L^T + S) nu_r + G T, where L, S and G depend on state and thrust through layers of tanh.
-
-    Its power without thrust is -|L^T nu_r|^2 <= 0, whatever the weights: S does no work, and the drive G T vanishes
-    with the thrust T. Each element of G is at most `gain` times the strongest effect that a thruster has on its axis,
-    and at least `gain` N per N counts on surge, a tenth of that on sway. The layers are bounded, so that damping
-    beyond the data is that at its border. The form -D(nu) nu with D + D^T >= 0 is that of Fossen (2021), section 6.4.
-    """
+@final
+class Dissipative(Dissipation):
+    """See `Dissipation`."""
 
     name: ClassVar[str] = "dissipative"
-    ends: ClassVar[Mapping[str, float]] = {"factor": 0.5, "skew": 1.0, "drive": 1.0}
-    """L counts by its square; of the drive, which tanh bounds, it holds to first order."""
 
     def __init__(self, scaling: Scaling, *, units: int = 128, layers: int = 1, gain: float = 0.5) -> None:
-        super().__init__(scaling, {"units": units, "layers": layers, "gain": gain})
-        self.drives = scaling.drives
-        self.body = hidden_layers(self.width, units, layers, nn.Tanh)
-        self.factor, self.skew = nn.Linear(units, 6), nn.Linear(units, 3)
-        self.drive = nn.Linear(units, 3 * self.drives)
-        for head in (self.factor, self.skew, self.drive):
-            nn.init.zeros_(head.weight)
-            nn.init.zeros_(head.bias)
-        speeds = np.asarray(scaling.inputs.scale[:3], dtype=float)
-        per_speed = np.sqrt(np.abs(scaling.mass) @ scaling.output / speeds)
-        most = np.maximum(np.abs(scaling.reach).max(axis=1), _STRONGEST)
-        constants = {
-            "factor_scale": per_speed,
-            "skew_scale": np.array([per_speed[i] * per_speed[j] for i, j in ((0, 1), (0, 2), (1, 2))]),
-            "drive_scale": gain * most,
-        }
-        for label, values in constants.items():
-            self.register_buffer(label, torch.as_tensor(values, dtype=torch.float32))
-        # In double precision, or rounding would turn the force and let S do work.
-        self.register_buffer("inverse_mass", torch.as_tensor(np.linalg.inv(scaling.mass), dtype=torch.float64))
-        self.register_buffer("row", torch.tensor([0, 1, 1, 2, 2, 2]), persistent=False)
-        self.register_buffer("column", torch.tensor([0, 0, 1, 0, 1, 2]), persistent=False)
-        with torch.no_grad():
-            start = float(np.exp(START))
-            self.factor.bias.copy_(torch.tensor([start, 0.0, start, 0.0, 0.0, start]))
+        super().__init__(scaling, units, layers, gain)
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
         return self.said(self.force(self.body(standardised), inputs)), ()
-
-    def said(self, force: Tensor) -> Tensor:
-        """A force (..., 3) [N, N, N m] as a network says it."""
-        return force @ self.get_buffer("inverse_mass").to(force.dtype).mT / self.get_buffer("output_scale")
-
-    def force(self, hidden: Tensor, inputs: Tensor) -> Tensor:
-        """Force (..., 3) [N, N, N m] of damping, turning and drive, by what the layers make of the inputs."""
-        buffers = ("factor_scale", "skew_scale", "drive_scale")
-        factor_scale, skew_scale, drive_scale = (self.get_buffer(b) for b in buffers)
-        shape = inputs.shape[:-1]
-        velocity, thrust = inputs[..., :3], inputs[..., 3 : 3 + self.drives]
-        lower = inputs.new_zeros(*shape, 3, 3)
-        lower[..., self.get_buffer("row"), self.get_buffer("column")] = self.factor(hidden)
-        lower = lower * factor_scale[:, None]
-        a, b, c = (self.skew(hidden) * skew_scale).unbind(-1)
-        along = (lower.mT @ velocity[..., None]).squeeze(-1)
-        damping = (lower @ along[..., None]).squeeze(-1)
-        u, v, r = velocity.unbind(-1)
-        turning = torch.stack((a * v + b * r, c * r - a * u, -b * u - c * v), dim=-1)
-        gains = torch.tanh(self.drive(hidden)).reshape(*shape, 3, self.drives) * drive_scale[:, None]
-        return (gains @ thrust[..., None]).squeeze(-1) - damping - turning

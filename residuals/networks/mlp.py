@@ -18,6 +18,7 @@ class MLP(Network):
     """
 
     name: ClassVar[str] = "mlp"
+    rests_on = "bounds"
 
     def __init__(self, scaling: Scaling, *, units: int = 128, layers: int = 1, activation: int = 1) -> None:
         super().__init__(scaling, {"units": units, "layers": layers, "activation": activation})

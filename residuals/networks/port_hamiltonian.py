@@ -1,5 +1,6 @@
 """A port-Hamiltonian correction with a memory: what it takes from the hull it may give back, and never more."""
 
+from collections.abc import Mapping
 from math import exp, log10
 from typing import ClassVar, final
 
@@ -7,34 +8,34 @@ import torch
 from torch import Tensor, nn
 
 from .base import Memory, Scaling
-from .dissipative import START, Dissipative
+from .dissipation import START, Dissipation
 
 _SHORTEST, _LONGEST = 2.0, 60.0
 """Rows in which the first and the last store forget, at the start: 0.2 to 6 s at 10 Hz, evenly by their logarithm."""
 
 
 @final
-class PortHamiltonian(Dissipative):
-    """The force of `Dissipative`, and -E y of stores y that follow E^T nu_r: water that the hull has set in motion.
+class PortHamiltonian(Dissipation):
+    """The force of `Dissipation`, and -E y of stores y that follow E^T nu_r: water that the hull has set in motion.
 
     With y_dot = Lambda (E^T nu_r - y) and the energy H = (nu_r^T M nu_r + y^T Lambda^-1 y) / 2, dH/dt without thrust is
     -|L^T nu_r|^2 - |y|^2 <= 0, whatever the weights: hull and stores are joined by a skew-symmetric matrix, which does
     no work (van der Schaft and Jeltsema 2014, doi:10.1561/2600000002). In a state that lasts the stores take the power
     |E^T nu_r|^2. E depends on state and thrust through the layers; Lambda is diagonal, and the same everywhere. Rows
-    are exact for E^T nu_r that is held between them: y_k = a y_(k-1) + (1 - a) E_k^T nu_k.
+    are exact for E^T nu_r that is held between them: y_k = a y_(k-1) + (1 - a) E_k^T nu_k. Where the correction fades,
+    stores take as much less as they push less, or they would give back within what they took for nothing beyond.
 
     Memory: the stores of the last row, (batch, stores).
     """
 
     name: ClassVar[str] = "port_hamiltonian"
-    ends = {**Dissipative.ends, "ports": 0.5}  # noqa: RUF012
+    ends: ClassVar[Mapping[str, float]] = {**Dissipation.ends, "ports": 0.5}
     """E counts by its square."""
 
     def __init__(
         self, scaling: Scaling, *, units: int = 128, layers: int = 1, gain: float = 0.5, stores: int = 12
     ) -> None:
-        super().__init__(scaling, units=units, layers=layers, gain=gain)
-        self.options |= {"stores": stores}
+        super().__init__(scaling, units, layers, gain, stores=stores)
         self.stores = stores
         self.ports = nn.Linear(units, 3 * stores)
         rows = torch.logspace(log10(_SHORTEST), log10(_LONGEST), stores)
@@ -49,6 +50,8 @@ class PortHamiltonian(Dissipative):
         hidden = self.body(standardised)
         ports = self.ports(hidden).unflatten(-1, (3, self.stores)) * self.get_buffer("factor_scale")[:, None]
         wanted = (ports * inputs[..., :3, None]).sum(dim=-2)
+        if self.fade is not None:
+            wanted = wanted * self.fade(standardised)
         kept = torch.sigmoid(self.kept)
         before = wanted[:, 0] if memory is None else memory[0]
         stored = _followed(kept, wanted, before)

@@ -21,6 +21,7 @@ _MOST = {
     "gain": 10.0,
     "leaves": 256,
     "activation": 2,
+    "stores": 64,
 }
 """Largest value of each option; a file that asks for more is damaged or hostile."""
 
@@ -37,7 +38,7 @@ def default_options(name: str) -> dict[str, int | float]:
     RequestError
         for an unknown network, naming the nearest.
     """
-    parameters = inspect.signature(_class(name)).parameters.values()
+    parameters = inspect.signature(network_named(name)).parameters.values()
     return {p.name: p.default for p in parameters if p.kind is inspect.Parameter.KEYWORD_ONLY}
 
 
@@ -68,10 +69,17 @@ def build(name: str, scaling: Scaling, options: Mapping[str, int | float] | None
         raise RequestError(
             f"network {name}: expected units that the heads divide, got {full['units']} units, {full['heads']} heads"
         )
-    return _class(name)(scaling, **full)  # type: ignore[arg-type]
+    return network_named(name)(scaling, **full)  # type: ignore[arg-type]
 
 
-def _class(name: str) -> type[Network]:
+def network_named(name: str) -> type[Network]:
+    """A network by its name.
+
+    Raises
+    ------
+    RequestError
+        for an unknown one, naming the nearest.
+    """
     name = str(name).lower()
     if name not in NETWORKS:
         near = get_close_matches(str(name), NETWORKS, n=1, cutoff=0.0)

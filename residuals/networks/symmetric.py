@@ -1,4 +1,4 @@
-"""A perceptron that is the same to port and to starboard, and says nothing of a boat at rest without thrust."""
+"""A force that is the same to port and to starboard, and nothing of a boat at rest without thrust."""
 
 from typing import ClassVar, final
 
@@ -14,27 +14,28 @@ from .mlp import MLP
 _SIDES = (1.0, -1.0, -1.0)
 """What becomes of surge, sway and yaw in a mirror along the keel."""
 _ALIKE = 0.2
-"""Share of the strongest thruster's effect by which a thruster may differ from the mirrored one of its partner: arms
-and centres of gravity that discovery moved a little leave a hull's thrusters pairs."""
+"""Share of the strongest thruster's effect by which a thruster may differ from the image of its partner: arms and
+centres of gravity that discovery moved a little leave a hull's thrusters pairs."""
 
 
 @final
 class Symmetric(Network):
     """Half of a perceptron of tanh and of its image in a mirror along the keel, less what both say at rest.
 
-    A hull that is symmetric has f(u, -v, -r, T') = (f_u, -f_v, -f_r), where T' are the thrusts with port and starboard
-    exchanged (Fossen 2021, section 6.3: port-starboard symmetry); what a vehicle lacks of such a hull has it, too,
-    where the vehicle knows what is not symmetric. It is one of the physical priors that residuals of ship models are
-    given in the literature, with rest and a bound, which tanh gives. It learns from each turn what holds for the other
-    side.
+    The force of a symmetric hull is X, Y, N at (u, v, r, T) and X, -Y, -N at (u, -v, -r, T'), where T' are the thrusts
+    with port and starboard exchanged (Fossen 2021, section 6.3), and so is what a vehicle lacks of such a hull, where
+    it knows what is not symmetric. Fang et al. give residuals of ships this prior, with rest and a bound, which tanh
+    gives. What is said is a force; the vehicle's mass makes an acceleration of it. What is known of a turn is known of
+    its image: means, scales and the fade are those of both.
 
     Raises
     ------
     RequestError
-        where it is to see the heading, since what pushes by heading has sides, or thrusters are not in pairs.
+        where it is to see the heading, since what pushes by heading has sides, or a thruster has no partner.
     """
 
     name: ClassVar[str] = "symmetric"
+    rests_on = "bounds"
 
     def __init__(self, scaling: Scaling, *, units: int = 128, layers: int = 1) -> None:
         super().__init__(scaling, {"units": units, "layers": layers})
@@ -45,58 +46,67 @@ class Symmetric(Network):
             )
         self.body = hidden_layers(self.width, units, layers, nn.Tanh)
         self.head = quiet_head(units)
-        for label, values in (("image", _image(scaling.reach)), ("sides", _SIDES)):
+        force = np.diag(scaling.mass) * scaling.output
+        pulled = np.linalg.inv(scaling.mass) * force / scaling.output[:, None]
+        for label, values in (("image", _image(scaling.reach)), ("sides", _SIDES), ("pulled", pulled)):
             self.register_buffer(label, torch.as_tensor(values, dtype=torch.float32), persistent=False)
+
+    @classmethod
+    def alike(cls, rows: Array, reach: Array) -> Array:
+        """See `Network.alike`: their images."""
+        seen = rows[:, : 3 + reach.shape[1]]
+        return np.concatenate([rows, np.hstack([seen @ _image(reach), rows[:, seen.shape[1] :]])])
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
-        mean, scale, image, sides = (self.get_buffer(n) for n in ("input_mean", "input_scale", "image", "sides"))
+        labels = ("input_mean", "input_scale", "image", "sides", "pulled")
+        mean, scale, image, sides, pulled = (self.get_buffer(label) for label in labels)
         mirrored = (inputs @ image - mean) / scale
         own, other, rest = (self.head(self.body(x)) for x in (standardised, mirrored, -mean / scale))
-        even = own + other * sides - rest * (1.0 + sides)
-        return 0.5 * even, ()
+        even = 0.5 * (own + other * sides - rest * (1.0 + sides))
+        return even @ pulled.mT, ()
 
+    @torch.no_grad()
     def plain(self) -> MLP:
         """The same as one perceptron of twice the units."""
-        mean, scale, image, sides = (
-            self.get_buffer(n).double() for n in ("input_mean", "input_scale", "image", "sides")
-        )
+        labels = ("input_mean", "input_scale", "image", "sides", "pulled")
+        mean, scale, image, sides, pulled = (self.get_buffer(label).double() for label in labels)
         units, layers = int(self.options["units"]), int(self.options["layers"])
         with torch.random.fork_rng(devices=[]):
             found = MLP(self.scaling, units=2 * units, layers=layers, activation=2).to(self.get_buffer("input_mean"))
         found.fade = self.fade
-        mine, theirs = ([*(m for m in net.body if isinstance(m, nn.Linear)), net.head] for net in (self, found))
-        with torch.no_grad():
-            for k, (own, other) in enumerate(zip(mine, theirs, strict=True)):
-                weight, bias = own.weight.double(), own.bias.double()
-                if k == 0:
-                    turned = weight / scale @ image.mT
-                    halves = weight, turned * scale
-                    other.bias.copy_(torch.cat((bias, bias + turned @ mean - weight / scale @ mean)))
-                    other.weight.copy_(torch.cat(halves))
-                elif own is self.head:
-                    other.weight.copy_(0.5 * torch.cat((weight, sides[:, None] * weight), dim=1))
-                    rest = self.head(self.body(-self.get_buffer("input_mean") / self.get_buffer("input_scale")))
-                    other.bias.copy_(0.5 * (1.0 + sides) * (bias - rest.double()))
-                else:
-                    other.weight.copy_(torch.block_diag(weight, weight))
-                    other.bias.copy_(torch.cat((bias, bias)))
+        mine, theirs = ([m for m in net.body if isinstance(m, nn.Linear)] for net in (self, found))
+        for k, (own, both) in enumerate(zip(mine, theirs, strict=True)):
+            weight, bias = own.weight.double(), own.bias.double()
+            turned = weight / scale @ image.mT if k == 0 else weight
+            shift = turned @ mean - weight / scale @ mean if k == 0 else torch.zeros_like(bias)
+            parts = (weight, turned * scale) if k == 0 else (torch.block_diag(weight, weight),)
+            both.weight.copy_(torch.cat(parts))
+            both.bias.copy_(torch.cat((bias, bias + shift)))
+        weight, bias = self.head.weight.double(), self.head.bias.double()
+        rest = self.head(self.body((-mean / scale).to(self.get_buffer("input_mean")))).double()
+        found.head.weight.copy_(0.5 * pulled @ torch.cat((weight, sides[:, None] * weight), dim=1))
+        found.head.bias.copy_(0.5 * pulled @ ((1.0 + sides) * (bias - rest)))
         return found
 
 
 def _image(reach: Array) -> Array:
-    """Matrix (inputs, inputs) by which a row of inputs from the right becomes that of the mirrored motion."""
+    """Matrix (inputs, inputs) by which a row of velocities and thrusts from the right becomes that of its image.
+
+    The partner of a thruster pushes as its image does, or the other way: one on the keel that pushes aside is its own.
+    """
     drives = reach.shape[1]
-    mirrored = reach * np.array(_SIDES)[:, None]
-    off = np.abs(mirrored[:, :, None] - reach[:, None, :]).sum(axis=0)
-    partner = off.argmin(axis=1)
-    paired = bool((partner[partner] == np.arange(drives)).all())
-    if not paired or off.min(axis=1).max() > _ALIKE * np.abs(reach).sum(axis=0).max():
+    images = (reach * np.array(_SIDES)[:, None])[:, :, None]
+    off = np.stack([np.abs(images - sign * reach[:, None, :]).sum(axis=0) for sign in (1.0, -1.0)], axis=-1)
+    best = off.reshape(drives, -1).argmin(axis=1)
+    partner, sign = best // 2, np.where(best % 2, -1.0, 1.0)
+    paired = bool((partner[partner] == np.arange(drives)).all()) and bool((sign[partner] == sign).all())
+    if not paired or off.min(axis=(1, 2)).max() > _ALIKE * np.abs(reach).sum(axis=0).max():
         raise RequestError(
-            "network symmetric: expected each thruster to have a partner on the other side, or to lie on the keel; "
-            "this vehicle's have none; take another network, such as mlp"
+            "network symmetric: expected each thruster to have a partner on the other side, or to sit on the keel; "
+            "this vehicle has one without; take another network, such as mlp"
         )
     found = np.zeros((3 + drives, 3 + drives))
     found[range(3), range(3)] = _SIDES
-    found[3 + np.arange(drives), 3 + partner] = 1.0
+    found[3 + np.arange(drives), 3 + partner] = sign
     return found

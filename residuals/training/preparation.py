@@ -15,6 +15,7 @@ from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.laws.damping_power import envelope_of
 from ...physics.laws.energy import coasting_states
+from ...physics.matrices import thruster_matrix
 from ...physics.motion import Motion
 from ...physics.thrusters import neutral_command
 from ...physics.vehicle import Vehicle
@@ -22,8 +23,8 @@ from ..models.coasting import Coasting
 from ..models.network_inputs import input_names, network_inputs
 from ..models.network_model import scaling_of
 from ..networks.base import Network, Scaling
-from ..networks.fade import NARROW, Reach
-from ..networks.registry import build, default_options
+from ..networks.fade import NARROW
+from ..networks.registry import build, default_options, network_named
 from .augment import Augmenter, seen_noise, sister_targets
 from .fine_tuning import scaling_from, take_weights
 from .losses import Objective
@@ -94,7 +95,8 @@ def prepare_training(
     unit = _unit(windows, motions)
     windows = replace(windows, target=windows.target * kept)
     if choice.start is None:
-        scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, choice.heading), seen), unit)
+        known = network_named(choice.network).alike(seen, thruster_matrix(vehicle))
+        scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, choice.heading), known), unit)
     else:
         scaling = scaling_from(choice.start, vehicle, choice.heading)
     network = build(choice.network, scaling, choice.options).to(device)
@@ -150,7 +152,7 @@ def prepare_training(
     table = inputs, target * kept
     fade = NARROW if settings.fade is None else settings.fade
     if fade and not choice.pure:  # where a pure network says nothing, no force at all is left
-        network.fade_beyond(Reach.of(table[0][:, : 3 + scaling.drives], fade))
+        network.fade_beyond(network.known(table[0], fade))
     return Prepared(network, objective, judge, asked_at, choice.pure, table, windows.time_step, recipe)
 
 

@@ -20,7 +20,7 @@ from ...physics.worded import Worded
 from ..models.base import Model, VehicleModel
 from ..models.network_inputs import network_inputs
 from ..models.network_model import NetworkModel
-from ..networks.fade import NARROW, Reach, directions
+from ..networks.fade import NARROW, directions
 from ..scores import RolloutErrors, rollout_errors
 from .holding import least_share
 from .training_settings import TrainingSettings
@@ -156,14 +156,14 @@ def _tried(model: NetworkModel, calm: DataSet, data: DataSet, share: float, most
     along = replace(data, motions=tuple(m for m in data.motions if m.duration >= _HORIZON), unfiltered=None)
     if not along.motions:
         return Reaching(NARROW, Why.UNTRIED)
-    network, constants = model.network, model.network.scaling
-    seen = constants.inputs.apply(_inputs(calm, model.vehicle, model.heading))[:, : 3 + constants.drives]
+    network = model.network
+    seen = network.scaling.inputs.apply(_inputs(calm, model.vehicle, model.heading))
 
     def rolled(one: Model) -> RolloutErrors:
         return rollout_errors(one, along, (_HORIZON,))[f"{_HORIZON:g}"]
 
     alone = rolled(VehicleModel(model.vehicle, "alone"))
-    network.fade_beyond(Reach.of(seen, NARROW))
+    network.fade_beyond(network.known(seen, NARROW))
     pairs = zip(along.motions, alone.spacing, strict=True)
     distances = np.concatenate([_farthest(model.beyond(motion), motion, every) for motion, every in pairs])
     lively = distances > NARROW
@@ -173,7 +173,7 @@ def _tried(model: NetworkModel, calm: DataSet, data: DataSet, share: float, most
     far = min(_FARTHER * tried, most)
     squares = {0.0: np.concatenate(alone.squares)[lively]}
     for fade in (NARROW, far):
-        network.fade_beyond(Reach.of(seen, fade))
+        network.fade_beyond(network.known(seen, fade))
         squares[fade] = np.concatenate(rolled(model).squares)[lively]
     unit = np.maximum(squares[0.0].mean(axis=0), 1e-300)
     errors = {fade: (found / unit).mean(axis=1) for fade, found in squares.items()}

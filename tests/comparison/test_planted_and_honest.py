@@ -53,10 +53,11 @@ def test_honest_models_are_not_accused(study: ModuleType, tmp_path: Path):
         assert found.verdict == "pass", (model.name, [r.sentence for r in found.violations])
 
 
-def test_what_cannot_create_energy_is_proved(study: ModuleType):
-    beside = study.NetworkModel(HULL, study.quiet("dissipative", 1, spread=0.5), 0.1)
+@pytest.mark.parametrize("name", ["dissipative", "port_hamiltonian"])
+def test_what_cannot_create_energy_is_proved(study: ModuleType, name: str):
+    beside = study.NetworkModel(HULL, study.quiet(name, 1, spread=0.5), 0.1)
     assert judged(Dissipation(), beside).proof == "by construction"
-    broken = study.NetworkModel(HULL.with_values({"X_u": 5.0}), study.quiet("dissipative", 1), 0.1)
+    broken = study.NetworkModel(HULL.with_values({"X_u": 5.0}), study.quiet(name, 1), 0.1)
     assert judged(Dissipation(), broken).proof == "search"
 
 
@@ -101,8 +102,9 @@ def test_a_quiet_perceptron_is_proved_and_a_pyramid_is_not(study: ModuleType):
     from undertow.residuals.models.bounds import bound_power
     from undertow.residuals.models.network_model import NetworkModel
 
-    quiet = NetworkModel(HULL, study.quiet("mlp", 1), 0.1)
-    assert judged(Dissipation(), quiet).proof == "interval bounds"
+    for name in ("mlp", "symmetric"):
+        quiet = NetworkModel(HULL, study.quiet(name, 1), 0.1)
+        assert judged(Dissipation(), quiet).proof == "interval bounds"
     for share in (0.02, 1e-5):
         hidden = study.hinged(share, 3)
         assert not bound_power(hidden, BOX, 0.3).proved, share

@@ -241,6 +241,22 @@ def test_no_gain_is_invented_where_nothing_is_missing() -> None:
     assert (np.abs(after / before - 1.0) < 0.1).all()
 
 
+@pytest.mark.parametrize("name", ["lstm", "tcn", "port_hamiltonian", "mlp"])
+def test_rows_that_warm_a_memory_up_count_and_teach_nothing(name: str, dragged: Split) -> None:
+    made = preparation.prepare_training(dragged, HULL, Choice(name), replace(QUICK, fade=0.5))
+    objective, network = made.objective, made.network
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.add_(0.1 * torch.randn(parameter.shape, generator=torch.Generator().manual_seed(1)))
+    seen = objective.inputs[:3].clone().requires_grad_()
+    said, warm = objective._said(network, seen), objective.warm_rows
+    assert said.detach().numpy() == pytest.approx(network(seen)[0][:, warm:].detach().numpy(), abs=1e-5)
+    (slope,) = torch.autograd.grad(said.square().sum(), seen)
+    assert warm == (0 if name == "mlp" else 20)
+    assert not slope[:, :warm].any()
+    assert slope[:, warm:].any()
+
+
 def test_a_network_with_memory_learns_the_boat_and_not_the_noise_of_its_sensors() -> None:
     """Who sees the noise of past velocities predicts the noise of the acceleration made from them, and rolls out worse.
 
