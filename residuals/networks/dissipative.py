@@ -5,7 +5,7 @@ from typing import ClassVar, final
 from torch import Tensor
 
 from .base import Memory, Scaling
-from .dissipation import Dissipation
+from .lossy import Dissipation
 
 
 @final

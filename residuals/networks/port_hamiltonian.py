@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from .base import Memory, Scaling
-from .dissipation import START, Dissipation
+from .lossy import START, Dissipation
 
 _SHORTEST, _LONGEST = 2.0, 60.0
 """Rows in which the first and the last store forget, at the start: 0.2 to 6 s at 10 Hz, evenly by their logarithm."""
