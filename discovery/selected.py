@@ -52,12 +52,16 @@ class Selected:
 
 @dataclass(frozen=True)
 class Found:
-    """A model that a search of a force balance ended with, what judges it, and what is calibrated in every model."""
+    """A model that a search of a force balance ended with, what judges it, and what is calibrated in every model.
+
+    `rehearsal` is that of its candidates, where one was held.
+    """
 
     basis: Basis
     search: Search
     state: State
     free: Freed | None = None
+    rehearsal: Rehearsal | None = None
 
     @cached_property
     def explains(self) -> bool:

@@ -117,10 +117,11 @@ def _searched(basis: Basis, say: Say) -> Found:
         free = freed(weak, basis.nominal, basis.pool, basis.settings.search)
         say(free.sentence)
         search = Search(weak, basis.nominal, free.pool, basis.settings.search)
-    plausible = plausible_amounts(search, rehearse(search, basis.nominal, search.nuisances))
+    rehearsal = rehearse(search, basis.nominal, search.nuisances)
+    plausible = plausible_amounts(search, rehearsal)
     say(identify(search, basis.nominal, search.nuisances, plausible).sentence)
     say(Stage("searching the catalogue of effects", SEARCHING))
-    return Found(basis, search, search.run(progress=say), free)
+    return Found(basis, search, search.run(progress=say), free, rehearsal)
 
 
 def _on_forces(first: Found, say: Say, thorough: bool) -> Found | Unsettled:
@@ -140,7 +141,8 @@ def _on_forces(first: Found, say: Say, thorough: bool) -> Found | Unsettled:
         say(Stage("named effects leave structure: looking for terms that nobody has named"))
         search, state = _with_terms(basis.forces, search, state, say)
     state = in_plain_words(search, state)
-    return _unsettled(basis, search, state) or Found(basis, search, state, first.free)
+    rehearsal = first.rehearsal if search is first.search else None  # of terms, too, another is held
+    return _unsettled(basis, search, state) or Found(basis, search, state, first.free, rehearsal)
 
 
 def _weighed(found: Found, say: Say) -> Selected:
@@ -148,7 +150,7 @@ def _weighed(found: Found, say: Say) -> Selected:
     basis, search, state = found.basis, found.search, found.state
     weak, nominal, seed = basis.forces, basis.nominal, basis.settings.seed
     say(Stage("weighing the evidence", WEIGHING))
-    rehearsal = rehearse(search, nominal, search.nuisances)
+    rehearsal = found.rehearsal or rehearse(search, nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
     weak.forget()

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 Single = NDArray[np.float32]
 _STEP = 1e-3
 """Change of a velocity by which forces are differentiated [m/s, m/s, rad/s]."""
-_NUMBERS = 4_000_000
-"""Numbers that are drawn at a time: 32 MB."""
+_NUMBERS = 500_000
+"""Numbers that are drawn at a time: 4 MB, which a processor keeps at hand."""
 
 
 def sensed(

@@ -45,7 +45,8 @@ def drawn_noise(motion: Motion, level: Array, rng: np.random.Generator, *copies:
     for axis in np.flatnonzero(motion.derived):
         white = drawn[..., axis]
         drawn[..., axis] = _DIFFERENCED * (np.roll(white, -1, axis=-1) - np.roll(white, 1, axis=-1)) / np.sqrt(2.0)
-    return level * drawn
+    drawn *= level
+    return drawn
 
 
 def sensor_noise(motions: Sequence[Motion]) -> Array:
