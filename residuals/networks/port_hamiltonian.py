@@ -52,17 +52,21 @@ class PortHamiltonian(Dissipation):
         wanted = (ports * inputs[..., :3, None]).sum(dim=-2)
         if self.fade is not None:
             wanted = wanted * self.fade(standardised)
-        kept = torch.sigmoid(self.kept)
         before = wanted[:, 0] if memory is None else memory[0]
-        stored = _followed(kept, wanted, before)
+        stored = _followed(nn.functional.logsigmoid(self.kept), wanted, before)
         back = (ports * stored[..., None, :]).sum(dim=-1)
         return self.said(self.force(hidden, inputs) - back), (stored[:, -1],)
 
 
 def _followed(kept: Tensor, wanted: Tensor, before: Tensor) -> Tensor:
-    """Stores (batch, rows, stores) that keep a share of themselves from row to row, and take the rest from `wanted`."""
+    """Stores (batch, rows, stores) that keep a share of themselves from row to row, and take the rest from `wanted`.
+
+    `kept` is the logarithm of that share (stores,).
+    """
     rows = torch.arange(wanted.shape[1], device=wanted.device)
-    age = (rows[:, None] - rows).clamp(min=0)
-    weight = (1.0 - kept) * (kept ** age[..., None]) * (rows[:, None] >= rows)[..., None]
-    gone = kept ** (rows[:, None] + 1.0)
-    return torch.einsum("kjs,bjs->bks", weight, wanted) + gone * before[:, None]
+    left = torch.exp(kept * (rows[:, None] + 1.0))  # of what was there after 1, 2, ... rows
+    since = torch.cat(
+        (torch.zeros_like(left), torch.ones_like(left[:1]), left[:-1])
+    )  # before it came, then after 0, ...
+    weight = since[rows[:, None] - rows + len(rows)]
+    return torch.einsum("kjs,bjs->bks", weight, -torch.expm1(kept) * wanted) + left * before[:, None]
