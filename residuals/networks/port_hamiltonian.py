@@ -65,8 +65,7 @@ def _followed(kept: Tensor, wanted: Tensor, before: Tensor) -> Tensor:
     """
     rows = torch.arange(wanted.shape[1], device=wanted.device)
     left = torch.exp(kept * (rows[:, None] + 1.0))  # of what was there after 1, 2, ... rows
-    since = torch.cat(
-        (torch.zeros_like(left), torch.ones_like(left[:1]), left[:-1])
-    )  # before it came, then after 0, ...
+    none, whole = torch.zeros_like(left), torch.ones_like(left[:1])
+    since = torch.cat((none, whole, left[:-1]))  # of what comes later, now, and 1, 2, ... rows ago
     weight = since[rows[:, None] - rows + len(rows)]
     return torch.einsum("kjs,bjs->bks", weight, -torch.expm1(kept) * wanted) + left * before[:, None]
