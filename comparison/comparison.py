@@ -41,6 +41,8 @@ from .failing.failures import Fails, where_they_fail
 from .recommendation import best
 
 BASELINE = "baseline"
+_FITTED_TO = ("train", "all")
+"""What judges where a calibration has seen it; such a model is told, and not recommended."""
 _FAR_OUT = 0.05
 """Share of the judged rows far from what a network was trained on that is worth a sentence."""
 _AT_REST = 0.1
@@ -102,8 +104,8 @@ def calibrated_model(
     judged, split = inputs.parts.judge, inputs.weak
     motions = inputs.fitting if judged != "validation" else split.train.motions
     notes = []
-    if judged in ("train", "all"):
-        notes = [f"{CALIBRATED} was fitted to rows that are judged here, so its errors are too small"]
+    if judged in _FITTED_TO:
+        notes = [f"{CALIBRATED} was fitted to rows that are judged here: its errors are too small, and do not count"]
     begun = perf_counter()
     try:
         basis = basis if judged != "validation" else None
@@ -165,7 +167,8 @@ def comparison(
     # Where folds judge, every row is in the training of the others.
     folded = parts.judge == FOLDS
     inside = None if folded else spanned(inputs.vehicle, parts.known).inside(parts.judged.motions)
-    recommended = best([(found.model, found.errors, found.audit) for found in judged])
+    counts = [found for found in judged if not (found.name == CALIBRATED and parts.judge in _FITTED_TO)]
+    recommended = best([(found.model, found.errors, found.audit) for found in counts])
     if inputs.broken:
         told = f"Of a broken log that was taken as it is, no advice: {recommended.sentence}"
         recommended = recommended.but(sentence=told)

@@ -13,7 +13,15 @@ from rich.console import Console
 from verbs import done, refused, strict
 
 from undertow.comparison.comparison import _at_rest as at_rest
-from undertow.comparison.comparison import calibrated_model, comparison, ends, judge, reference_models, score_step
+from undertow.comparison.comparison import (
+    calibrated_model,
+    comparison,
+    ends,
+    judge,
+    judge_all,
+    reference_models,
+    score_step,
+)
 from undertow.comparison.facts import Comparison
 from undertow.comparison.recommendation import best
 from undertow.discovery.basis import choose
@@ -331,7 +339,18 @@ def test_calibration_leaves_the_judged_part_alone(inputs: Inputs, calibrated: tu
 
 def test_calibration_on_judged_rows_is_told(inputs: Inputs):
     _, notes = calibrated_model(replace(inputs, parts=Parts(inputs.parts.split, "all")))
-    assert notes == ["calibrated was fitted to rows that are judged here, so its errors are too small"]
+    assert notes == ["calibrated was fitted to rows that are judged here: its errors are too small, and do not count"]
+
+
+def test_a_calibration_on_judged_rows_is_not_recommended(inputs: Inputs, calibrated: tuple[list[Model], list[str]]):
+    whole = replace(inputs, parts=Parts(inputs.parts.split, "all"))
+    nominal = VehicleModel(inputs.vehicle, "nominal")
+    held, seen = (
+        comparison(judge_all([nominal, *calibrated[0]], given.parts), given, notes=calibrated[1]).best
+        for given in (inputs, whole)
+    )
+    assert held.model == "calibrated"
+    assert "calibrated" not in seen.sentence
 
 
 def test_validation_rows_are_not_fitted_where_they_judge(inputs: Inputs, calibrated: tuple[list[Model], list[str]]):
