@@ -66,6 +66,7 @@ def test_an_error_that_only_forces_show_is_found_and_blamed_on_no_effect(
 
 def test_a_lever_arm_is_found_before_terms_are_looked_for(monkeypatch: pytest.MonkeyPatch):
     """What one effect at most explains without it needs no crowd of stand-ins to be searched to its end beside it."""
+    monkeypatch.setattr(hidden_sensors, "at_hand", lambda: False)  # a second processor is asked for them meanwhile
     monkeypatch.setattr(selection, "_with_terms", None)
     monkeypatch.setattr(Search, "again", lambda self, best, say: best if len(self.named(best.active)) < 2 else None)
     found = find_missing([measured(sailed({"surge_quadratic_damping": -8.0}), HiddenErrors(0.6, 0.0, 0.0))], HULL)
