@@ -275,11 +275,11 @@ class Findings(Card, Drawn, Record):
 
     Attributes
     ----------
-    verdict : "missing", "nothing missing" or "undecided"
+    verdict : "missing", "likely", "nothing missing" or "undecided"
     warnings : what is wrong with the log itself, to be read before the headline
     headline : the verdict in a sentence
     reasons : why, and what speaks against it, a sentence each
-    missing : effects that the tool would add, the most valuable first
+    missing, likely : names of effects of that verdict, the most valuable first
     candidates : every effect of the catalogue, best first
     unnamed : terms that nobody has named but the log asks for
     sensors : what the sensors and their record do wrong
@@ -298,14 +298,16 @@ class Findings(Card, Drawn, Record):
     data : rows, seconds, split and notes
     """
 
-    SCHEMA: ClassVar[str] = "undertow.findings/1"
+    SCHEMA: ClassVar[str] = "undertow.findings/2"
+    FORMER: ClassVar[tuple[str, ...]] = ("undertow.findings/1",)
     DRAWN_BY: ClassVar[str] = "reports.page.figures.record_plots:FindingsPlots"
 
-    verdict: Literal["missing", "nothing missing", "undecided"]
+    verdict: Literal["missing", "likely", "nothing missing", "undecided"]
     warnings: tuple[str, ...] = ()
     headline: str = ""
     reasons: tuple[str, ...] = ()
     missing: tuple[str, ...]
+    likely: tuple[str, ...] = ()
     candidates: tuple[FoundEffect, ...]
     unnamed: tuple[FoundTerm, ...] = ()
     sensors: tuple[SensorError, ...] = ()

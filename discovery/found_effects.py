@@ -1,5 +1,6 @@
 """What is found of one effect: its verdict and why, its numbers with their intervals, and what would do as well."""
 
+from collections.abc import Mapping
 from typing import Literal, get_args
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
@@ -10,7 +11,43 @@ from .reason import Reason
 from .search.bootstrap import Interval
 from .search.chance import Chance
 
-Verdict = Literal["missing", "possible", "no evidence"]
+Verdict = Literal["missing", "likely", "possible", "no evidence"]
+MISSING, LIKELY = 0.95, 0.8
+"""Odds from which an effect is called missing, where its interval excludes the file's value, and likely."""
+
+
+class Worth(Record):
+    """Share of the nominal model's error on unseen rows that a name removes from the corrected model, 0..1.
+
+    Attributes
+    ----------
+    force : of the squared force error, on the axis on which it removes most
+    rollout : of the squared error of 10 s rollouts, likewise; None where no rollouts were asked
+    """
+
+    force: Number
+    rollout: Number | None = None
+
+
+class Claim(Record):
+    """What is known of a name that stands in a model: the four numbers and the sizes of the tests.
+
+    Attributes
+    ----------
+    gain : held-out log-likelihood against the best model without it, its price paid
+    identity : log odds against the best rival: another effect, a pair, or one free force in its place
+    rival : that rival; empty where none came near
+    worth : share of the unseen error that it removes
+    null_excluded : its wide interval excludes the file's own value
+    tests : size of each test of `judgement`, by name, relative to the claim; what a test does not concern is not there
+    """
+
+    gain: Number
+    identity: Number
+    rival: str = ""
+    worth: Worth
+    null_excluded: Flag
+    tests: Mapping[str, Number] = {}
 
 
 class FoundTerm(Record):
@@ -59,10 +96,10 @@ class FoundEffect(Record):
     ----------
     effect, family, equation : from the catalogue
     sentence : the finding in words, with numbers
-    verdict : "missing" (the tool would add it), "possible" (it may be there, this log cannot tell), "no evidence"
-    reason : why it is not called missing; None where it is
-    confidence : share of block resamples in which it earns its price and is material, divided among it and its
-        look-alikes, 0..1
+    verdict : "missing" (from 95 % on), "likely" (from 80 %), "possible" (it may be there), "no evidence"
+    reason : the largest doubt about it; None where there is none
+    confidence : calibrated probability that the name is true, in worlds like those of the studies, 0..1
+    claim : what is known of it; None for what stands in no model
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
     chance : how often nothing, rehearsed with this log's own noise, looked as good; None where it was not rehearsed
     parts : its numbers in the parts of the log that know them: halves, slow and fast, ahead and astern, turning
@@ -80,6 +117,7 @@ class FoundEffect(Record):
     reason: Reason | None = None
     confidence: Number
     error_drop: Number
+    claim: Claim | None = absent()
     chance: Chance | None = absent()
     parts: tuple[Part, ...] = Field(default=(), exclude_if=lambda value: not value)
     agrees: Flag | None = absent()

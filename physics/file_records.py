@@ -60,6 +60,8 @@ class Record(BaseModel):
 
     SCHEMA: ClassVar[str] = ""
     """What the file says that it holds; empty for a part of a file."""
+    FORMER: ClassVar[tuple[str, ...]] = ()
+    """Schemas of earlier versions that are read, too."""
 
     @model_validator(mode="before")
     @classmethod
@@ -98,7 +100,7 @@ class Record(BaseModel):
         """
         if not isinstance(content, Mapping):
             raise RequestError(f"{source}: expected a JSON object, got a {type(content).__name__}; {remedy}")
-        if cls.SCHEMA and content.get("schema") != cls.SCHEMA:
+        if cls.SCHEMA and content.get("schema") not in (cls.SCHEMA, *cls.FORMER):
             came = shown(content.get("schema"))
             raise RequestError(f"{source}: expected schema {cls.SCHEMA!r}, got {came}; {remedy}")
         try:

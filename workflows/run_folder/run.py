@@ -10,6 +10,7 @@ from ...discovery.findings import Findings
 from ...discovery.settings import DiscoverySettings
 from ...measurements.prepared_logs import Inputs
 from ...physics.cards import Card
+from ...physics.vehicle import Vehicle
 from ...residuals.series_table import SeriesTable
 
 if TYPE_CHECKING:
@@ -20,7 +21,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Run(Card):
-    """A finished main job, before it is written; `audit` is of the corrected model, `verb` what asked for the run."""
+    """A finished main job, before it is written.
+
+    `audit` is of the corrected model, `verb` what asked for the run, `calibrated` the nominal model with its own numbers
+    fitted, where it could be fitted.
+    """
 
     inputs: Inputs
     discovery: Discovery
@@ -30,6 +35,7 @@ class Run(Card):
     settings: DiscoverySettings
     audit: Audit
     verb: tuple[str, ...] = ("discover",)
+    calibrated: Vehicle | None = None
 
     @property
     def series(self) -> "pd.DataFrame":

@@ -20,6 +20,7 @@ _SCHEMAS = {
     "standardisation.json": "standardisation",
     RECORD: "run",
 }
+_VERSIONS = ("1", "2")
 VIEWED = ("series.mcap", "series.foxglove.json", "series.plotjuggler.xml")
 """For viewers: a series, and how each shows it."""
 DATA = (*(name for name in _SCHEMAS if name != RECORD), "model.yaml", "nominal.yaml", "series.csv", *VIEWED)
@@ -83,7 +84,9 @@ def _own_digest(record: Mapping[str, Any]) -> str:
 
 
 def _of_schema(path: Path) -> bool:
-    return _content(path).get("schema") == f"undertow.{_SCHEMAS[path.name]}/1"
+    """Whether a file holds what its name says, of this or an earlier version."""
+    kind, _, version = str(_content(path).get("schema")).rpartition("/")
+    return kind == f"undertow.{_SCHEMAS[path.name]}" and version in _VERSIONS
 
 
 def _content(path: Path) -> dict[str, Any]:

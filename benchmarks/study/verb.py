@@ -1,0 +1,146 @@
+"""One log through the verb, from files on, as a user runs it: what is true of it, and the facts of the answer.
+
+Every study draws a `Logged`: a vehicle file, a log that is written to a file, and what is true. `answer` lets the verb
+read both and keeps the facts of each name that stood in a model (its claim and the sizes of all tests), so that another
+judgement of the same facts is scored in minutes and without running the verb again (`study/records.py`).
+"""
+
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow.discovery.balance.rollout_test import rollout_squares
+from undertow.discovery.findings import Findings
+from undertow.discovery.found_effects import FoundEffect
+from undertow.measurements.prepared_logs import Inputs
+from undertow.physics.errors import LogError, RequestError
+from undertow.physics.vehicle import Vehicle
+from undertow.workflows.discover_and_add import discover
+from undertow.workflows.inputs import read_inputs
+from undertow.workflows.run_folder.run import Run
+
+HORIZON = 10.0
+"""Length of the rollouts that judge a written model on another run of the same boat [s]."""
+Record = dict[str, Any]
+Write = Callable[[Path], Path]
+"""Writes a log to a path and gives the path."""
+
+
+@dataclass(frozen=True, slots=True)
+class Logged:
+    """One log before the verb sees it, and what is true of it.
+
+    Attributes
+    ----------
+    study, kind, seed, note : where it comes from
+    vehicle : the file that the verb is given
+    write : writes the log
+    fresh : writes another run of the same boat, which neither fit nor selection sees; None where there is none
+    true : keys of the effects that are hidden (`thruster_asymmetry[port]` for one of a thruster)
+    part : names of effects that are a fair part of the cause, or an exact equivalent of it
+    sensors : errors of sensors or of the record that are the cause
+    known : true values of parameters by symbol, in the way of the findings
+    nameless : a cause acts that no effect of the catalogue is
+    dominant : the hidden effect that makes over half of the nominal model's squared force or rollout error, or nothing
+    matters : share by which 10 s rollouts of the file's boat part from the truth
+    tellable : False where a judge who knows the truth could not tell it from another effect; None where nobody asked
+    """
+
+    study: str
+    kind: str
+    seed: int
+    vehicle: Vehicle
+    write: Write
+    fresh: Write | None = None
+    note: str = ""
+    true: frozenset[str] = frozenset()
+    part: frozenset[str] = frozenset()
+    sensors: frozenset[str] = frozenset()
+    known: Mapping[str, float] = field(default_factory=dict)
+    nameless: bool = False
+    dominant: str = ""
+    matters: float = 0.0
+    tellable: bool | None = None
+
+
+def answer(logged: Logged) -> Record:
+    """Let the verb look at a log, and keep what is true and the facts of what it says."""
+    record: Record = {
+        "study": logged.study,
+        "kind": logged.kind,
+        "seed": logged.seed,
+        "note": logged.note,
+        "true": sorted(logged.true),
+        "part": sorted(logged.part),
+        "sensors_true": sorted(logged.sensors),
+        "nameless": logged.nameless,
+        "dominant": logged.dominant,
+        "matters": round(float(logged.matters), 4),
+        "tellable": logged.tellable,
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        path = logged.write(Path(folder) / "log.csv")
+        begun = time.perf_counter()
+        try:
+            run = discover(read_inputs(path, logged.vehicle), progress=None)
+        except (LogError, RequestError) as error:
+            return record | {"verdict": "refused", "told": str(error)[:300]}
+        record["seconds"] = round(time.perf_counter() - begun, 2)
+        if logged.fresh is not None:
+            record["fresh"] = errors_on(run, logged.fresh(Path(folder) / "fresh.csv"), logged.vehicle)
+    return record | facts(run.findings, logged)
+
+
+def facts(findings: Findings, logged: Logged) -> Record:
+    """What the findings say, the claims of all names that stood in a model among it."""
+    return {
+        "verdict": findings.verdict,
+        "headline": findings.headline[:200],
+        "missing": list(findings.missing),
+        "likely": list(findings.likely),
+        "first": findings.candidates[0].key if findings.candidates else "",
+        "unnamed": [t.symbol or f"{t.axis}:{t.form}" for t in findings.unnamed],
+        "sensors": sorted({s.what for s in findings.sensors if s.verdict == "present"}),
+        "sensors_possible": sorted({s.what for s in findings.sensors if s.verdict == "possible"}),
+        "rests": [(rest.axis, round(rest.share, 3)) for rest in findings.rests],
+        "forms": [(form.axis, form.follows, round(form.share, 3)) for form in findings.other_forms],
+        "claims": [claimed(c, logged) for c in findings.candidates if c.claim is not None],
+        "reasons": {c.key: c.reason.value for c in findings.candidates if c.reason is not None and c.verdict != "no evidence"},
+    }
+
+
+def claimed(effect: FoundEffect, logged: Logged) -> Record:
+    """The facts of one claim, and whether it is true."""
+    assert effect.claim is not None
+    fair = effect.key in logged.true or effect.effect in logged.true
+    return {
+        "key": effect.key,
+        "label": "true" if fair else "part" if effect.effect in logged.part else "false",
+        "verdict": effect.verdict,
+        "reason": effect.reason.value if effect.reason else "",
+        "odds": round(effect.confidence, 4),
+        "alike": list(effect.indistinguishable_from),
+        "claim": effect.claim.model_dump(mode="json"),
+        "terms": [
+            {"symbol": t.symbol, "value": t.value, "ci95": list(t.ci95) if t.ci95 else None, "truth": truth}
+            for t in effect.terms
+            for truth in [logged.known.get(t.symbol)]
+        ],
+    }
+
+
+def errors_on(run: Run, path: Path, vehicle: Vehicle) -> Record:
+    """Mean squared 10 s rollout errors on another run, by model, as shares of the nominal model's, of each speed."""
+    fresh: Inputs = read_inputs(path, vehicle)
+    motions = [motion for part in (fresh.weak.train, fresh.weak.validation, fresh.weak.test) for motion in part.motions]
+    models = {"nominal": run.discovery.nominal, "written": run.discovery.corrected}
+    if run.calibrated is not None:
+        models["calibrated"] = run.calibrated
+    found = {name: np.mean(rollout_squares(motions, model, HORIZON), axis=0) for name, model in models.items()}
+    scale = np.maximum(found["nominal"], 1e-12)
+    return {name: [round(float(x), 5) for x in squares / scale] for name, squares in found.items()}
