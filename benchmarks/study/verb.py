@@ -110,7 +110,9 @@ def facts(findings: Findings, logged: Logged) -> Record:
         "rests": [(rest.axis, round(rest.share, 3)) for rest in findings.rests],
         "forms": [(form.axis, form.follows, round(form.share, 3)) for form in findings.other_forms],
         "claims": [claimed(c, logged) for c in findings.candidates if c.claim is not None],
-        "reasons": {c.key: c.reason.value for c in findings.candidates if c.reason is not None and c.verdict != "no evidence"},
+        "reasons": {
+            c.key: c.reason.value for c in findings.candidates if c.reason is not None and c.verdict != "no evidence"
+        },
     }
 
 
@@ -135,12 +137,12 @@ def claimed(effect: FoundEffect, logged: Logged) -> Record:
 
 
 def errors_on(run: Run, path: Path, vehicle: Vehicle) -> Record:
-    """Mean squared 10 s rollout errors on another run, by model, as shares of the nominal model's, of each speed."""
+    """Mean squared 10 s rollout errors on another run, by model, of each speed in units of its own mean square."""
     fresh: Inputs = read_inputs(path, vehicle)
     motions = [motion for part in (fresh.weak.train, fresh.weak.validation, fresh.weak.test) for motion in part.motions]
     models = {"nominal": run.discovery.nominal, "written": run.discovery.corrected}
     if run.calibrated is not None:
         models["calibrated"] = run.calibrated
     found = {name: np.mean(rollout_squares(motions, model, HORIZON), axis=0) for name, model in models.items()}
-    scale = np.maximum(found["nominal"], 1e-12)
-    return {name: [round(float(x), 5) for x in squares / scale] for name, squares in found.items()}
+    scale = np.maximum(np.mean(np.concatenate([motion.velocity**2 for motion in motions]), axis=0), 1e-12)
+    return {name: [float(f"{x:.5g}") for x in squares / scale] for name, squares in found.items()}
