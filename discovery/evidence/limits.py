@@ -125,7 +125,8 @@ def _of(
 ) -> str:
     parameter = next(p for p in candidate.parameters if p.symbol == symbol)
     value = estimate.value(symbol)
-    limit = None if parameter.attainable else limit_at(parameter, value, nominal.value(symbol))
+    vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
+    limit = None if parameter.attainable or vanishes else limit_at(parameter, value, nominal.value(symbol))
     if limit is not None:
         return f"{symbol} stands at its physical limit, {limit:g} in all: its size is the limit's, not the log's"
     interval = intervals.get(symbol)

@@ -382,11 +382,11 @@ def share_of_resamples(
 def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
     """True when a parameter lies at a physical limit that is not its nominal value, and that is nothing usual.
 
-    On rollouts, nominal damping that vanishes beside other damping is not at a limit: its form was wrong.
+    Nominal damping that vanishes is not at a limit: the file has a number for what is not there.
     """
     for parameter, value in zip(candidate.parameters, option.start, strict=True):
         vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
-        if parameter.attainable or (vanishes and not search.balance.forces):
+        if parameter.attainable or vanishes:
             continue
         if limit_at(parameter, value, search.nominal.value(parameter.symbol)) is not None:
             return True
