@@ -20,6 +20,8 @@ from .found_effects import Claim, Worth
 from .reason import Reason
 from .search.bootstrap import Interval
 
+_FAR = 1e3
+"""Size from which it does not matter any more how large a doubt is."""
 Told = Mapping[str, str]
 """By key of an effect, what a test tells of it, as the end of a sentence."""
 
@@ -100,14 +102,16 @@ class Tests:
             "elsewhere": float(e.key in self.elsewhere),
             "rollouts_object": float(e.rollouts_object),
             "chance": float(e.chance.better) if e.chance else 0.0,
-            "folds": self.folds.missed(e.key) if self.folds else 0.0,
+            "folds": self.folds.missed(e.key) if self.folds and e.key in self.folds.named else 0.0,
             "weak": 1.0 - e.confidence,
             "crowd": float(self.names - 1),
             "terms": float(self.terms),
             "untold": float(e.key in self.untold),
             "rolls": float(self.rolls),
         }
-        return {name: round(float(np.nan_to_num(size, posinf=1e3)), 6) for name, size in sizes.items() if size}
+        return {
+            name: round(float(np.clip(np.nan_to_num(size), -_FAR, _FAR)), 6) for name, size in sizes.items() if size
+        }
 
     def _uneven(self, key: str) -> tuple[float, str]:
         """By how much an effect's size differs between parts of the log, and how that is told."""
