@@ -18,8 +18,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from study.records import Kept, Record, processors
-from study.scoring import Odds, false_names, outcome
-from study.studies import FOLDER, ODDS, STUDIES, Key, key_of, run, stored, told, with_bounds
+from study.scoring import ODDS, false_names, outcome, read_odds
+from study.studies import FOLDER, STUDIES, Key, key_of, run, stored, told, with_bounds
 from study.verb import answer
 
 PURPOSES = ("tuning", "reporting")
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if given.one:
         return one(given.study[0], (given.one[0], int(given.one[1])), given.into)
-    odds = Odds.read(given.odds) if given.odds.is_file() else None
+    odds = read_odds(given.odds)
     code = 0
     for study in given.study:
         why, file = STUDIES[study].absent(), stored(study, given.seeds, given.folder)

@@ -13,28 +13,29 @@ from .balance.rollout_test import rollouts_object
 from .basis import Basis, choose
 from .calibration.beside_effects import with_calibration
 from .candidates.nuisance import CALIBRATED
+from .claims import Tests, claims
 from .discover import Discovery
 from .evidence.all_thrusters import all_thrusters
 from .evidence.disagreements import disagreements
 from .evidence.limits import in_step
 from .evidence.other_forms import judged_in_logs
 from .evidence.record_errors import beside_record, record_errors, without_forces
-from .evidence.verdicts import Doubt, Grounds, conclude, doubt_of
 from .evidence.weighing import modest, weigh
 from .findings import Findings
 from .fold_findings import Folds
 from .in_order import fit_named, own_numbers
 from .kept_effects import without_offset
-from .reason import Reason
 from .search.floating import Search
 from .selected import base
 from .settings import DiscoverySettings
+from .verdicts import Grounds, conclude
 
 _FOUND = {
     "possible": "the search of this log calls it no more than possible",
     "no evidence": "the search of this log found no evidence for it",
 }
 """What a search said of an effect that is added all the same, by its verdict."""
+_COULD_NOT = "the search of this log could not judge it"
 _KEPT = "the nominal model's own parameters stay as its file has them: none is calibrated beside the effects"
 
 
@@ -90,10 +91,13 @@ def add_effects(
     added = [e for e in evidence if e.selected]
     kept = [e.key for e in added]
     sensors = without_forces(basis.forces.motions, basis.rolls)
-    apart = {} if judged_in_logs(form) else beside_record(search, state.vehicle, state.active, kept, sensors)
-    doubtful = {key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in apart.items()}
-    doubtful |= {e.key: doubt_of(e) for e in added if not e.sure} | dict(_doubted(searched, kept))
-    findings = conclude(Grounds(search, lawful, corrected, added, told, kept, order, doubtful=doubtful))
+    record = {} if judged_in_logs(form) else beside_record(search, state.vehicle, state.active, kept, sensors)
+    tests = Tests(record=record, names=len(kept), rolls=basis.rolls)
+    claimed = claims(added, search.pool, nominal, told, tests)
+    asked = dict(_asked(searched, kept))
+    grounds = Grounds(search, lawful, corrected, added, told, kept, order, claimed, tests, asked=asked)
+    findings = conclude(grounds)
+    unsure = [c.key for c in findings.candidates if c.verdict != "missing"]
     sensors += record_errors(search, state.vehicle, state.active, told)
     unseen = fitted.unseen()
     if free is not None:
@@ -101,15 +105,14 @@ def add_effects(
     findings = findings.but(folds=Folds(count=len(unseen.folds)))
     named = listing([words(label) for label in order if label != CALIBRATED])
     beside = ", beside the model's own numbers" if free is not None and free.symbols else ""
-    sure = f"; not certain: {listing([words(key) for key in doubtful])}" if doubtful else ""
+    sure = f"; not certain: {listing([words(key) for key in unsure])}" if unsure else ""
     headline, thrust = f"Added by name: {named}{by}{beside}{sure}.", all_thrusters(nominal, corrected, kept)
     findings = findings.but(headline=headline, reasons=(thrust,) if thrust else (), sensors=sensors)
     return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, unseen, notes)
 
 
-def _doubted(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str, Doubt]]:
-    """Effects of which a search was not certain, by key, with what it says of them."""
+def _asked(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """What a search said of effects that were asked for, by key, as the end of a sentence."""
     for one in searched.candidates if searched else ():
         if one.key in keys and one.verdict in _FOUND:
-            could_not = "the search of this log could not judge it"
-            yield one.key, Doubt(Reason.UNFOUND, could_not if one.cannot_tell else _FOUND[one.verdict])
+            yield one.key, _COULD_NOT if one.cannot_tell else _FOUND[one.verdict]

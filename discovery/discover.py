@@ -12,35 +12,40 @@ from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.cards import Card
 from ..physics.frames import Array
 from ..physics.freed_memory import hand_back
+from ..physics.laws.damping_power import envelope_of
 from ..physics.motion import Motion
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
 from .basis import Basis, choose
 from .calibration.beside_effects import with_calibration
 from .candidates.candidate import Kind
+from .candidates.linearisation import Linearisation
 from .candidates.nuisance import CALIBRATED
+from .claims import Tests, claims, widened
 from .evidence.inclusion import inclusion
-from .evidence.invariance import beside_changes, invariance, uneven
-from .evidence.lasting_rest import beside_rests, beyond_limits, lasting_rests, left_by_all, many_terms, of_stand_ins
-from .evidence.limits import as_timed, doubts, in_step, of_differences, of_other_axes
-from .evidence.mostly_doubted import mostly_doubted
+from .evidence.invariance import invariance
+from .evidence.lasting_rest import beside_rests, lasting_rests, left_by_all
+from .evidence.limits import as_timed, at_limits, in_step, of_differences, of_other_axes
 from .evidence.other_forms import judged_in_logs, other_forms
 from .evidence.own_changes import own_changes
 from .evidence.record_errors import beside, beside_record, record_errors, without_forces
 from .evidence.unjudged_rivals import beside_unjudged
-from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
+from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
-from .findings import Findings
+from .findings import Calibrated, Findings, LastingRest, SensorError
+from .fold_findings import Folds
 from .fold_models import FoldModels, fold_models
 from .hidden_errors import HiddenErrors
 from .hidden_sensors import beside_sensors
-from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, WHY_TOO_SHORT, settle, steps, with_untold
-from .lawful.passivity import lawful_model
-from .reason import Reason
+from .kept_effects import settle, steps, too_short, with_untold
+from .lawful.passivity import Lawful, judge, lawful_model
 from .search.bootstrap import Interval, intervals
 from .search.command_resolution import within_resolution
+from .search.floating import State
+from .search.gram import GramScores
 from .selected import Selected
 from .settings import DiscoverySettings
+from .verdicts import Grounds, conclude, unmeasured
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -76,6 +81,53 @@ class Discovery(Card):
         added = [added for added, _ in self.steps if added is not None]
         return [("nominal", self.nominal.name), ("added", ", ".join(added)), *self.findings.card()]
 
+    def writing(self, vehicle: Vehicle, apart: Sequence[Vehicle] = (), why: str = "") -> "Discovery":
+        """The same with another model as the corrected one: the nominal vehicle, or that with its own numbers fitted.
+
+        What the names are, and how sure each is, stays: their numbers are of a model that is not written.
+
+        Parameters
+        ----------
+        vehicle : the model
+        apart : the model without each fold; none for the nominal vehicle
+        why : a sentence
+        """
+        calibrated = bool(apart)
+        findings = self.findings
+        candidates = tuple(
+            c.but(terms=tuple(term.but(in_model=None) for term in c.terms)) if c.in_model else c
+            for c in findings.candidates
+        )
+        rows = tuple(
+            Calibrated(
+                symbol=symbol,
+                before=self.nominal.value(symbol),
+                after=value,
+                wanted=value,
+                unit=self.nominal.parameter(symbol).unit,
+            )
+            for symbol, value in vehicle.values.items()
+            if calibrated and value != self.nominal.value(symbol)
+        )
+        envelope = envelope_of(self.basis.forces.motions, vehicle)
+        error = np.sqrt((self.basis.forces.balance(vehicle) ** 2).mean(axis=0))
+        self.basis.forces.forget()
+        corrected = vehicle.with_values({}, name=self.corrected.name)
+        return replace(
+            self,
+            corrected=corrected,
+            steps=(*self.steps[:1], *([(CALIBRATED, corrected)] if calibrated else [])),
+            findings=findings.but(
+                candidates=candidates,
+                unnamed=(),
+                calibrated=rows,
+                passivity=judge(corrected, envelope),
+                reasons=(*findings.reasons, why),
+            ),
+            force_error=error,
+            unseen=replace(self.unseen, steps=(tuple(apart),) if calibrated else ()),
+        )
+
 
 @single_threaded
 def find_missing(
@@ -106,106 +158,141 @@ def find_missing(
     return _conclude(*beside_sensors(basis, say))
 
 
-def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapping[str, str]) -> Discovery:
-    """Keep the effects that are sure, fit them under the laws, and say what was found."""
-    basis, nominal, settings = looked.basis, looked.basis.nominal, looked.basis.settings
-    search, state = looked.search, looked.state
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fitted:
+    """The corrected model of a selection, before anything is said of it.
+
+    Attributes
+    ----------
+    evidence : on every candidate
+    state : the model with the names that stand and those that only predict better
+    kept, untold : keys of the ones and of the others
+    about : columns and scores about it
+    chosen : its options
+    lawful : the model under the laws
+    intervals : 95 % intervals of total values by symbol, of all that was selected
+    """
+
+    evidence: list[Evidence]
+    state: State
+    kept: tuple[str, ...]
+    untold: tuple[str, ...]
+    about: tuple[Linearisation, GramScores]
+    lawful: Lawful
+    intervals: dict[str, Interval]
+
+
+def _conclude(looked: Selected, hidden: HiddenErrors | None, sensors: Mapping[str, str]) -> Discovery:
+    """Fit the names that stand under the laws, test them, and say what is known of each.
+
+    Parameters
+    ----------
+    sensors : why a small error of the sensors may do what an effect does, by key
+    """
+    basis, nominal, search = looked.basis, looked.basis.nominal, looked.search
+    model = _fit(looked)
+    told = steps(search, model.state, model.lawful.vehicle, CALIBRATED)
+    hand_back()
+    parts, envelope = folds_of(basis.forces.motions), model.lawful.passivity.envelope
+    unseen = fold_models(search, parts, looked.state, model.state, model.about, told, envelope, model.untold)
+    names = search.named(model.state.active)
+    folds = unseen.counted([key for key in names if key not in model.untold])
+    records = without_forces(basis.forces.motions, basis.rolls)
+    tests, rests = _test(looked, model, records, sensors, folds)
+    found = widened(model.intervals, search.pool, nominal, tests, unseen.steps[-1] if unseen.steps else ())
+    selected = search.named(looked.state.active)
+    grounds = Grounds(
+        search=search,
+        lawful=model.lawful,
+        considered=looked.state.vehicle,
+        evidence=model.evidence,
+        intervals=found,
+        kept=(*model.kept, *model.untold),
+        order=[label for label, _ in told[1:]],
+        claims=claims(model.evidence, search.pool, nominal, found, tests),
+        tests=tests,
+        known=looked.known,
+        included=inclusion(search, looked.state, basis.settings.seed) if search.of_kind(selected, Kind.TERM) else {},
+        unseen=looked.unseen,
+        rests=rests,
+    )
+    questions = open_questions(model.evidence, model.kept, looked.known)
+    advice = advise(*looked.forces, questions, looked.plausible, None if selected else looked.rehearsal)
+    findings = conclude(grounds, advice, unmeasured(looked.motions)).but(folds=folds)
+    if looked.free is not None:
+        findings = with_calibration(findings, looked.free, nominal, model.lawful, found)
+    error = np.sqrt(model.state.fit.held_out)
+    if not search.balance.forces:
+        error = np.sqrt((looked.forces[0].balance.balance(model.lawful.vehicle) ** 2).mean(axis=0))
+        findings = too_short(findings, search.balance.blocks)
+    certain = findings.verdict in ("missing", "nothing missing") and not findings.unnamed
+    timing = record_errors(search, model.state.vehicle, model.state.active, found, certain)
+    errors = (*records, *(hidden.findings if hidden else ()), *timing)
+    findings = beside(findings, errors)
+    notes = (*looked.notes, *(s.sentence for s in errors if s.verdict != "no evidence"))
+    basis.forces.forget()
+    noise = looked.forces[0].noise_error
+    return Discovery(nominal, model.lawful.vehicle, told, findings, error, noise, basis, unseen, notes, hidden)
+
+
+def _fit(looked: Selected) -> _Fitted:
+    """Fit the names that stand, those beside them that unseen parts gain by, and all of it under the laws."""
+    basis, search, state = looked.basis, looked.search, looked.state
+    shooting, nominal = basis.settings.shooting, basis.nominal
     evidence = in_step(looked.evidence, search.pool, nominal, state.vehicle, search.balance.motions)
-    kept = tuple(e.key for e in evidence if e.sure)
-    final = settle(search, state, kept, settings.shooting)
+    kept = tuple(e.key for e in evidence if e.stands)
+    final = settle(search, state, kept, shooting)
     if kept and not search.named(final.active):
         evidence, kept = [replace(e, rollouts_object=e.selected) for e in evidence], ()
-    final = with_untold(search, final, looked.untold, settings.shooting)
+    final = with_untold(search, final, looked.untold, shooting)
     untold = tuple(key for key in search.named(final.active) if key not in kept)
-    forces, there = looked.forces
-    with second_processor.beside(
-        partial(other_forms, forces, there, kept, settings.seed, search.balance)
-    ) as forms_beside:
-        rests = lasting_rests(forces, search.balance, state.vehicle)
-        changed = own_changes(forces, there, kept, settings.seed, search.balance)
-        rivals = beside_unjudged(forces, there, kept, looked.unseen)
-        forms = forms_beside()
-    terms = search.of_kind(state.active, Kind.TERM)
-    # On several logs that rollouts judge, the balance always leaves something that follows something, and each log was
-    # left out once: what is named there holds in all others, whatever stands beside it.
-    in_logs = judged_in_logs(search.balance)
-    unexplained = forms.taking if in_logs else forms.found
-    left = left_by_all(rests, unexplained, search.settings.materiality)
-    left += many_terms([c for c in search.pool if c.key in terms])
-    left += beyond_limits(search.pool, [e.key for e in evidence if e.selected and e.at_limit])
-    hand_back()
     about = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     linear, scores = about
     chosen = [linear.options[key][0] for key in final.active]
     lawful = lawful_model(looked.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
-    found: dict[str, Interval] = intervals(search.balance, scores, search.pool, chosen, final.vehicle, settings.seed)
+    found = intervals(search.balance, scores, search.pool, chosen, final.vehicle, basis.settings.seed)
     if set(kept) != set(search.named(state.active)):
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         options = [far.options[key][0] for key in state.active]
-        found = intervals(search.balance, wide, search.pool, options, state.vehicle, settings.seed) | found
-    found = as_timed(found, search.pool)
-    doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
-    invariant = beside_changes(invariance(search, final, about), changed)
-    sizes = uneven({key: same for key, same in invariant.items() if key in kept and key not in forms.rivals})
-    left += [] if in_logs else of_stand_ins(evidence, {*forms.rivals, *sizes}, search.settings.least)
-    doubtful = sizes | doubtful
-    doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
-    if looked.free is None:  # beside numbers that are calibrated, what an effect alone explains is little on any axis
-        doubtful = of_other_axes(evidence, search.pool, kept, search.settings.least) | doubtful
-    recorded = without_forces(basis.forces.motions, basis.rolls)
-    if not in_logs:
-        doubtful = beside_record(search, final.vehicle, final.active, kept, recorded) | doubtful
-    doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
-    told = steps(search, final, lawful.vehicle, CALIBRATED)
-    parts = folds_of(basis.forces.motions)
+        found = intervals(search.balance, wide, search.pool, options, state.vehicle, basis.settings.seed) | found
+    return _Fitted(evidence, final, kept, untold, about, lawful, as_timed(found, search.pool))
+
+
+def _test(
+    looked: Selected, model: _Fitted, records: Sequence[SensorError], sensors: Mapping[str, str], folds: Folds
+) -> tuple[Tests, tuple[LastingRest, ...]]:
+    """Ask every test of every name that was selected; and what lasts and is explained by nothing."""
+    search, (forces, there), seed = looked.search, looked.forces, looked.basis.settings.seed
+    selected = (*search.named(looked.state.active), *model.untold)
+    with second_processor.beside(partial(other_forms, forces, there, selected, seed, search.balance)) as formed:
+        rests = lasting_rests(forces, search.balance, looked.state.vehicle)
+        changes = own_changes(forces, there, selected, seed, search.balance)
+        unjudged = beside_unjudged(forces, there, selected, looked.unseen)
+        forms = formed()
     hand_back()
-    unseen = fold_models(search, parts, state, final, about, told, lawful.passivity.envelope, untold)
-    folds = unseen.counted([key for key in search.named(final.active) if key not in untold])
-    held_back = {
-        **{key: Doubt(Reason.NOT_IN_MOST_FOLDS, why) for key, why in folds.doubts(kept).items()},
-        **{key: Doubt(Reason.UNJUDGED_RIVAL, names) for key, names in rivals.items()},
-        **{key: Doubt(Reason.LASTING_REST, why) for key, why in beside_rests(search.pool, kept, left).items()},
-        **{key: Doubt(Reason.OTHER_FORM, rival.told, rival.form) for key, rival in forms.rivals.items()},
-        **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},
-    }
-    if not in_logs:
-        apart = search.settings.least if search.balance.forces else None
-        crowds = mostly_doubted(evidence, kept, held_back, apart)
-        held_back |= {key: Doubt(Reason.MOSTLY_DOUBTED, crowd) for key, crowd in crowds.items()}
-    held_back |= dict.fromkeys(untold, Doubt(Reason.UNTOLD))
-    rehearsal = None if search.named(state.active) else looked.rehearsal
-    grounds = Grounds(
-        search=search,
-        lawful=lawful,
-        considered=state.vehicle,
-        evidence=evidence,
-        intervals=found,
-        kept=(*kept, *untold),
-        order=[label for label, _ in told[1:]],
-        known=looked.known,
-        included=inclusion(search, state, settings.seed) if terms else {},
-        unseen=looked.unseen,
-        doubtful=held_back,
-        rests=rests,
-        other_forms=forms,
-        invariant=invariant,
+    final, pool = model.state, search.pool
+    record = dict(within_resolution(search, final))
+    if not judged_in_logs(search.balance):
+        record |= beside_record(search, final.vehicle, final.active, selected, records)
+    record |= of_differences(pool, selected, looked.motions)
+    terms = len(search.of_kind(looked.state.active, Kind.TERM))
+    tests = Tests(
+        limits=at_limits(pool, looked.basis.nominal, model.lawful.unconstrained, selected, model.intervals),
+        record=record,
+        sensors=sensors,
+        # Beside numbers that are calibrated, what an effect alone explains is little on any axis.
+        elsewhere={}
+        if looked.free is not None
+        else of_other_axes(model.evidence, pool, selected, search.settings.least),
+        unjudged=unjudged,
+        changes=changes,
+        rests=beside_rests(pool, selected, left_by_all(rests, forms.found)),
+        invariant=invariance(search, final, model.about),
+        forms=forms,
+        folds=folds,
+        untold=model.untold,
+        names=len(set(selected)) - terms,
+        terms=terms,
+        rolls=not search.balance.forces,
     )
-    advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
-    findings = conclude(grounds, advice, unmeasured(looked.motions))
-    findings = findings.but(folds=folds)
-    if looked.free is not None:
-        findings = with_calibration(findings, looked.free, nominal, lawful, found)
-    error = np.sqrt(final.fit.held_out)
-    if not search.balance.forces:
-        error = np.sqrt((forces.balance.balance(lawful.vehicle) ** 2).mean(axis=0))
-        blocks = search.balance.blocks
-        if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
-            why = WHY_TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
-            findings = findings.but(verdict="undecided", headline=TOO_SHORT, reasons=(why,))
-    certain = findings.verdict != "undecided" and not findings.unnamed
-    sensors = record_errors(search, final.vehicle, final.active, found, certain)
-    sensors = (*recorded, *(hidden.findings if hidden else ()), *sensors)
-    findings = beside(findings, sensors)
-    notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
-    basis.forces.forget()
-    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, unseen, notes, hidden)
+    return tests, rests

@@ -11,6 +11,7 @@ from .balance.rollout_test import rollouts_object
 from .balance.shooting import ShootingSettings
 from .candidates.at_limit import limit_at
 from .candidates.candidate import Kind
+from .findings import Findings
 from .search.floating import Search, State
 from .search.output_error import polish
 from .selected import base
@@ -22,6 +23,14 @@ WHY_TOO_SHORT = (
     "Rollouts with commands fill {blocks} independent blocks of it, and to be sure of anything takes {enough}; give a "
     "longer log, or several together."
 )
+
+
+def too_short(findings: Findings, blocks: int) -> Findings:
+    """Findings of rollouts that do not say that nothing is missing where a log has too few blocks to be sure of it."""
+    if findings.verdict != "nothing missing" or blocks >= ENOUGH_BLOCKS:
+        return findings
+    why = WHY_TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
+    return findings.but(verdict="undecided", headline=TOO_SHORT, reasons=(why,))
 
 
 def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:

@@ -1,12 +1,22 @@
-"""Why an effect is not called missing: one word of a closed list, which carries its sentence."""
+"""The doubts that a name may meet: one word of a closed list each, which carries its sentence."""
 
 from ..physics.worded import Worded
 
+_IN = "In the corrected model, but not certain: "
+_FORMER = {
+    "doubtful_value": "file_value",
+    "worse_unseen": "weak",
+    "mostly_doubted": "crowd",
+    "not_in_most_folds": "folds",
+}
+"""Words of earlier versions, and what stands in their place."""
+
 
 class Reason(Worded):
-    """Why an effect is not called missing; the value is the word that `findings.json` writes.
+    """The largest doubt about an effect; the value is the word that `findings.json` writes.
 
-    Where several hold, the one that stands first here is told.
+    Those from `FILE_VALUE` to `UNTOLD` are tests of a claim: each has a size, relative to the claim, that lowers its
+    odds (`judgement`); none of them takes an answer back. The others say why an effect is no claim.
     """
 
     sentence: str
@@ -19,50 +29,48 @@ class Reason(Worded):
         super().__init__(word, sentence)
         self.cannot_tell = cannot_tell
 
-    NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)
-    DOUBTFUL_VALUE = ("doubtful_value", "In the corrected model, but not certain: {told}. ({meaning})")
-    OTHER_FORM = (
-        "other_form",
-        "In the corrected model, but perhaps only the nearest name for something else: {told}. ({meaning})",
-    )
-    LASTING_REST = ("lasting_rest", "In the corrected model, but not certain: on its axis, {told}. ({meaning})")
-    UNJUDGED_RIVAL = (
-        "unjudged_rival",
-        "In the corrected model, but not certain: {told}, which needs a velocity that may be wrong and was not judged, "
-        "would do as well. ({meaning})",
-    )
-    WORSE_UNSEEN = (
-        "worse_unseen",
-        "Not added: where it saw nothing of this log, the model with it {told}. ({meaning})",
-    )
-    NOT_IN_MOST_FOLDS = ("not_in_most_folds", "In the corrected model, but not certain: {told}. ({meaning})")
-    MOSTLY_DOUBTED = (
-        "mostly_doubted",
-        "In the corrected model, but not certain: beside it {told} were found, and so half of it or more is doubtful. "
-        "({meaning})",
-    )
-    UNTOLD = (
-        "untold",
-        "In the corrected model, but not certain: parts of the log that it did not see gain by it, but less than tells "
-        "an effect from nothing. ({meaning})",
-    )
-    UNFOUND = ("unfound", "In the model because it was asked for, but not certain: {told}. ({meaning})")
-    FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
+    @classmethod
+    def _missing_(cls, value: object) -> "Reason | None":
+        """The member for a word of an earlier version."""
+        return cls(_FORMER[value]) if isinstance(value, str) and value in _FORMER else None
+
+    FILE_VALUE = ("file_value", f"{_IN}{{told}}. ({{meaning}})")
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")
+    SUBSTITUTE = ("substitute", "Perhaps only the nearest name for something else: {told}. ({meaning})")
+    OTHER_FORM = ("other_form", "Perhaps only the nearest name for something else: {told}. ({meaning})")
+    AT_LIMIT = ("at_limit", "Doubtful: {told}. ({meaning})")
+    RECORD = ("record", f"{_IN}{{told}}. ({{meaning}})")
+    SENSORS = ("sensors", f"{_IN}{{told}}. ({{meaning}})")
     OUT_OF_STEP = (
         "out_of_step",
-        "This log cannot tell: its channels are out of step by about {told} s, or may be, and that alone could look "
-        "like it. ({meaning})",
-        True,
+        "Doubtful: the log's channels are out of step by about {told} s, or may be, and that alone could look like it. "
+        "({meaning})",
     )
-    AT_LIMIT = (
-        "at_limit",
-        "Doubtful: the log asks for more of it than physics allows, so it is something else. ({meaning})",
+    UNEVEN = ("uneven", f"{_IN}a cause has one size all over a log, and here {{told}}. ({{meaning}})")
+    LASTING_REST = ("lasting_rest", f"{_IN}on its axis, {{told}}. ({{meaning}})")
+    UNJUDGED_RIVAL = (
+        "unjudged_rival",
+        f"{_IN}{{told}}, which needs a velocity that may be wrong and was not judged, would do as well. ({{meaning}})",
     )
+    ELSEWHERE = ("elsewhere", f"{_IN}{{told}}. ({{meaning}})")
     ROLLOUTS_OBJECT = (
         "rollouts_object",
         "Doubtful: the force balance asks for it, but open-loop rollouts get worse with it. ({meaning})",
     )
+    CHANCE = (
+        "chance",
+        "Perhaps: in {told} rehearsals of nothing, with this log's own noise, some effect looked as good. ({meaning})",
+    )
+    FOLDS = ("folds", f"{_IN}{{told}}. ({{meaning}})")
+    WEAK = ("weak", "Perhaps: {lowered} The evidence is below what undertow demands.")
+    CROWD = ("crowd", f"{_IN}{{told}} stand in the model, more than one log tells apart well. ({{meaning}})")
+    UNTOLD = (
+        "untold",
+        f"{_IN}parts of the log that it did not see gain by it, but less than tells it from nothing. ({{meaning}})",
+    )
+    NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)
+    UNFOUND = ("unfound", "In the model because it was asked for, but not certain: {told}. ({meaning})")
+    FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
     NOT_EXCITED = (
         "not_excited",
         "This log cannot tell: it holds no manoeuvre in which it would show. ({meaning})",
@@ -74,11 +82,6 @@ class Reason(Worded):
         True,
     )
     NOISE = ("noise", "This log cannot tell: what would show it is hardly more than sensor noise. ({meaning})", True)
-    CHANCE = (
-        "chance",
-        "Perhaps: in {told} rehearsals of nothing, with this log's own noise, some effect looked as good. ({meaning})",
-    )
-    WEAK = ("weak", "Perhaps: {lowered} The evidence is below what undertow demands.")
     NOT_FOUND = ("not_found", "Looked for and not found. ({meaning})")
 
     def tell(self, meaning: str, told: str = "") -> str:

@@ -5,6 +5,8 @@ from dataclasses import replace
 from functools import partial
 from types import NoneType
 
+import numpy as np
+
 from ..comparison.comparison import (
     BASELINE,
     Judged,
@@ -15,14 +17,13 @@ from ..comparison.comparison import (
     where_ends_fail,
 )
 from ..comparison.facts import CALIBRATED, CORRECTED
-from ..comparison.what_decides import loses
+from ..comparison.what_decides import share_of_error
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.sensors_compared import sensor_errors
 from ..discovery.findings import Findings, LogFacts, SensorError, Unexplained
 from ..discovery.settings import DiscoverySettings
-from ..discovery.withdrawn import calibrated_only, withdrawn
 from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
 from ..measurements.statistics.second_processor import beside
@@ -38,6 +39,8 @@ from ..residuals.scores import Errors, evaluate_all
 from ..residuals.series import series
 from .run_folder.run import Run
 
+MATERIAL = 0.02
+"""Share of the nominal model's squared error by which another model must err less to be written in its place."""
 References = tuple[list[Judged], list[str]]
 """The models that are always compared, the nominal one first, judged, and sentences on how they came to be."""
 
@@ -160,7 +163,7 @@ def assess(
     Parameters
     ----------
     known : gives the nominal and the calibrated model and the baselines, judged
-    earned : the discovery is taken back where its model errs more on rows that it did not see than the nominal one
+    earned : the model is written that errs least on rows that it did not see, be it the nominal or the calibrated one
     """
     given, taken, before = inputs, found, known
     if found.hidden is not None:  # a vehicle that was found at the origin is judged there
@@ -192,11 +195,10 @@ def assess(
         )
     (nominal, *others), notes = known()
     hand_back()
-    if earned and own and (why := _lost(found, own[0], nominal, others)):
-        if progress is not None:
-            progress(f"taken back: on parts of the log that it did not see, the model {why}")
+    better = _predicts_better(own[0], nominal, others, inputs) if earned and own else None
+    if better is not None:
         again = before if found.hidden is not None else lambda: ([nominal, *others], notes)
-        return assess(given, withdrawn(taken, why), settings, again, progress)
+        return assess(given, _writing(taken, better), settings, again, progress)
     corrected = own[0] if own else nominal.called(last)
     assert corrected.audit is not None, "the laws judge all models but baselines"
     errors |= {models[0]: nominal.errors} | dict.fromkeys(corrects, corrected.errors)
@@ -229,21 +231,32 @@ def assess(
         warnings=tuple(inputs.warnings),
         sensors=_sensors(found.findings.sensors, inputs),
     )
-    return Run(inputs, found, findings, compared, table, settings, corrected.audit)
+    fitted = next((j.model for j in others if j.name == CALIBRATED and isinstance(j.model, VehicleModel)), None)
+    vehicle = fitted.vehicle if fitted else None
+    return Run(inputs, found, findings, compared, table, settings, corrected.audit, calibrated=vehicle)
 
 
-def _lost(found: Discovery, corrected: Judged, nominal: Judged, others: Sequence[Judged]) -> str:
-    """Against which model that adds nothing the corrected one loses on rows that none saw, in words; empty for none.
+def _predicts_better(corrected: Judged, nominal: Judged, others: Sequence[Judged], inputs: Inputs) -> Judged | None:
+    """The model that adds nothing and errs materially less than the corrected one on rows that none saw, if any does.
 
-    A calibration beside which nothing stands in the model must gain there: it claims nothing else.
+    Material is what part of the nominal model's error it is: a ratio of two errors near nothing says nothing.
     """
-    if calibrated_only(found.findings):
-        return loses(corrected.errors, nominal.errors, "as it is", by_chance_too=True)
-    lost = loses(corrected.errors, nominal.errors, "as it is")
-    fitted = next((other for other in others if other.name == CALIBRATED), None)
-    if not lost and fitted is not None:
-        lost = loses(corrected.errors, fitted.errors, "with nothing added and its own numbers fitted")
-    return lost
+    velocity = np.concatenate([motion.velocity for motion in inputs.parts.judged.motions])
+    motion = (velocity**2).mean(axis=0)
+    adding_nothing = [nominal, *(other for other in others if other.name == CALIBRATED)]
+    shares = [share_of_error(judged.errors, nominal.errors, motion) for judged in (*adding_nothing, corrected)]
+    least = min(shares[:-1])
+    return adding_nothing[shares.index(least)] if shares[-1] > least + MATERIAL else None
+
+
+def _writing(found: Discovery, better: Judged) -> Discovery:
+    """The same discovery that writes another model."""
+    model = better.model
+    assert isinstance(model, VehicleModel), "the nominal and the calibrated model are vehicles"
+    if model.vehicle == found.nominal:
+        return found.writing(model.vehicle, why="On rows that it did not see, the nominal model predicts best.")
+    why = "On rows that it did not see, the file's model with its own numbers fitted predicts best: that is written."
+    return found.writing(model.vehicle, [vehicle for _, vehicle in model.without_folds], why)
 
 
 def _split_of(inputs: Inputs, found: Discovery) -> str:

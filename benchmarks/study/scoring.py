@@ -3,19 +3,21 @@
 import json
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
-from math import asinh, exp, log, log1p
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
-from undertow.discovery.found_effects import LIKELY, MISSING, Claim
+from undertow.discovery.found_effects import Claim, Verdict
+from undertow.discovery.judgement import Odds, features, verdict
 
 from .foreign_kinds import KINDS
+from .records import ROOT
 
 Record = Mapping[str, Any]
+ODDS = ROOT / "discovery" / "odds.json"
+_RANKS = get_args(Verdict)
 Bin = tuple[float, float, int, float, float]
 MATERIAL = 0.03
 """Share by which 10 s rollouts of the file's boat part from the truth, above which something material is hidden."""
@@ -28,62 +30,31 @@ SIGNALS = {
 """How a form tells what it follows, beside velocities."""
 
 
-def features(claim: Claim, context: object = None) -> dict[str, float]:
-    """The facts of a claim as the odds take them, each on a scale on which evidence adds up."""
-    worth = claim.worth
-    found = {
-        "gain": log1p(max(claim.gain, 0.0)),
-        "identity": asinh(min(max(claim.identity, -20.0), 60.0)),
-        "force": _logit(worth.force),
-        "rollout": 0.0 if worth.rollout is None else _logit(worth.rollout),
-        "rollout_unknown": float(worth.rollout is None),
-        "null_excluded": float(claim.null_excluded),
-    }
-    return found | {name: log1p(max(size, 0.0)) for name, size in claim.tests.items()}
+def read_odds(path: Path = ODDS) -> Odds:
+    """The odds of a file; `benchmarks/odds.py` writes it."""
+    content = json.loads(path.read_text("utf-8"))
+    return Odds(*(content[name] for name in ("intercept", "weights", "unselected", "nearly")))
 
 
-def _logit(share: float) -> float:
-    """Log odds of a share, of which the last hundredth tells nothing."""
-    inside = min(max(share, 0.01), 0.99)
-    return log(inside / (1.0 - inside))
-
-
-@dataclass(frozen=True, slots=True)
-class Odds:
-    """A logistic model of the facts of a claim."""
-
-    intercept: float
-    weights: Mapping[str, float]
-    made: str = ""
-
-    @classmethod
-    def read(cls, path: Path) -> "Odds":
-        """The odds of a file."""
-        return cls(**json.loads(path.read_text("utf-8")))
-
-    def of(self, facts: Mapping[str, float]) -> float:
-        """Probability that a name is true."""
-        total = self.intercept + sum(weight * facts.get(name, 0.0) for name, weight in self.weights.items())
-        return 1.0 / (1.0 + exp(-min(max(total, -50.0), 50.0)))
-
-
-def facts_of(claimed: Record, record: Record) -> dict[str, float]:
+def facts_of(claimed: Record) -> dict[str, float]:
     """The features of one claim of a record."""
-    return features(Claim.model_validate(claimed["claim"]), record)
+    return features(Claim.model_validate(claimed["claim"]))
 
 
 def rescored(record: Record, odds: Odds) -> dict[str, Any]:
     """The record as another judgement of its facts would have answered."""
-    claims = [{**c, "odds": odds.of(facts_of(c, record))} for c in record.get("claims", ())]
+    claims = []
+    for c in record.get("claims", ()):
+        claim = Claim.model_validate(c["claim"])
+        chance = odds.probability(features(claim))
+        claims.append({**c, "odds": chance, "verdict": verdict(claim, chance) if c["kept"] else "possible"})
     if not claims:
         return dict(record)
-    claims.sort(key=lambda c: (c["odds"], c["claim"]["worth"]["force"] or 0.0), reverse=True)
-    for c in claims:
-        sure = c["odds"] >= MISSING and c["claim"]["null_excluded"]
-        c["verdict"] = "missing" if sure else "likely" if c["odds"] >= LIKELY else "possible"
+    claims.sort(key=lambda c: (_RANKS.index(c["verdict"]), -c["odds"]))
     named = {word: [c["key"] for c in claims if c["verdict"] == word] for word in ("missing", "likely")}
-    verdict = next((word for word, names in named.items() if names), "undecided")
-    return {**record, **named, "claims": claims, "first": claims[0]["key"], "verdict": verdict}
+    else_ = record["verdict"] if record["verdict"] not in named else "undecided"
+    said = next((word for word, names in named.items() if names), else_)
+    return {**record, **named, "claims": claims, "first": claims[0]["key"], "verdict": said}
 
 
 # Names

@@ -18,7 +18,6 @@ except ImportError:  # it is on its way
     other_simulators = None
 
 FOLDER = ROOT / "benchmarks" / "records"
-ODDS = ROOT / "discovery" / "odds.json"
 OTHERS = {"tuning": 700_000, "reporting": 750_000}
 _OTHER_LOGS = 300
 Key = tuple[str, int]
@@ -92,11 +91,10 @@ def stored(study: str, purpose: str, folder: Path = FOLDER) -> File:
     return opened(folder / f"{study}-{purpose}.jsonl.gz")
 
 
-def told(file: File, keys: Sequence[Key], odds: Odds | None) -> Kept:
+def told(file: File, keys: Sequence[Key], odds: Odds) -> Kept:
     """What is kept of some logs, in their order, as the judgement of today would have answered."""
     kept = {key_of(record): record for record in file.records}
-    found = [kept[key] for key in keys if key in kept]
-    return [rescored(record, odds) for record in found] if odds is not None else found
+    return [rescored(kept[key], odds) for key in keys if key in kept]
 
 
 def run(study: str, file: File, keys: Sequence[Key], jobs: int) -> Iterator[Kept]:

@@ -18,6 +18,7 @@ import numpy as np
 from undertow.discovery.balance.rollout_test import rollout_squares
 from undertow.discovery.findings import Findings
 from undertow.discovery.found_effects import FoundEffect
+from undertow.discovery.judgement import odds
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle
@@ -127,6 +128,9 @@ def facts(findings: Findings, logged: Logged) -> Record:
         "rests": [(rest.axis, rest.share) for rest in findings.rests],
         "forms": [(form.axis, form.follows, form.share) for form in findings.other_forms],
         "claims": [claimed(c, logged) for c in findings.candidates if c.claim is not None],
+        # Of the names that stand in no model: how many there are, and which nearly earn their price.
+        "unclaimed": sum(c.claim is None and not c.cannot_tell for c in findings.candidates),
+        "nearly": [c.key for c in findings.candidates if c.claim is None and c.confidence > odds().unselected],
         "reasons": {
             c.key: c.reason.value
             for c in findings.candidates
@@ -143,6 +147,7 @@ def claimed(effect: FoundEffect, logged: Logged) -> Record:
         "key": effect.key,
         "label": label(effect.key, logged.true, logged.part),
         "verdict": effect.verdict,
+        "kept": effect.in_model,
         "reason": effect.reason.value if effect.reason else "",
         "odds": effect.confidence,
         "alike": list(effect.indistinguishable_from),
@@ -156,12 +161,12 @@ def claimed(effect: FoundEffect, logged: Logged) -> Record:
 
 
 def errors_on(run: Run, path: Path, vehicle: Vehicle) -> Record:
-    """Mean squared 10 s rollout errors on another run, by model, as shares of the nominal model's, of each speed."""
+    """Mean squared 10 s rollout errors on another run, by model, of each speed in units of its own mean square."""
     fresh: Inputs = read_inputs(path, vehicle)
     motions = [motion for part in (fresh.weak.train, fresh.weak.validation, fresh.weak.test) for motion in part.motions]
     models = {"nominal": run.discovery.nominal, "written": run.discovery.corrected}
     if run.calibrated is not None:
         models["calibrated"] = run.calibrated
     found = {name: np.mean(rollout_squares(motions, model, HORIZON), axis=0) for name, model in models.items()}
-    scale = np.maximum(found["nominal"], 1e-12)
+    scale = np.maximum(np.mean(np.concatenate([motion.velocity**2 for motion in motions]), axis=0), 1e-12)
     return {name: (squares / scale).tolist() for name, squares in found.items()}

@@ -22,8 +22,7 @@ from ...residuals.models.base import Model
 from ..balance.weak_form import WeakForm
 from ..basis import choose
 from ..candidates.candidate import Kind, candidates, measurable
-from ..evidence.verdicts import found_terms
-from ..evidence.weighing import Evidence
+from ..evidence.weighing import Evidence, found_terms
 from ..found_effects import FoundTerm
 from ..search.bootstrap import intervals
 from ..search.floating import Search, State

@@ -6,7 +6,7 @@ encompasses the effect, and not the other way about (Mizon and Richard 1986). A 
 beaten by none.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ from ..candidates.candidate import Candidate, Kind
 from ..candidates.free_forms import finer_forms
 from ..findings import OtherForm
 from ..search.floating import Search
-from .rest_beside_forms import FormColumns, RestBesideForms
+from .rest_beside_forms import FormColumns, OneForm, RestBesideForms
 from .weighing import TELL_APART
 
 _STEADY = 2.0
@@ -70,13 +70,23 @@ def in_question(search: Search, keys: Sequence[str]) -> Iterator[Group]:
             yield Group(whole, letter, law=True)
 
 
-def following(pool: Iterable[Candidate], letter: str) -> list[str]:
-    """The effects of which a part follows one velocity alone: the law of it on one axis is that on another."""
-    return [c.key for c in pool if any(set(p.form) & set("uvr") == {letter} for p in c.parameters)]
+class Substitute(NamedTuple):
+    """A form in the place of effects.
+
+    Attributes
+    ----------
+    form : what it follows
+    margin : log-likelihood by which it explains more than they do; below nothing where it explains less
+    does : whether it does what they do, and leaves nothing for them to explain
+    """
+
+    form: OtherForm
+    margin: float
+    does: bool
 
 
-def in_place(columns: FormColumns, rest: RestBesideForms, group: Group, judge: Balance) -> OtherForm | None:
-    """The form that does in the place of a group of effects, if there is one.
+def in_place(columns: FormColumns, rest: RestBesideForms, group: Group, judge: Balance) -> Substitute | None:
+    """The form that does most in the place of a group of effects; None where there is none at all.
 
     Parameters
     ----------
@@ -100,25 +110,44 @@ def in_place(columns: FormColumns, rest: RestBesideForms, group: Group, judge: B
     if not found:
         return None
     one, without, these = min(found, key=lambda f: f[0].worth)
-    lost = without - rest.worth
+    margin = rest.worth - one.worth
+    return Substitute(one.form, margin, _does(columns, these, rest, group, one, without - rest.worth, judge))
+
+
+def _does(
+    columns: FormColumns,
+    these: FormColumns,
+    rest: RestBesideForms,
+    group: Group,
+    one: OneForm,
+    lost: float,
+    judge: Balance,
+) -> bool:
+    """Whether a form does in the place of effects what they do, and they add nothing beside it.
+
+    Parameters
+    ----------
+    these : the columns of the forms among which it is
+    lost : log-likelihood that is lost without the effects
+    """
     more = rest.worth - one.worth
     if more < -TELL_APART:
-        return None
+        return False
     if group.growth or (group.law and judge.forces):
-        return one.form
+        return True
     for key in group.keys:
         others = [other for other in group.keys if other != key]
         explains = RestBesideForms(columns, [key]).worth - rest.worth
         adds = one.worth - RestBesideForms(these, others).beside(*one.places).worth
         if explains < 2.0 * TELL_APART or adds > TELL_APART:
-            return None  # what explains nothing has nothing to give way with
+            return False  # what explains nothing has nothing to give way with
     if judge.forces and len(group.keys) > 1:
-        return one.form
-    clear = more > TELL_APART and (more > _MUCH * lost or _steadiness(weak, one.left, rest.left) > _STEADY)
-    return one.form if clear else None
+        return True
+    weak = columns.search.balance
+    return more > TELL_APART and (more > _MUCH * lost or _steadiness(weak, one.left, rest.left) > _STEADY)
 
 
-def _steadiness(weak: WeakForm, one: Array, other: Array) -> float:
+def _steadiness(weak: Balance, one: Array, other: Array) -> float:
     """Standard errors, of blocks, by which squares (3, tests) are smaller than others."""
     least = np.finfo(float).tiny
     whole = np.maximum((other**2 + one**2).sum(axis=1, keepdims=True), least)

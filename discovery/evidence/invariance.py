@@ -23,16 +23,12 @@ from ..search.bootstrap import Interval
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, GramScores, added_by_noise
 
-_UNEVEN = "a cause has one size all over a log, and this has not"
 _LEAST_SHARE = 0.15
 """Share of the tests that a part must hold, and leave: a few seconds astern say nothing of a size."""
 _TURNING = 0.3
 """Share of the root mean square yaw rate from which a boat turns to a side."""
-_CERTAIN = 6.0
-"""Standard errors by which two sizes differ for certain: 16 blocks make errors too small by a third."""
-_MATERIAL = 0.15
-"""Share of an effect's size by which it must differ between parts to be another one: noise on the columns and what is
-bent about the model move sizes by less."""
+_ERRORS = 2.13
+"""Standard errors by which two sizes may differ by chance: 95 %, with the 15 degrees of freedom of 16 blocks."""
 _CARRIERS = 5.0
 """Blocks that must carry a size in a part: the errors of fewer are not known, and far too small."""
 _WIDE = 2.13
@@ -42,10 +38,20 @@ _KNOWN = 0.15
 
 
 class Invariance(NamedTuple):
-    """An effect's size in the parts of a log, and between which it differs, as the end of a sentence, if it does."""
+    """An effect's size in the parts of a log.
+
+    Attributes
+    ----------
+    parts : its numbers in them
+    gap : the largest relative difference of a number between two parts, less two standard errors
+    differs : which number that is, and its two values, as the end of a sentence; empty where none differs
+    scatter : by symbol, half the difference between two parts beyond its error: what widens its interval
+    """
 
     parts: tuple[Part, ...]
-    differs: str
+    gap: float = 0.0
+    differs: str = ""
+    scatter: Mapping[str, float] = {}
 
 
 class Region(NamedTuple):
@@ -81,7 +87,8 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
         if option.kind is not Kind.EFFECT or not own or option.key in general:
             continue  # the numbers of a curve are each of a part of the log already
         parts: list[Part] = []
-        differs: list[str] = []
+        gaps: list[tuple[float, str]] = [(0.0, "")]
+        scatter: dict[str, float] = {}
         for region in cuts:
             inside = np.tile(region.tests, 3)
             split = _split(rows, own, inside)
@@ -91,22 +98,12 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
                 if min(carriers(split[:, k], block) for k in (place, len(own) + place)) < _CARRIERS:
                     continue
                 sizes = _Sizes(search, option, symbol, *fit.of(len(own), place))
-                parts += sizes.told(region.names)
-                differs += sizes.apart(region.names)
-        found[option.key] = Invariance(tuple(parts), "; ".join(differs))
+                if sizes.known:
+                    parts += sizes.told(region.names)
+                    gaps.append((sizes.relative_gap, sizes.in_words(region.names)))
+                    scatter[symbol] = max(scatter.get(symbol, 0.0), sizes.excess)
+        found[option.key] = Invariance(tuple(parts), *max(gaps), scatter)
     return found
-
-
-def beside_changes(found: Mapping[str, Invariance], changes: Mapping[str, str]) -> dict[str, Invariance]:
-    """The same with what else was found to differ, by key, as the end of a sentence."""
-    nothing = Invariance((), "")
-    told = {key: (found.get(key, nothing), differs) for key, differs in changes.items()}
-    return dict(found) | {key: Invariance(same.parts, same.differs or differs) for key, (same, differs) in told.items()}
-
-
-def uneven(found: Mapping[str, Invariance]) -> dict[str, str]:
-    """Why effects are not certain that have several sizes, by key, as the end of a sentence."""
-    return {key: f"{_UNEVEN}: {same.differs}" for key, same in found.items() if same.differs}
 
 
 class _Fit(NamedTuple):
@@ -141,9 +138,7 @@ class _Sizes(NamedTuple):
         return self.search.nominal.value(self.symbol)
 
     def told(self, names: tuple[str, str]) -> list[Part]:
-        """Both numbers, as the findings report them, where both are known."""
-        if not self.known:
-            return []
+        """Both numbers, as the findings report them."""
         (candidate,) = (c for c in self.search.pool if c.key == self.option.key)
         shift = self.reference if candidate.effect.added else 0.0
         values = self.start - shift + self.change
@@ -157,15 +152,31 @@ class _Sizes(NamedTuple):
         """Whether both parts know the number."""
         return bool((np.sqrt(np.diag(self.covariance)) < _KNOWN * abs(self.start - self.reference)).all())
 
-    def apart(self, names: tuple[str, str]) -> list[str]:
-        """That both differ, in words, if they do."""
-        gap, size = float(self.change[0] - self.change[1]), abs(self.start - self.reference)
+    @property
+    def gap(self) -> float:
+        """How far both are apart."""
+        return abs(float(self.change[0] - self.change[1]))
+
+    @property
+    def error(self) -> float:
+        """Standard error of that."""
         one, other = self.covariance.diagonal()
-        error = float(np.sqrt(max(one + other - 2.0 * self.covariance[0, 1], 0.0)))
-        if not self.known or abs(gap) <= max(_CERTAIN * error, _MATERIAL * size):
-            return []
-        parts = self.told(names)
-        return [f"{self.symbol} is {parts[0].value:.3g} {names[0]} and {parts[1].value:.3g} {names[1]}"]
+        return float(np.sqrt(max(one + other - 2.0 * self.covariance[0, 1], 0.0)))
+
+    @property
+    def relative_gap(self) -> float:
+        """The gap beyond its error, as a share of the size in the model."""
+        return max(self.gap - _ERRORS * self.error, 0.0) / max(abs(self.start - self.reference), 1e-12)
+
+    @property
+    def excess(self) -> float:
+        """Half of the gap that its error does not explain."""
+        return 0.5 * float(np.sqrt(max(self.gap**2 - (_ERRORS * self.error) ** 2, 0.0)))
+
+    def in_words(self, names: tuple[str, str]) -> str:
+        """Both, in words."""
+        one, other = self.told(names)
+        return f"{self.symbol} is {one.value:.3g} {names[0]} and {other.value:.3g} {names[1]}"
 
 
 def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:

@@ -5,22 +5,19 @@ the catalogue or anything that changes during a log leaves behind has one. Besid
 the models that were tried it is the least wrong, and the blocks of the log agree on that.
 """
 
-from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.frames import AXES, Array
-from ...physics.in_words import words
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.free_forms import changes_in_time, is_sideways
 from ..findings import LastingRest, OtherForm
 from ..search.floating import Search
-from .weighing import Evidence
 
 _SECONDS = 5.0
 """Time over which noise and the waves of sheltered water vanish in the mean [s]; swell may leave some of itself."""
@@ -34,8 +31,6 @@ _LEFT = 0.5
 explains little: weather leaves less in the field where the effects that are missing take the rest."""
 _STRIPS, _OF_HULL = set(AXES[1:]), ("hull", "coupling")
 """Axes on which strips of a hull push sideways, and families of effects that such forces belong to."""
-_MANY = 3
-"""Terms without a name on one axis from which they are a series and no law."""
 _LEAST = 8
 """Means below which their size is chance."""
 
@@ -68,70 +63,35 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
 
 
 class Remains(NamedTuple):
-    """What is left on an axis by all that was found, as a part of a sentence, and the form that it has, if any."""
+    """What is left on an axis by all that was found.
+
+    Attributes
+    ----------
+    axis : its name
+    share : of the force at work
+    in_words : a part of a sentence
+    follows : the form that it has, if any
+    """
 
     axis: str
+    share: float
     in_words: str
     follows: str | None = None
 
 
-def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm], material: float) -> list[Remains]:
-    """What lasts, and what follows a form without a name, more than any rehearsal of noise does.
-
-    A form doubts the names on its axis from the share of the force on from which an effect would matter.
-    """
-    found = [Remains(rest.axis, rest.in_words) for rest in rests]
-    for form in (form for form in forms if form.share >= material):
+def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm]) -> list[Remains]:
+    """What lasts, and what follows a form without a name, more than any rehearsal of noise does."""
+    found = [Remains(rest.axis, rest.share, rest.in_words) for rest in rests]
+    for form in forms:
         told = f"{form.in_words} stays unexplained, {100.0 * form.share:.2g} % of the force at work"
-        found.append(Remains(form.axis, told, form.follows))
+        found.append(Remains(form.axis, form.share, told, form.follows))
     return found
 
 
-def beyond_limits(pool: Sequence[Candidate], held: Sequence[str]) -> list[Remains]:
-    """Axes of effects that a physical limit holds: what asks for more of them is something else, which has no name.
-
-    Of what it asks for, names beside them take a part. All axes of such an effect count; one that has none tells none.
-
-    Parameters
-    ----------
-    held : keys of these effects
-    """
-    asked = [
-        (c.effect.name.replace("_", " "), {p.axis for p in c.parameters if p.axis is not None})
-        for c in pool
-        if c.key in held
-    ]
-    told = "more {name} is asked for than physics allows, as by something else that has no name"
-    return [Remains(AXES[axis], told.format(name=name)) for name, axes in asked for axis in sorted(axes)]
-
-
-def of_stand_ins(evidence: Sequence[Evidence], keys: Collection[str], least: float) -> list[Remains]:
-    """Axes of effects that are known to stand in for something else: of its force, names beside them take a part, too.
-
-    Parameters
-    ----------
-    keys : of these effects
-    least : share of the force on an axis that only such an effect explains, from which it acts there
-    """
-    found = []
-    for e in (e for e in evidence if e.key in keys):
-        told = f"{words(e.key)} is not quite what acts, as beside something else that has no name"
-        found += [Remains(AXES[axis], told) for axis in np.flatnonzero(e.share >= least)]
-    return found
-
-
-def many_terms(terms: Sequence[Candidate]) -> list[Remains]:
-    """Axes on which more terms without a name stand than one force asks for, so that its law is none of a velocity.
-
-    Their sum follows it as a series follows a function: names beside it take a part of it, too.
-    """
-    counts = Counter(p.axis for term in terms for p in term.parameters if p.axis is not None)
-    told = "terms without a name were needed, as for a force that no law of the velocities is"
-    return [Remains(AXES[axis], f"{count} {told}") for axis, count in sorted(counts.items()) if count >= _MANY]
-
-
-def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], left: Sequence[Remains]) -> dict[str, str]:
-    """Why effects that act where something is left are not certain, by key, as the end of a sentence.
+def beside_rests(
+    pool: Sequence[Candidate], claimed: Sequence[str], left: Sequence[Remains]
+) -> dict[str, tuple[float, str]]:
+    """The most that is left where an effect acts, as a share of the force at work, and in words, by key.
 
     One without an axis of its own acts on all of them. A hull that moves sideways or turns feels it along its length:
     sway force and yaw moment are sums over the same strips (the cross-flow principle; Faltinsen 1990, chapter 6), and a
@@ -139,12 +99,13 @@ def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], left: Sequence[
     another boat of it, and a name that the whole log gave is that of no boat.
     """
     found = {}
-    for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
+    for candidate in (c for c in pool if c.key in claimed and c.kind is Kind.EFFECT):
         own = {AXES[p.axis] for p in candidate.parameters if p.axis is not None} or set(AXES)
         along = own | _STRIPS if candidate.effect.family in _OF_HULL and own <= _STRIPS else own
-        why = dict.fromkeys(one.in_words for one in left if one.axis in _reached(one.follows, own, along))
-        if why:
-            found[candidate.key] = " and ".join(why)
+        reached = [one for one in left if one.axis in _reached(one.follows, own, along)]
+        if reached:
+            most = max(reached, key=lambda one: one.share)
+            found[candidate.key] = most.share, most.in_words
     return found
 
 

@@ -28,11 +28,8 @@ _SLACK = 0.05
 """Share of an interval's width by which an estimate may lie beyond its end: rounding, and steps of a profile."""
 _RIGID_BODY = ("x_g", "y_g", "mass", "inertia_z")
 """What says together whether a hull can be."""
-_WIDER = 0.5
-"""Share of an interval's width by which it is wider on either side where one name in a thousand may be wrong: four
-standard deviations, of estimates that a dozen blocks give."""
-_CLEARLY = 2.0
-"""Times the misalignment that a lag or a delay must exceed to be believed."""
+_FAR = 1e4
+"""Half-widths from which it does not matter any more how far away a value is."""
 _TIMES, _INERTIA = ("lag", "delay"), "N_rdot"
 _FASTER = 0.01
 """Share by which turning is faster where the slope of its damping is taken."""
@@ -52,30 +49,31 @@ def as_timed(intervals: Mapping[str, Interval], pool: Sequence[Candidate]) -> di
     return found
 
 
-def doubts(
+def at_limits(
     pool: Sequence[Candidate],
     nominal: Vehicle,
     estimate: Vehicle,
-    kept: Sequence[str],
+    claimed: Sequence[str],
     intervals: Mapping[str, Interval],
 ) -> dict[str, str]:
-    """Why an effect of the corrected model is not certain, by key, as the end of a sentence; only those in doubt.
+    """Effects whose numbers are a limit's and not the log's, by key, and why, as the end of a sentence.
+
+    They stand at a limit, outside their own interval, make a hull that cannot be, or are one freedom too many.
 
     Parameters
     ----------
     estimate : what the log asks for, under the limits of single parameters
-    kept : keys of the effects in the model
+    claimed : keys of the effects in question
     intervals : 95 % intervals of total values by symbol
     """
-    together = one_too_many(nominal, kept)
+    together = one_too_many(nominal, claimed)
     before, after = (impossible(vehicle.values, vehicle.thrusters) for vehicle in (nominal, estimate))
     no_hull = "; ".join(after[key] for key in _RIGID_BODY if key in after and key not in before)
     found = {}
-    for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
+    for candidate in (c for c in pool if c.key in claimed and c.kind is Kind.EFFECT):
         why = "; ".join(
             filter(None, (_of(candidate, symbol, nominal, estimate, intervals) for symbol in candidate.symbols))
         )
-        why = why or _of_nothing(candidate, nominal, intervals)
         if set(_RIGID_BODY) & set(candidate.symbols):
             why = no_hull or why
         if candidate.key in together:
@@ -106,21 +104,20 @@ def of_other_axes(
     return {e.key: _ELSEWHERE for e in asked if e.share[axes[e.key]].max() < least}
 
 
-def _of_nothing(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> str:
-    """Doubt about an effect of which every interval contains the value in the file, or nearly does."""
+def clearance(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> float | None:
+    """Distance of the file's value from the middle of an interval, in half-widths; None for an effect without any.
+
+    More than 1 is outside. Of an effect of several numbers the one that is farthest out counts.
+    """
     sizes = [p.symbol for p in candidate.parameters if not p.grid] or candidate.symbols
-    known = [(symbol, intervals[symbol]) for symbol in sizes if symbol in intervals]
-    names = " and ".join(symbol for symbol, _ in known)
-    for more, within in ((0.0, "within"), (_WIDER, "near")):
-        if known and all(_holds(interval, nominal.value(symbol), more) for symbol, interval in known):
-            return f"what the vehicle file says lies {within} the 95 % interval of {names}"
-    return ""
+    known = [(intervals[symbol], nominal.value(symbol)) for symbol in sizes if symbol in intervals]
+    return max((_halves(interval, value) for interval, value in known), default=None)
 
 
-def _holds(interval: Interval, value: float, more: float) -> bool:
-    """Whether an interval that is wider by a share of its width on either side contains a value."""
-    beyond = more * (interval.upper - interval.lower)
-    return interval.lower - beyond <= value <= interval.upper + beyond
+def _halves(interval: Interval, value: float) -> float:
+    """Distance of a value from the end of an interval on its side, in half-widths, counted from the middle."""
+    half = max(0.5 * (interval.upper - interval.lower), 1e-12)
+    return min(abs(value - 0.5 * (interval.lower + interval.upper)) / half, _FAR)
 
 
 def _of(
@@ -128,7 +125,8 @@ def _of(
 ) -> str:
     parameter = next(p for p in candidate.parameters if p.symbol == symbol)
     value = estimate.value(symbol)
-    limit = None if parameter.attainable else limit_at(parameter, value, nominal.value(symbol))
+    vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
+    limit = None if parameter.attainable or vanishes else limit_at(parameter, value, nominal.value(symbol))
     if limit is not None:
         return f"{symbol} stands at its physical limit, {limit:g} in all: its size is the limit's, not the log's"
     interval = intervals.get(symbol)
@@ -144,7 +142,7 @@ def _of(
 def in_step(
     evidence: Sequence[Evidence], pool: Sequence[Candidate], nominal: Vehicle, found: Vehicle, motions: Sequence[Motion]
 ) -> list[Evidence]:
-    """The evidence, with what is not clearly more than the log's own misalignment doubted: a lag, a delay, an inertia.
+    """The evidence, with the log's own misalignment beside what may look like it: a lag, a delay, an inertia.
 
     Of an inertia in yaw it is the time by which damping lags behind the gyro: with r T late, (I - N_rdot) dr/dt + N(r)
     = tau reads as if N_rdot were less by T dN/dr. What changes the other way than the clocks tell is none of that. Of
@@ -155,8 +153,8 @@ def in_step(
     if not any(timed.values()):
         return list(evidence)
     late = misalignment(motions)
-    small = {key for key, times in timed.items() if times and late > 0.0 and max(times) <= _CLEARLY * late}
-    return [replace(e, out_of_step=late) if e.key in small else e for e in evidence]
+    shares = {key: late / max(*times, 1e-9) for key, times in timed.items() if times and late > 0.0}
+    return [replace(e, out_of_step=late, late=shares[e.key]) if e.key in shares else e for e in evidence]
 
 
 def _times(symbols: Sequence[str], nominal: Vehicle, found: Vehicle, motions: Sequence[Motion]) -> list[float]:

@@ -22,42 +22,45 @@ from ..candidates.free_forms import free_forms, several
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.noise_copies import NoiseCopies
-from .in_place import following, in_place, in_question
+from .in_place import Substitute, in_place, in_question
 from .rest_beside_forms import Change, FormColumns, RestBesideForms
 from .weighing import parameter_total
 
-_OTHER = 0.3
-"""Share of an effect's force by which it changes beside other forms from which it is another effect; what stand-ins and
-causes change by stands in docs/foreign_causes.md."""
-_OTHER_IN_LOGS = 0.6
-"""The same where rollouts judged several logs: each was left out once, and the balance of one in coloured noise is no
-witness of half a size against that."""
+_SLIGHT = 0.05
+"""Share of its force from which a change is worth a word."""
 
 
-class Rival(NamedTuple):
-    """A form that makes another of an effect, or does as well in its place, and what is told of that."""
+class Beside(NamedTuple):
+    """What becomes of an effect beside the forms, or of them in its place.
 
-    form: OtherForm
-    told: str
+    Attributes
+    ----------
+    change : share of its force by which it changes beside the forms that the rest follows
+    by : change of each of its numbers, by symbol: what is left widens its interval
+    margin : log-likelihood by which one free force in its place explains more than it does; below nothing: less
+    does : whether a force does in its place, or in that of a group it belongs to
+    told : what is told of it, as the end of a sentence
+    form : that force, or the form beside which it changes
+    """
+
+    change: float = 0.0
+    by: Mapping[str, float] = {}
+    margin: float | None = None
+    does: bool = False
+    told: str = ""
+    form: OtherForm | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class OtherForms:
-    """What the rest of a model follows; by key what rivals effects, and by what share of it their force changes."""
+    """What the rest of a model follows, and by key what becomes of its effects beside that."""
 
     found: tuple[OtherForm, ...] = ()
-    rivals: Mapping[str, Rival] = field(default_factory=dict)
-    changes: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def taking(self) -> tuple[OtherForm, ...]:
-        """The forms beside the model to which an effect gives way: they doubt other names, whoever judges."""
-        forms = [rival.form for rival in self.rivals.values()]
-        return tuple(form for form in self.found if form in forms)
+    beside: Mapping[str, Beside] = field(default_factory=dict)
 
 
 def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance) -> OtherForms:
-    """Forms that the rest of a model follows on the force balance, and the effects that give way to them.
+    """Forms that the rest of a model follows on the force balance, and what becomes of its effects beside them.
 
     Parameters
     ----------
@@ -75,33 +78,34 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     assert isinstance(weak, WeakForm), "forms are looked for on the force balance"
     columns = FormColumns(search, state, seen, free_forms(weak, state.vehicle, judge.blind))
     rest = RestBesideForms(columns)
-    rivals: dict[str, Rival] = {}
-    groups = list(in_question(search, state.active))
-    for group in groups:
-        form = in_place(columns, rest, group, judge)
-        if form is not None:
-            listed = " and ".join(words(key) for key in group.keys)
-            rivals |= dict.fromkeys(group.keys, Rival(form, f"in place of {listed}, {form.in_words} does as well"))
-    found = rest.followed(NoiseCopies(search.balance, state.vehicle, seed))
-    changes: dict[str, float] = {}
-    much = least_change(judge)
-    for key in there if found else ():
-        change = rest.change(key)
-        if change is None:
+    margins: dict[str, Substitute] = {}
+    doing: dict[str, tuple[OtherForm, str]] = {}
+    for group in in_question(search, state.active):
+        one = in_place(columns, rest, group, judge)
+        if one is None:
             continue
-        changes[key] = change.share
-        if change.share > much:
-            rivals[key] = Rival(*_given_way(columns, key, change, found))
-    for group in (group for group in groups if group.law):  # of one law no part is right where another is not
-        given = next((rivals[key] for key in group.keys if key in rivals), None)
-        if given is not None:
-            rivals = dict.fromkeys((*group.keys, *following(search.pool, group.letters)), given) | rivals
-    return OtherForms(tuple(found), {key: rivals[key] for key in there if key in rivals}, changes)
-
-
-def least_change(judge: Balance) -> float:
-    """Share of an effect's force by which it must change to be another effect, by what judged it."""
-    return _OTHER_IN_LOGS if judged_in_logs(judge) else _OTHER
+        if len(group.keys) == 1:
+            margins[group.keys[0]] = one
+        if one.does:
+            listed = " and ".join(words(key) for key in group.keys)
+            doing |= dict.fromkeys(group.keys, (one.form, f"in place of {listed}, {one.form.in_words} does as well"))
+    found = tuple(rest.followed(NoiseCopies(search.balance, state.vehicle, seed)))
+    beside = {}
+    for key in there:
+        change = rest.change(key) if found else None
+        form, told = doing.get(key, (None, ""))
+        if change is not None and not told and change.share >= _SLIGHT:
+            form, told = _given_way(columns, key, change, found)
+        single = margins.get(key)
+        beside[key] = Beside(
+            change.share if change else 0.0,
+            change.by if change else {},
+            single.margin if single else None,
+            key in doing,
+            told,
+            form,
+        )
+    return OtherForms(found, beside)
 
 
 def judged_in_logs(judge: Balance) -> bool:
@@ -112,7 +116,8 @@ def judged_in_logs(judge: Balance) -> bool:
 def _given_way(columns: FormColumns, key: str, change: Change, found: Sequence[OtherForm]) -> tuple[OtherForm, str]:
     """The form that an effect gives way to, on an axis on which it acts if there is one, and what is told of that."""
     (candidate,) = (c for c in columns.search.pool if c.key == key)
-    value = parameter_total(columns.search.nominal, candidate, columns.state.vehicle, change.symbol)
+    symbol = max(change.by, key=lambda s: abs(change.by[s]))
+    value = parameter_total(columns.search.nominal, candidate, columns.state.vehicle, symbol)
     form = next((form for form in found if change.axes[AXES.index(form.axis)]), found[0])
     others = f" and {len(found) - 1} more" if len(found) > 1 else ""
-    return form, f"beside {form.in_words}{others}, {change.symbol} is {value + change.by:.3g} instead of {value:.3g}"
+    return form, f"beside {form.in_words}{others}, {symbol} is {value + change.by[symbol]:.3g} instead of {value:.3g}"

@@ -19,8 +19,10 @@ from ..candidates.free_forms import FINE, onsets, places
 from ..search.floating import Search, State
 from ..search.noise_copies import NoiseCopies
 from .invariance import regions
-from .other_forms import least_change
 from .rest_beside_forms import FormColumns, RestBesideForms
+
+_LEAST = 0.1
+"""Share of itself below which a change is none that is worth a word."""
 
 
 class _Part(NamedTuple):
@@ -30,8 +32,10 @@ class _Part(NamedTuple):
     tests: NDArray[np.bool_]
 
 
-def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance) -> dict[str, str]:
-    """Where effects have another force than elsewhere, by key, as the end of a sentence; those that have not, not.
+def own_changes(
+    search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance
+) -> dict[str, tuple[float, str]]:
+    """By what share of itself each effect's force differs in a part of the log, and where; those that keep it, not.
 
     Parameters
     ----------
@@ -51,9 +55,10 @@ def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, ju
     copies, tests = NoiseCopies(search.balance, state.vehicle, seed), np.stack([part.tests for part in parts])
     found = {}
     for key in there:
-        change = rest.own_change(key, tests, least_change(judge), copies)
+        change = rest.own_change(key, tests, _LEAST, copies)
         if change is not None and change.worth > change.chance:
-            found[key] = f"{parts[change.part].name} it differs by {abs(change.share):.1g} times its size in the model"
+            told = f"{parts[change.part].name} it differs by {abs(change.share):.1g} times its size in the model"
+            found[key] = abs(change.share), told
     return found
 
 

@@ -19,7 +19,7 @@ from ..found_effects import FoundEffect, FoundTerm
 from ..reason import Reason
 from ..search.bootstrap import Interval
 from ..search.scoring import Scoring
-from .verdicts import found_terms
+from .weighing import found_terms
 
 _MATERIAL = 0.2
 """Share of the time between two records from which an offset is worth a word: less is how the averages fall."""

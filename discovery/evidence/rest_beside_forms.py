@@ -4,7 +4,7 @@ Forward selection on products that are cleared of what sensor noise adds to them
 does in any of 999 copies of the rest, and keep what it promises.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from copy import copy
 from typing import NamedTuple, Self
 
@@ -51,11 +51,10 @@ class OneForm(NamedTuple):
 
 
 class Change(NamedTuple):
-    """By how much an effect's force changes beside the forms, as a share of it, and the number that changes most."""
+    """By how much an effect's force changes beside the forms, as a share of it, and its numbers, by symbol."""
 
     share: float
-    symbol: str
-    by: float
+    by: Mapping[str, float]
     axes: NDArray[np.bool_]
 
 
@@ -217,9 +216,9 @@ class RestBesideForms:
         by -= np.linalg.solve(normal[:moved, :moved], right[:moved])
         force = {symbol: self._columns[:, :, place] * by[place] for symbol, place in own.items()}
         whole = self._of.linear.columns[:, :, gone.offset].T * self._of.weight[:, None]
-        symbol = max(force, key=lambda s: _size(force[s]))
         share = _size(np.asarray(sum(force.values()))) / max(_size(whole), _NOTHING)
-        return Change(share, symbol, float(by[own[symbol]]), (whole != 0.0).any(axis=1))
+        changes = {symbol: float(by[place]) for symbol, place in own.items()}
+        return Change(share, changes, (whole != 0.0).any(axis=1))
 
     def own_change(self, key: str, parts: NDArray[np.bool_], least: float, copies: NoiseCopies) -> OwnChange | None:
         """The part of the log in which an effect's own force differs most from what it is elsewhere, if it does.

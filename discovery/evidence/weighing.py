@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -14,13 +15,17 @@ from ..balance.rollout_test import rollouts_object
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
+from ..findings import axis_name
+from ..found_effects import FoundTerm
 from ..identifiability.visible import Identifiability
 from ..reason import Reason
+from ..search.bootstrap import Interval
 from ..search.chance import Chance, Rehearsals
 from ..search.equivalent_thruster_scales import same_model
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
 
+_AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all"}
 SURE = 0.9
 """Confidence from which an effect is called missing."""
 TELL_APART = 5.0
@@ -32,6 +37,13 @@ _NEAR = 4.0
 """Times of that up to which a rival that is not foretold to do as well is fitted: it may do better than foretold."""
 PERHAPS = 0.5
 """Confidence from which an effect is possible: more resamples are for it than against it."""
+_LATE = 0.5
+"""Share of the time that an effect stands for from which the log's own misalignment may be all of it."""
+_SCALES = ("thrust_scale", "thruster_asymmetry")
+_PAIRED = 12
+"""Rivals of one effect, the best as columns foretell, that are tried two at a time in its place."""
+_BEYOND = 200.0
+"""Log-likelihood from which it does not matter any more by how much a rival is worse."""
 _DRAWS = 2000
 """Resamples: a share near 0.9 is then known to 0.7 %."""
 
@@ -47,8 +59,12 @@ class Evidence:
     gain : log-likelihood that it earns, its price paid; for one not selected, that it would earn
     share : (3,) force that only it explains, as a share of each axis' force scale
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
-    confidence : share of block resamples in which it earns its price and is material, divided among it and its
-        look-alikes
+    confidence : share of block resamples in which it earns its price and is material
+    identity : log-likelihood by which it beats the best rival in its place, another effect or a pair of them
+    rival : that rival; empty where there is none
+    worth : share of the nominal model's squared error that it removes beside the others, on the axis where that is most
+    rollout_worth : the same of the squared errors of rollouts
+    left : force that the model leaves beyond sensor noise on the axes of the effect, as a multiple of its own force
     indistinguishable_from : candidates that explain the log as well in its place; for one not selected, the selected
         ones in whose place it does, and those that explain what moves a quiet axis as well
     rollouts_object : True when open-loop rollouts get worse with it
@@ -56,7 +72,8 @@ class Evidence:
     dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
     absorbed : True when it was not selected, and calibration takes up what a plausible amount of it would do
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
-    out_of_step : misalignment of the log's channels [s], where the lag, delay or inertia selected is hardly more
+    out_of_step : misalignment of the log's channels [s], for a lag, a delay or an inertia that may look like it
+    late : the same as a share of the time that the effect stands for
     chance : of nothing looking as good, for one that was selected
     faint : the quiet axis on which it would explain what moves there, too faint for the search; else empty
     """
@@ -75,14 +92,28 @@ class Evidence:
     absorbed: bool = False
     noise_limited: bool = False
     out_of_step: float = 0.0
+    late: float = 0.0
     faint: str = ""
     chance: Chance | None = None
+    identity: float = 0.0
+    rival: str = ""
+    worth: float = 0.0
+    rollout_worth: float | None = None
+    left: float = 0.0
 
     @property
     def sure(self) -> bool:
-        """True when the search kept it, nine of ten resamples agree, and nothing speaks against it."""
-        doubted = self.rollouts_object or self.at_limit or self.out_of_step > 0.0 or self.by_chance
-        return self.selected and self.confidence >= SURE and not doubted
+        """True when it stands, nothing does as well in its place, and nothing speaks against it."""
+        doubted = self.rollouts_object or self.at_limit or self.late >= _LATE or self.by_chance
+        return self.stands and not self.indistinguishable_from and not doubted
+
+    @property
+    def stands(self) -> bool:
+        """True when the search kept it, nine of ten resamples agree, and it is a number that a hull can have.
+
+        Such a name stands in the corrected model, however sure it is.
+        """
+        return self.selected and self.confidence >= SURE and not (self.rollouts_object or self.at_limit)
 
     @property
     def by_chance(self) -> bool:
@@ -95,7 +126,7 @@ class Evidence:
         held = {
             Reason.FAINT: bool(self.faint),
             Reason.LOOK_ALIKES: bool(self.indistinguishable_from),
-            Reason.OUT_OF_STEP: self.out_of_step > 0.0,
+            Reason.OUT_OF_STEP: self.late >= _LATE,
             Reason.AT_LIMIT: self.at_limit,
             Reason.ROLLOUTS_OBJECT: self.rollouts_object,
             Reason.NOT_EXCITED: self.dormant,
@@ -118,7 +149,9 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
     general = _general_instead(search, state)
-    model = _Model(search, state, linear, scores, now, seed, Rehearsals(search, linear, scores, now, seed), general)
+    rehearsals = Rehearsals(search, linear, scores, now, seed)
+    nominal = search.balance.squares(search.nominal)
+    model = _Model(search, state, linear, scores, now, seed, rehearsals, general, nominal)
     whole, squares = search.fit(scores, list(now.values())), search.balance.squares(state.vehicle)
 
     def of(candidate: Candidate) -> Evidence:
@@ -155,6 +188,8 @@ class _Model:
     seed: int
     rehearsals: Rehearsals
     general: Mapping[str, State]
+    squares: Array
+    """(starts, 3) squared rollout errors of the nominal vehicle."""
 
 
 def _general_instead(search: Search, state: State) -> dict[str, State]:
@@ -203,19 +238,23 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     near = state.score + _NEAR * enough
     quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes])
     best = {key: min(q for q, option in zip(quick, shapes, strict=True) if option.key == key) for key in others}
+    worse = {key: score - state.score for key, score in best.items()}
     for key in sorted(others, key=lambda key: best[key]):
         # Beside one rival nothing is certain: of the others it is enough that they are foretold to do as well.
         if rivals and best[key] < state.score + enough:
             rivals.append(key)
         elif key in alike or best[key] < near:
             start = search.replace(state, candidate.key, key, linear, scores)
+            worse[key] = start.score - state.score
             if start.score < state.score + enough or not _in_every_part(search, start, state, model.seed):
                 rivals.append(key)
     rivals.sort(key=others.index)
+    worse |= _pairs(search, scores, {**rest, **gone}, dict(zip(quick, shapes, strict=True)), candidate, state)
     for key, there in model.general.items():
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
         if special or _explained(search, search.without(there, candidate.key)) > _explained(search, state) + enough:
             rivals.append(key)
+            worse[key] = there.score - state.score
     # A scale of thrust beside a free curve of it is another curve.
     rivals += [c.key for c in search.pool if c.key in now and candidate.effect.name in c.effect.includes]
     if candidate.effect.family in ("coupling", "mass") and search.of_kind(tuple(now), Kind.TERM):
@@ -223,19 +262,68 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         rivals += [key for key in alike if key in now]
     rivals = list(dict.fromkeys(rivals))
     confidence = share_of_resamples(search, without.fit, state.fit, price, model.seed, search.matters(without, state))
+    rival = min(worse, key=lambda key: worse[key], default="")
+    before = search.balance.squares(without.vehicle)
+    share = search.unique_share(without, state)
     return Evidence(
         candidate.key,
         candidate.kind,
         True,
         gain,
-        search.unique_share(without, state),
+        share,
         error_drop(without.fit, state.fit, search),
-        confidence / (1 + len(rivals)),
+        confidence,
         tuple(rivals),
-        rollouts_object(search.balance.squares(without.vehicle), squares, search.balance.overlap),
+        rollouts_object(before, squares, search.balance.overlap),
         _at_limit(search, candidate, now[candidate.key]),
         chance=model.rehearsals.chance(candidate.key),
+        identity=min(worse.get(rival, _BEYOND), _BEYOND),
+        rival=rival,
+        worth=float(np.max((without.fit.held_out - state.fit.held_out) / np.maximum(search.nominal_error, 1e-300))),
+        rollout_worth=_removed(before, squares, model.squares),
+        left=_left_beside(search, state, candidate, share),
     )
+
+
+def _pairs(
+    search: Search,
+    scores: GramScores,
+    without: Mapping[str, Option],
+    ranked: Mapping[float, Option],
+    candidate: Candidate,
+    state: State,
+) -> dict[str, float]:
+    """How much worse the best pair of others is in the place of an effect, by both names, as columns foretell.
+
+    Two scales of thrust are any third one: such a pair holds the name, and is no rival of it.
+    """
+    best = [ranked[score] for score in sorted(ranked)[:_PAIRED]]
+    scales = {c.key for c in search.pool if c.effect.name in _SCALES}
+    own = scales if candidate.key in scales else set()
+    pairs = [
+        (one, other) for one, other in combinations(best, 2) if one.key != other.key and not {one.key, other.key} <= own
+    ]
+    if not pairs:
+        return {}
+    found = search.quicks(scores, [{**without, one.key: one, other.key: other} for one, other in pairs])
+    score, (one, other) = min(zip(found, pairs, strict=True), key=lambda pair: pair[0])
+    return {f"{one.key} and {other.key}": score - state.score}
+
+
+def _removed(before: Array, after: Array, nominal: Array) -> float | None:
+    """Share of the nominal model's squared rollout error that an effect removes, on the axis where that is most."""
+    if not len(nominal):
+        return None
+    whole = np.maximum(nominal.mean(axis=0), 1e-12)
+    removed = (np.minimum(before.mean(axis=0), whole) - after.mean(axis=0)) / whole
+    return float(np.clip(np.nan_to_num(removed, nan=0.0), -1.0, 1.0).max())
+
+
+def _left_beside(search: Search, state: State, candidate: Candidate, share: Array) -> float:
+    """Force beyond noise that a model leaves on the axes of an effect, as a multiple of what only it explains."""
+    axes = [p.axis for p in candidate.parameters if p.axis is not None] or [int(np.argmax(share))]
+    left = np.sqrt(np.maximum(state.fit.held_out - search.noise_error**2, 0.0)) / search.share_scale
+    return float(np.sqrt((left[axes] ** 2).sum() / max(float((share[axes] ** 2).sum()), 1e-12)))
 
 
 def _in_every_part(search: Search, rival: State, state: State, seed: int) -> bool:
@@ -294,11 +382,11 @@ def share_of_resamples(
 def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
     """True when a parameter lies at a physical limit that is not its nominal value, and that is nothing usual.
 
-    On rollouts, nominal damping that vanishes beside other damping is not at a limit: its form was wrong.
+    Nominal damping that vanishes is not at a limit: the file has a number for what is not there.
     """
     for parameter, value in zip(candidate.parameters, option.start, strict=True):
         vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
-        if parameter.attainable or (vanishes and not search.balance.forces):
+        if parameter.attainable or vanishes:
             continue
         if limit_at(parameter, value, search.nominal.value(parameter.symbol)) is not None:
             return True
@@ -314,3 +402,21 @@ def modest(evidence: Sequence[Evidence], form: Balance) -> list[Evidence]:
 def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:
     """A parameter's value as the findings report it: the added amount or the absolute one, as the catalogue says."""
     return vehicle.value(symbol) - (nominal.value(symbol) if candidate.effect.added else 0.0)
+
+
+def found_terms(
+    candidate: Candidate, nominal: Vehicle, vehicle: Vehicle, intervals: Mapping[str, Interval]
+) -> tuple[FoundTerm, ...]:
+    """The numbers of an effect in a vehicle: added amounts where the catalogue counts those, else absolute values."""
+    terms = []
+    for parameter in candidate.parameters:
+        symbol = parameter.symbol
+        interval = intervals.get(symbol)
+        shift = nominal.value(symbol) if candidate.effect.added else 0.0
+        moved = None if interval is None else Interval(interval.lower - shift, interval.upper - shift)
+        value = parameter_total(nominal, candidate, vehicle, symbol)
+        axis = axis_name(parameter.axis, _AXIS_OF.get(candidate.effect.family, "all"))
+        terms.append(
+            FoundTerm(symbol=symbol, axis=axis, form=parameter.form, value=value, unit=parameter.unit, ci95=moved)
+        )
+    return tuple(terms)

@@ -26,6 +26,8 @@ ALIVE = 2.0
 """Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
 _STRUCTURE = 1.5
 """A force error above this many times what sensor noise explains is structure that the model leaves."""
+_MOST = 0.5
+"""Share of the nominal model's squared error on an axis that is most of it."""
 _WITHOUT = 40
 """Models less an effect that are kept: pruned of each of its effects, a model is then weighed without each of them."""
 _AT_HAND = 30_000_000
@@ -302,7 +304,8 @@ class Scoring:
         """True when what a model adds to another is material.
 
         It explains a material share of the force on some axis; or a smaller one, which is yet more than what stays
-        unexplained there, sensor noise apart, and which changes 10 s rollouts.
+        unexplained there, sensor noise apart, and which changes 10 s rollouts. Where it removes most of the nominal
+        model's error on an axis, a third of that change will do: the nominal model is as good as that.
         """
         share = self.unique_share(without, within)
         if (share >= self.settings.materiality).any():
@@ -310,8 +313,10 @@ class Scoring:
         unexplained = np.sqrt(np.maximum(within.fit.held_out - self.noise_error**2, 0.0)) / self.share_scale
         if not (share >= np.maximum(self.settings.least, unexplained))[~self.quiet].any():
             return False
+        removed = (without.fit.held_out - within.fit.held_out) / np.maximum(self.nominal_error, 1e-300)
+        most = bool((removed >= _MOST)[~self.quiet & (share >= self.settings.least)].any())
         parts = rollouts_part(self.balance.motions, without.vehicle, within.vehicle)
-        return bool((parts >= self.settings.weight)[~self.quiet].any())
+        return bool((parts >= self.settings.weight / (3.0 if most else 1.0))[~self.quiet].any())
 
     def unique_share(self, without: State, within: State) -> Array:
         """Root of the held-out squared force error that a model removes, as a share of each axis' force scale (3,)."""

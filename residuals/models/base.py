@@ -163,6 +163,11 @@ class VehicleModel(Model):
         """See `Model.settled`."""
         return held_acceleration(self.vehicle, velocity, heading, commands)
 
+    @property
+    def without_folds(self) -> tuple[tuple[Fold, Vehicle], ...]:
+        """Folds of the log that it was fitted to, each with the vehicle that was fitted without it."""
+        return self._unseen
+
     def vehicle_in(self, motion: Motion) -> Vehicle:
         """The vehicle that answers for a motion: the one that was fitted without it, where there is one."""
         return next((vehicle for fold, vehicle in self._unseen if fold.holds(motion)), self.vehicle)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class Run(Card):
     """A finished main job, before it is written.
 
-    `audit` is of the corrected model, `verb` what asked for the run, `calibrated` the nominal model with its own numbers
-    fitted, where it could be fitted.
+    `audit` is of the corrected model, `verb` what asked for the run, `calibrated` the nominal model with its own
+    numbers fitted, where it could be fitted.
     """
 
     inputs: Inputs

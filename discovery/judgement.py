@@ -1,0 +1,139 @@
+"""Judgement: from the facts of a claim to the probability that its name is true, and to its verdict.
+
+A name that stands in a model is a claim with four numbers (gain, identity, worth, and how far its interval is from the
+file's own value) and the sizes of the tests that `Reason` lists. One logistic model turns them into a probability. It
+is fitted to worlds of many simulators, with causes that the catalogue holds and causes that it does not
+(`benchmarks/odds.py`), so the probability is that of worlds like those. A doubt lowers it by its size; no test takes an
+answer back. Features that grow with doubt may only lower the odds, and what speaks for a name only raise them.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from math import asinh, exp, log, log10
+from pathlib import Path
+
+from .found_effects import LIKELY, MISSING, Claim, Verdict
+from .reason import Reason
+
+_LEAST = 1e-3
+"""Share of the error below which it does not matter how little a name removes."""
+_UNIT = 5.0
+"""Log-likelihood that tells two models apart: margins count in its multiples."""
+SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear")
+"""Features that speak for a name; all others are doubts, nothing where there is none."""
+REASONS = {
+    "identity": Reason.LOOK_ALIKES,
+    "clear": Reason.FILE_VALUE,
+    "gain": Reason.WEAK,
+    "worth": Reason.WEAK,
+    "rollout_worth": Reason.WEAK,
+    "substitute": Reason.SUBSTITUTE,
+    "substituted": Reason.SUBSTITUTE,
+    "other_form": Reason.OTHER_FORM,
+    "at_limit": Reason.AT_LIMIT,
+    "record": Reason.RECORD,
+    "sensors": Reason.SENSORS,
+    "out_of_step": Reason.OUT_OF_STEP,
+    "uneven": Reason.UNEVEN,
+    "lasting_rest": Reason.LASTING_REST,
+    "left": Reason.LASTING_REST,
+    "unjudged_rival": Reason.UNJUDGED_RIVAL,
+    "elsewhere": Reason.ELSEWHERE,
+    "rollouts_object": Reason.ROLLOUTS_OBJECT,
+    "chance": Reason.CHANCE,
+    "folds": Reason.FOLDS,
+    "weak": Reason.WEAK,
+    "crowd": Reason.CROWD,
+    "terms": Reason.CROWD,
+    "untold": Reason.UNTOLD,
+    "rolls": Reason.WEAK,
+}
+"""The doubt that each feature is."""
+_PLENTY = {"gain": 5.0, "identity": 2.5, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0}
+"""What each feature that speaks for a name is where nothing is to be wished for: what is less is a doubt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Odds:
+    """The logistic model: an intercept, and a weight for each feature that earned its place.
+
+    `unselected` is how often a name that no search selected was true all the same, `nearly` how often one that would
+    earn its price in half of the resamples.
+    """
+
+    intercept: float
+    weights: Mapping[str, float]
+    unselected: float
+    nearly: float
+
+    def probability(self, feature: Mapping[str, float]) -> float:
+        """The probability that a name with these features is true."""
+        total = self.intercept + sum(weight * feature[name] for name, weight in self.weights.items())
+        return 1.0 / (1.0 + exp(-max(min(total, 30.0), -30.0)))
+
+    def largest_doubt(self, feature: Mapping[str, float]) -> Reason:
+        """What lowers the odds most."""
+        costs = {name: weight * (_PLENTY.get(name, 0.0) - feature[name]) for name, weight in self.weights.items()}
+        by_reason: dict[Reason, float] = {}
+        for name, cost in costs.items():
+            by_reason[REASONS[name]] = by_reason.get(REASONS[name], 0.0) + cost
+        return max(by_reason, key=lambda reason: by_reason[reason], default=Reason.WEAK)
+
+
+@cache
+def odds() -> Odds:
+    """The model that `benchmarks/odds.py` fitted."""
+    content = json.loads((Path(__file__).parent / "odds.json").read_text(encoding="utf-8"))
+    return Odds(content["intercept"], content["weights"], content["unselected"], content["nearly"])
+
+
+def features(claim: Claim) -> dict[str, float]:
+    """What the odds are made of, by name: the four numbers and the sizes of the tests, on scales of like size."""
+    size = claim.tests
+    rollout = claim.worth.rollout
+    return {
+        "gain": log(1.0 + max(claim.gain, 0.0)),
+        "identity": asinh(claim.identity / _UNIT),
+        "worth": log(max(claim.worth.force, _LEAST)),
+        "rollout_worth": log(max(claim.worth.force if rollout is None else rollout, _LEAST)),
+        "clear": -log(max(size.get("file_value", 1.0), 1e-3)),
+        "substitute": asinh(max(size.get("substitute", 0.0), 0.0) / _UNIT),
+        "substituted": size.get("substituted", 0.0),
+        "other_form": log(1.0 + 10.0 * min(size.get("other_form", 0.0), 3.0)),
+        "at_limit": size.get("at_limit", 0.0),
+        "record": size.get("record", 0.0),
+        "sensors": size.get("sensors", 0.0),
+        "out_of_step": min(size.get("out_of_step", 0.0), 2.0),
+        "uneven": log(1.0 + 10.0 * min(size.get("uneven", 0.0), 3.0)),
+        "lasting_rest": log(1.0 + 10.0 * min(size.get("lasting_rest", 0.0), 3.0)),
+        "left": log(1.0 + 3.0 * min(size.get("left", 0.0), 10.0)),
+        "unjudged_rival": size.get("unjudged_rival", 0.0),
+        "elsewhere": size.get("elsewhere", 0.0),
+        "rollouts_object": size.get("rollouts_object", 0.0),
+        "chance": log10(1.0 + size.get("chance", 0.0)),
+        "folds": size.get("folds", 0.0),
+        "weak": size.get("weak", 0.0),
+        "crowd": log(1.0 + size.get("crowd", 0.0)),
+        "terms": log(1.0 + size.get("terms", 0.0)),
+        "untold": size.get("untold", 0.0),
+        "rolls": size.get("rolls", 0.0),
+    }
+
+
+def probability(claim: Claim) -> float:
+    """The probability that a name is true: of worlds like those of the studies."""
+    return odds().probability(features(claim))
+
+
+def verdict(claim: Claim, chance: float) -> Verdict:
+    """The word for a claim: what the file's own value could be is neither missing nor likely."""
+    if not claim.null_excluded:
+        return "possible"
+    return "missing" if chance >= MISSING else "likely" if chance >= LIKELY else "possible"
+
+
+def largest_doubt(claim: Claim) -> Reason:
+    """The doubt that lowers the odds of a name most."""
+    return odds().largest_doubt(features(claim)) if claim.null_excluded else Reason.FILE_VALUE

@@ -1,0 +1,324 @@
+"""From evidence to words: verdicts, sentences and the headline."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..physics.effects import EFFECTS
+from ..physics.frames import AXES, Array
+from ..physics.in_words import listing, words
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
+from .balance.rollout_test import HORIZON, WHOLE_HORIZON, WORSE
+from .candidates.candidate import Candidate, Kind, measurable
+from .claims import Tests
+from .evidence.all_thrusters import ONE, all_thrusters
+from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
+from .findings import Advice, Criterion, Findings, LastingRest
+from .found_effects import Claim, FoundEffect, FoundTerm, Verdict
+from .identifiability.visible import Identifiability
+from .judgement import largest_doubt, odds, probability
+from .judgement import verdict as judged
+from .lawful.passivity import Lawful
+from .reason import Reason
+from .search.bootstrap import Interval
+from .search.chance import REHEARSALS
+from .search.floating import ALIVE, Search
+
+_SAID = ("missing", "likely")
+_AGREES = 0.15
+"""Relative difference of a number between parts of a log, beyond its error, up to which it is one number."""
+_LEAST_FORCE = 1e-3
+"""Force scale [in the unit of the balance] below which a noise-free log shows a boat at rest."""
+_HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
+_FAINT = "it would explain what moves {0} for certain"
+_STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
+_TRIFLE = 0.03
+"""Share of the error that a name removes, of force and of rollouts, below which it is a trifle and no open question."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grounds:
+    """What findings are made of.
+
+    Attributes
+    ----------
+    search : with the nominal vehicle and all candidates that were searched for
+    lawful : the model with the kept effects, and how the law stands in it
+    considered : the model with everything that the search selected, sure or not
+    evidence : on every candidate, best first
+    intervals : 95 % intervals of total values by symbol
+    kept : keys of the effects that stand in the corrected model
+    order : keys in the order in which they are added
+    claims : of the names that were selected, by key
+    tests : what each test found
+    known : what the log can show and tell apart
+    included : share of block ensembles in which a term without a name is selected, by symbol
+    unseen : candidates that the search could not judge
+    asked : effects that somebody added by name, and what a search said of them, by key
+    rests : what lasts and is explained by nothing
+    """
+
+    search: Search
+    lawful: Lawful
+    considered: Vehicle
+    evidence: Sequence[Evidence]
+    intervals: Mapping[str, Interval]
+    kept: Sequence[str]
+    order: Sequence[str | None]
+    claims: Mapping[str, Claim] = field(default_factory=dict)
+    tests: Tests = field(default_factory=Tests)
+    known: Identifiability | None = None
+    included: Mapping[str, float] = field(default_factory=dict)
+    unseen: Sequence[Candidate] = ()
+    asked: Mapping[str, str] = field(default_factory=dict)
+    rests: Sequence[LastingRest] = ()
+
+
+def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence[FoundEffect] = ()) -> Findings:
+    """Write the findings.
+
+    Parameters
+    ----------
+    advice : manoeuvres that would settle what the log leaves open
+    others : findings on effects that were not searched for
+    """
+    g, search, lawful, kept = grounds, grounds.search, grounds.lawful, grounds.kept
+    pool = {candidate.key: candidate for candidate in (*search.pool, *g.unseen)}
+    thrust = all_thrusters(search.nominal, lawful.vehicle, kept)
+    shared = _shared_odds(g.claims, g.evidence)
+    found = [
+        _effect(g, pool[e.key], e, shared, thrust) for e in _one_each(g.evidence, pool, kept) if e.kind is Kind.EFFECT
+    ]
+    found += others
+    found.sort(key=lambda f: (f.rank, -f.confidence))
+    missing, likely = (tuple(dict.fromkeys(f.effect for f in found if f.verdict == word)) for word in _SAID)
+    unnamed = tuple(
+        term.but(inclusion=g.included.get(e.key, 0.0) if g.included else None)
+        for e in g.evidence
+        if e.kind is Kind.TERM and (e.key in kept or e.key in g.order)
+        for term in found_terms(pool[e.key], search.nominal, lawful.unconstrained, g.intervals)
+    )
+    in_play = [f for f in found if f.verdict == "possible" and _in_play(f)]
+    still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
+    unsure = bool(in_play) or bool(unnamed) or still or bool(g.rests)
+    verdict = "missing" if missing else "likely" if likely else "undecided" if unsure else "nothing missing"
+    headline, reasons = (_STILL, ()) if still and not (missing or likely) else _headline(g, found, unnamed, in_play)
+    reasons = (*([thrust] if thrust and ONE in (*missing, *likely) else []), *reasons)
+    return Findings(
+        verdict=verdict,
+        headline=headline,
+        reasons=reasons,
+        missing=missing,
+        likely=likely,
+        candidates=tuple(found),
+        unnamed=unnamed,
+        criterion=_criterion(search),
+        advice=advice,
+        identifiability=g.known,
+        passivity=lawful.passivity,
+        rests=tuple(g.rests),
+        other_forms=g.tests.forms.found,
+    )
+
+
+def _in_play(effect: FoundEffect) -> bool:
+    """Whether an effect that is only possible leaves a question open: it is no trifle, or moves a quiet axis."""
+    if effect.claim is None:
+        return effect.reason is Reason.FAINT
+    worth = effect.claim.worth
+    return max(worth.force, worth.rollout or 0.0) >= _TRIFLE
+
+
+def _shared_odds(claims: Mapping[str, Claim], evidence: Sequence[Evidence]) -> dict[str, float]:
+    """The probability of each name: of claims their own; what is left of it is shared by their look-alikes."""
+    found = {key: probability(claim) for key, claim in claims.items()}
+    for e in (e for e in evidence if e.key in claims and e.indistinguishable_from):
+        others = [key for key in e.indistinguishable_from if key not in claims]
+        for key in others:
+            share = min((1.0 - found[e.key]) / len(others), found[e.key])
+            found[key] = max(found.get(key, 0.0), share)
+    return found
+
+
+def unmeasured(motions: Sequence[Motion]) -> tuple[FoundEffect, ...]:
+    """The effects that no log without further channels can show, and which channels those are."""
+    return tuple(
+        FoundEffect(
+            effect=effect.name,
+            sentence=Reason.NEEDS_CHANNELS.tell(effect.meaning, " and ".join(effect.channels)),
+            family=effect.family,
+            equation=effect.equation,
+            verdict="possible",
+            reason=Reason.NEEDS_CHANNELS,
+            confidence=0.0,
+            error_drop=0.0,
+        )
+        for effect in EFFECTS
+        if effect not in measurable(motions)
+    )
+
+
+def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate], kept: Sequence[str]) -> list[Evidence]:
+    """One entry for each effect: every selected or kept thruster of a per-thruster effect, or else the best."""
+    seen = {pool[key].effect.name for key in kept}
+    entries = []
+    for e in evidence:
+        name = pool[e.key].effect.name
+        if e.selected or e.key in kept or name not in seen:
+            entries.append(e)
+            seen.add(name)
+    return entries
+
+
+def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, float], thrust: str) -> FoundEffect:
+    """One candidate in words and numbers, those of the corrected model where the effect is kept."""
+    effect, nominal, kept, claim = candidate.effect, g.search.nominal, e.key in g.kept, g.claims.get(e.key)
+    meaning = thrust if thrust and kept and effect.name == ONE else effect.meaning
+    chance = shared.get(e.key, _base_rate(e))
+    said: Verdict = judged(claim, chance) if claim and kept else "possible"
+    reason = None if said == "missing" else largest_doubt(claim) if claim else e.reason
+    if claim is None and not _open(e, e.reason):
+        said = "no evidence"
+    if e.key in g.asked:
+        said, reason = "possible", Reason.UNFOUND
+    terms: tuple[FoundTerm, ...] = ()
+    if claim is not None or kept:
+        terms = found_terms(candidate, nominal, g.lawful.unconstrained if kept else g.considered, g.intervals)
+    if kept:
+        terms = tuple(t.but(in_model=parameter_total(nominal, candidate, g.lawful.vehicle, t.symbol)) for t in terms)
+    if reason is None or said == "likely":
+        sentence = f"{meaning} {_alone(candidate, e.share, _what(g.search))}"
+        if e.chance is not None and e.chance.none:
+            sentence += f" {e.chance.in_words}"
+        sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
+    else:
+        sentence = reason.tell(meaning, _told(g, e, reason, terms))
+    same, beside = g.tests.invariant.get(e.key), g.tests.forms.beside.get(e.key)
+    rivals_by_name = tuple(name.split("[")[0] for name in e.indistinguishable_from)
+    return FoundEffect(
+        effect=effect.name,
+        sentence=sentence,
+        family=effect.family,
+        equation=effect.equation,
+        verdict=said,
+        reason=reason,
+        confidence=chance,
+        error_drop=e.error_drop,
+        claim=claim,
+        chance=e.chance,
+        parts=same.parts if same else (),
+        agrees=same.gap <= _AGREES if same and same.parts else None,
+        changes=beside.change if beside and g.tests.forms.found else None,
+        indistinguishable_from=tuple(dict.fromkeys(rivals_by_name)),
+        terms=terms,
+    )
+
+
+def _base_rate(e: Evidence) -> float:
+    """How often a name that no search selected is true; of those that would explain a quiet axis, its share."""
+    if e.faint:
+        return e.confidence / (1 + len(e.indistinguishable_from))
+    return odds().nearly if e.confidence >= PERHAPS else odds().unselected
+
+
+def _open(e: Evidence, reason: Reason) -> bool:
+    """Whether an effect that is no claim may be there: anything speaks for it, or nothing could speak at all."""
+    hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
+    return hidden or reason is Reason.WEAK or e.confidence >= PERHAPS
+
+
+def _told(g: Grounds, e: Evidence, reason: Reason, terms: Sequence[FoundTerm]) -> str:
+    """What the evidence adds to the sentence of a reason."""
+    rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
+    if reason is Reason.FAINT:
+        return f"{f'This log cannot tell it from {rivals}' if rivals else 'Perhaps'}: {_FAINT.format(e.faint)}"
+    if reason is Reason.FILE_VALUE:
+        return f"what the vehicle file says lies within the 95 % interval of {listing([t.symbol for t in terms])}"
+    return g.asked.get(e.key) or g.tests.told(e).get(reason, rivals)
+
+
+def _alone(candidate: Candidate, share: Array, what: str) -> str:
+    """What only this effect explains, on an axis on which its force acts if that is material there.
+
+    The error without the effect is that of the model fitted again without it. It may be larger than the motion itself,
+    where rollouts of that model run away; a share would then be absurd.
+    """
+    own = [p.axis for p in candidate.parameters if p.axis is not None and share[p.axis] > 0.0]
+    axis = max(own, key=lambda k: float(share[k])) if own else int(np.argmax(share))
+    if share[axis] > 1.0:
+        return f"Without it, the model errs by more than all of the {AXES[axis]} {what} in this log."
+    return f"It alone accounts for {_percent(share[axis])} of the {AXES[axis]} {what} in this log."
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if share >= 0.01 else f"{100.0 * share:.1f} %"
+
+
+def _headline(
+    g: Grounds, found: Sequence[FoundEffect], unnamed: Sequence[FoundTerm], in_play: Sequence[FoundEffect]
+) -> tuple[str, tuple[str, ...]]:
+    """The verdict in a short sentence, and what else is to be known in others."""
+    missing, likely = ([f for f in found if f.verdict == word] for word in _SAID)
+    rests = [f"{rest.in_words[0].upper()}{rest.in_words[1:]}." for rest in g.rests]
+    for form in g.tests.forms.found[:1]:
+        if form.share >= g.search.settings.materiality:
+            share = f"{100.0 * form.share:.0f} % of the force at work"
+            rests.append(f"{form.in_words[0].upper()}{form.in_words[1:]} stays unexplained, {share}.")
+    terms = f"{len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named"
+    more = f", and {terms}" if unnamed else ""
+    if missing:
+        probably = f"; probably also {_listed(f.key for f in likely)}" if likely else ""
+        return f"The model is missing {_listed(f.key for f in missing)}{more}{probably}.", tuple(rests)
+    if likely:
+        return f"The model is probably missing {_listed(f.key for f in likely)}{more}.", tuple(rests)
+    if in_play:
+        best = f"; most likely {_listed([in_play[0].key])} ({_percent(in_play[0].confidence)})"
+        where = f"It may be {_listed(f.key for f in in_play)}."
+        return f"Undecided: something is missing{best}.", (where, *rests)
+    if g.rests:
+        where = _listed(dict.fromkeys(rest.axis for rest in g.rests))
+        return f"Undecided: part of the force in {where} has no name.", tuple(rests)
+    if unnamed:
+        return f"No named effect is missing for sure, but the log asks for {terms}.", tuple(rests)
+    return "Nothing material is missing: the model explains this log.", tuple(rests)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return listing([words(name) for name in names])
+
+
+def _what(search: Search) -> str:
+    """Of what shares are taken."""
+    return "force at work" if search.balance.forces else "motion that the forces make"
+
+
+def _criterion(search: Search) -> Criterion:
+    settings = search.settings
+    what = _what(search)
+    return Criterion(
+        materiality=settings.materiality,
+        certainty=(
+            f"each parameter earns a held-out log-likelihood of {settings.price:g} "
+            f"({settings.unnamed_price:g} for a term without a name and for each gain of a thrust curve) in 9 of 10 "
+            f"block resamples, and more than any effect earns in {REHEARSALS} rehearsals of nothing (noise "
+            "like what the model leaves without it, of the same colour and size: that speaks of such noise alone)"
+        ),
+        material=(
+            f"it alone explains at least {100.0 * settings.materiality:g} % of the {what} on some axis, or "
+            f"{100.0 * settings.least:g} %, and {WHOLE_HORIZON:g} s rollouts change by {100.0 * settings.weight:g} % "
+            "without it"
+        ),
+        rollouts=(
+            f"5 s rollouts with it, and {WHOLE_HORIZON if search.balance.forces else HORIZON:g} s rollouts of all "
+            "together, are not worse "
+            f"(by {100.0 * WORSE:g} %, and surely so: 95 % intervals from blocks of time)"
+        ),
+        unit=dict(zip(AXES, search.balance.unit, strict=True)),
+        force_scale={a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
+        search=(
+            f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, "
+            f"scored on {search.balance.blocks} held-out blocks"
+        ),
+    )
