@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from study.fingerprint import fingerprint
+from study.records import fingerprint
 from study.worlds import PARTS, Case, draw
 
 from undertow.discovery.basis import choose

@@ -20,12 +20,14 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
+from functools import partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy import stats
-from study.resumed import ROOT, Kept, in_a_table, kept, resumed
+from study.records import ROOT, Kept, in_a_table, opened, resumed
 from unnamed import CAUSES, NOTHING, boats, position, read
 
 from undertow.residuals.models.base import VehicleModel
@@ -94,6 +96,7 @@ def judge(network: str, first: int, only: Sequence[str], n: int) -> dict[str, An
     seconds = time.perf_counter() - begun
     error = position(done.model, clean)
     return {
+        "number": n,
         "cause": cause,
         "seed": seed,
         "variant": variant,
@@ -145,12 +148,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     only = given.only or []
     asked_for = variants(given.network, only)
     digest = hashlib.sha256(repr(asked_for).encode()).hexdigest()[:8]
-    path = given.folder / f"{given.network}-{given.first}-{digest}.json"
+    file = opened(given.folder / f"{given.network}-{given.first}-{digest}.jsonl.gz", PACKAGES)
     count = given.seeds * len(WORLDS) * len(asked_for)
-    records = kept(path, PACKAGES)[:count]
+    records = [] if file.stale else [record for record in file.records if record["number"] < count]
     if not given.tell:
-        asked = (given.network, given.first, only)
-        for records in resumed(path, count, given.jobs, judge, *asked, packages=PACKAGES):
+        asked = partial(judge, given.network, given.first, only)
+        for records in resumed(file, range(count), asked, given.jobs, itemgetter("number")):
             if records:
                 last = records[-1]
                 told = f"{last['cause']} {last['seed']}, {last['variant']}: {last['error']:.3f} m"

@@ -21,8 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from foreign_causes import Foreign
-from study.foreign_forces import causes
+from study.foreign_forces import Foreign, causes
 
 from undertow.comparison.coverage import coverage
 from undertow.measurements.prepared_logs import Inputs

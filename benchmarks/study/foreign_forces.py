@@ -1,18 +1,65 @@
 """Forces that the catalogue does not hold, for the studies of what is made of them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from undertow.physics.matrices import mass_matrix
+from undertow.physics.motion import Motion
+from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import Vehicle
-from undertow.physics.worlds.world import FINE_STEP
+from undertow.physics.worlds.world import FINE_STEP, World
 
 Array = NDArray[np.float64]
 Force = Callable[[float, Array, Array], Array]
 """Force (3,) [N, N, N m] from the time [s], a state (6,) and the commands, as shares of full command."""
 SECONDS = 240.0
+FOLLOWS = {
+    "drag with a kink": "surge:u",
+    "drag without a sign": "surge:u",
+    "drag of a power of three": "surge:u",
+    "strips of cross-flow": "sway:v sway:r yaw:v yaw:r",
+    "thrust lost in turns": "surge:r surge:thrust",
+    "gusts": "surge:heading sway:heading surge:time sway:time",
+    "a net that is caught": "surge:u surge:time",
+    "thrust that ends early": "surge:thrust",
+    "a propeller that is hit": "surge:thrust yaw:thrust surge:time yaw:time",
+    "a hull that rolls": "sway:v sway:r yaw:v yaw:r",
+    "a wall near by": "sway:u sway:place",
+    "thrusters that disturb each other": "surge:thrust",
+    "drag of turns to one side": "yaw:r",
+    "a tether": "surge:place sway:place",
+    "water that sloshes": "surge:u",
+    "drag with hysteresis": "surge:u",
+    "propellers that draw air": "surge:thrust surge:v",
+    "shallow water": "surge:u surge:place",
+    "a hump of wave drag": "surge:u",
+    "lift that stalls": "sway:u sway:v",
+    "thrust that sets in late": "surge:thrust surge:time",
+    "a trim that sets in": "yaw:time",
+    "drag of a power of one and a half": "sway:v yaw:v",
+}
+"""Which signals the force of each cause follows, on which axis."""
+
+
+@dataclass(frozen=True)
+class Foreign(World):
+    """A world with one force more."""
+
+    force: Force = lambda t, x, c: np.zeros(3)
+
+    def _driven(self, start: Motion) -> Motion:
+        inverse = np.linalg.inv(mass_matrix(self.vehicle))
+        pairs = zip(self.vehicle.thrusters, start.commands.T, strict=True)
+        share = np.column_stack([unit.curve.normalised(given, unit.command) for unit, given in pairs])
+
+        def added(step: int, state: Array) -> Array:
+            return (inverse @ self.force(step * FINE_STEP, state[:, 0], share[step]))[:, None]
+
+        found = rollout(self.vehicle, start, np.array([0]), start.time.size - 1, added).states[0]
+        return replace(start, position=found[:, :2].copy(), heading=found[:, 2].copy(), velocity=found[:, 3:].copy())
 
 
 def causes(hull: Vehicle, rng: np.random.Generator) -> dict[str, Force]:

@@ -15,7 +15,7 @@ from undertow.reports.page.page import document
 
 from .paper_change import Change, Records, relative, values
 from .paper_figures import HYBRID, MEASURES, PHYSICS, PURE, STEP, Results, figures_of
-from .resumed import in_a_table
+from .records import in_a_table
 
 PARTS = {"own": "end of the runs that were trained on", "held": "whole runs that nothing was fitted to"}
 ENOUGH = 0.9

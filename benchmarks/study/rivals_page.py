@@ -10,7 +10,7 @@ import numpy as np
 from undertow.physics.frames import AXES
 from undertow.physics.in_words import MINUS, listing
 
-from .resumed import in_a_table
+from .records import in_a_table
 from .rivals.bare import EPOCHS
 from .rivals.cases import SHARES, Case
 from .rivals.contenders import CONTENDERS

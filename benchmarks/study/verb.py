@@ -8,6 +8,7 @@ judgement of the same facts is scored in minutes and without running the verb ag
 import tempfile
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,12 +18,15 @@ import numpy as np
 from undertow.discovery.balance.rollout_test import rollout_squares
 from undertow.discovery.findings import Findings
 from undertow.discovery.found_effects import FoundEffect
+from undertow.discovery.judgement import odds
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle
 from undertow.workflows.discover_and_add import discover
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.run import Run
+
+from .scoring import exact, label
 
 HORIZON = 10.0
 """Length of the rollouts that judge a written model on another run of the same boat [s]."""
@@ -48,7 +52,9 @@ class Logged:
     nameless : a cause acts that no effect of the catalogue is
     dominant : the hidden effect that makes over half of the nominal model's squared force or rollout error, or nothing
     matters : share by which 10 s rollouts of the file's boat part from the truth
+    forces : of a cause without a name, which signals its force follows on which axis, as `surge:u` or `yaw:time`
     tellable : False where a judge who knows the truth could not tell it from another effect; None where nobody asked
+    bound : why no such judge could, in words, empty where one could; asked of logs alone that are not answered exactly
     """
 
     study: str
@@ -65,7 +71,9 @@ class Logged:
     nameless: bool = False
     dominant: str = ""
     matters: float = 0.0
+    forces: frozenset[str] = frozenset()
     tellable: bool | None = None
+    bound: Callable[[], str] | None = None
 
 
 def answer(logged: Logged) -> Record:
@@ -80,7 +88,8 @@ def answer(logged: Logged) -> Record:
         "sensors_true": sorted(logged.sensors),
         "nameless": logged.nameless,
         "dominant": logged.dominant,
-        "matters": round(float(logged.matters), 4),
+        "matters": float(logged.matters),
+        "forces": sorted(logged.forces),
         "tellable": logged.tellable,
     }
     with tempfile.TemporaryDirectory() as folder:
@@ -92,8 +101,17 @@ def answer(logged: Logged) -> Record:
             return record | {"verdict": "refused", "told": str(error)[:300]}
         record["seconds"] = round(time.perf_counter() - begun, 2)
         if logged.fresh is not None:
-            record["fresh"] = errors_on(run, logged.fresh(Path(folder) / "fresh.csv"), logged.vehicle)
-    return record | facts(run.findings, logged)
+            with suppress(ArithmeticError, ValueError):  # another run may run away, or be refused
+                record["fresh"] = errors_on(run, logged.fresh(Path(folder) / "fresh.csv"), logged.vehicle)
+    return bounded(record | facts(run.findings, logged), logged)
+
+
+def bounded(record: Record, logged: Logged) -> Record:
+    """The record, and whether a judge who knows what is hidden could tell it, where it was not answered exactly."""
+    if logged.bound is None or exact(record):
+        return record
+    why = logged.bound()
+    return record | {"tellable": not why, "bound": why}
 
 
 def facts(findings: Findings, logged: Logged) -> Record:
@@ -101,17 +119,23 @@ def facts(findings: Findings, logged: Logged) -> Record:
     return {
         "verdict": findings.verdict,
         "headline": findings.headline[:200],
-        "missing": list(findings.missing),
-        "likely": list(findings.likely),
-        "first": findings.candidates[0].key if findings.candidates else "",
+        "missing": [c.key for c in findings.candidates if c.verdict == "missing"],
+        "likely": [c.key for c in findings.candidates if c.verdict == "likely"],
+        "first": next((c.key for c in findings.candidates if c.verdict != "no evidence"), ""),
         "unnamed": [t.symbol or f"{t.axis}:{t.form}" for t in findings.unnamed],
         "sensors": sorted({s.what for s in findings.sensors if s.verdict == "present"}),
         "sensors_possible": sorted({s.what for s in findings.sensors if s.verdict == "possible"}),
-        "rests": [(rest.axis, round(rest.share, 3)) for rest in findings.rests],
-        "forms": [(form.axis, form.follows, round(form.share, 3)) for form in findings.other_forms],
+        "rests": [(rest.axis, rest.share) for rest in findings.rests],
+        "forms": [(form.axis, form.follows, form.share) for form in findings.other_forms],
         "claims": [claimed(c, logged) for c in findings.candidates if c.claim is not None],
+        # Of the names that stand in no model: how many there are, and which nearly earn their price.
+        "unclaimed": sum(c.claim is None and not c.cannot_tell for c in findings.candidates),
+        "nearly": [c.key for c in findings.candidates if c.claim is None and c.confidence > odds().unselected],
         "reasons": {
-            c.key: c.reason.value for c in findings.candidates if c.reason is not None and c.verdict != "no evidence"
+            c.key: c.reason.value
+            for c in findings.candidates
+            if c.reason is not None
+            and (c.verdict != "no evidence" or label(c.key, logged.true, logged.part) != "false")
         },
     }
 
@@ -119,13 +143,13 @@ def facts(findings: Findings, logged: Logged) -> Record:
 def claimed(effect: FoundEffect, logged: Logged) -> Record:
     """The facts of one claim, and whether it is true."""
     assert effect.claim is not None
-    fair = effect.key in logged.true or effect.effect in logged.true
     return {
         "key": effect.key,
-        "label": "true" if fair else "part" if effect.effect in logged.part else "false",
+        "label": label(effect.key, logged.true, logged.part),
         "verdict": effect.verdict,
+        "kept": effect.in_model,
         "reason": effect.reason.value if effect.reason else "",
-        "odds": round(effect.confidence, 4),
+        "odds": effect.confidence,
         "alike": list(effect.indistinguishable_from),
         "claim": effect.claim.model_dump(mode="json"),
         "terms": [
@@ -145,4 +169,4 @@ def errors_on(run: Run, path: Path, vehicle: Vehicle) -> Record:
         models["calibrated"] = run.calibrated
     found = {name: np.mean(rollout_squares(motions, model, HORIZON), axis=0) for name, model in models.items()}
     scale = np.maximum(np.mean(np.concatenate([motion.velocity**2 for motion in motions]), axis=0), 1e-12)
-    return {name: [float(f"{x:.5g}") for x in squares / scale] for name, squares in found.items()}
+    return {name: (squares / scale).tolist() for name, squares in found.items()}

@@ -1,0 +1,248 @@
+"""Logs of undertow's own simulator: effects of the catalogue hidden in them, nothing at all, or a piece of a log.
+
+Every log is written to a file and read as a user's. Seeds say all: the same one gives the same log.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.candidates.candidate import Kind, candidates, measurable
+from undertow.discovery.evidence.weighing import CERTAINLY
+from undertow.discovery.search.floating import Search, State
+from undertow.discovery.settings import DiscoverySettings
+from undertow.physics.effects import EFFECTS
+from undertow.physics.frames import Array, wrap_angle
+from undertow.physics.matrices import mass_matrix, thruster_matrix
+from undertow.physics.motion import Motion
+from undertow.physics.simulation import rollout
+from undertow.physics.thrusters import command_of, neutral_command
+from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds.hidden_effects import apply_effects
+from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.typical_effects import materiality, random_hull
+from undertow.physics.worlds.world import FINE_STEP, Sensors, World
+
+from .scoring import MATERIAL
+from .verb import Logged
+from .worlds import ALL, DURATION, NOISES, PARTS, SEEDS, STEP, VEHICLES, Case, Part, dominant, draw, merged, with_each
+
+FRESH = {"rich": "zigzag", "zigzag": "gentle", "gentle": "zigzag"}
+"""What the same boat drives on the fresh log."""
+FRESH_SECONDS, FRESH_SEED = 120.0, 5_000_000
+_FITTED = 6
+"""Rivals of an effect that are fitted, of all that columns rank."""
+Key = tuple[str, int]
+
+
+# Hidden effects
+
+
+def plain_keys(purpose: str) -> list[Key]:
+    """Parts and seeds, mixed, so that the first logs are a sample of all."""
+    start, block = SEEDS[purpose]
+    keys = [
+        ((n + 0.5) / part.full, name, start + block * k + n)
+        for k, (name, part) in enumerate(PARTS.items())
+        for n in range(part.full)
+    ]
+    return [(name, seed) for _, name, seed in sorted(keys)]
+
+
+def plain(kind: str, seed: int) -> Logged:
+    """A log of a part of `PARTS`."""
+    start, block = next((s, b) for s, b in SEEDS.values() if s <= seed < s + b * len(PARTS))
+    case = draw(PARTS[kind], (seed - start) % block, seed)
+    return logged("plain", kind, seed, case, bound=(lambda: bound(case)) if case.hidden else None)
+
+
+def logged(
+    study: str,
+    kind: str,
+    seed: int,
+    case: Case,
+    log: SimulatedLog | None = None,
+    bound: Callable[[], str] | None = None,
+) -> Logged:
+    """A case as the verb is asked about it, with a fresh run of the same boat."""
+    true, programme = case.log.vehicle, case.setting["programme"]
+    again = World(true, FRESH[programme], FRESH_SECONDS, seed + FRESH_SEED)
+    return Logged(
+        study,
+        kind,
+        seed,
+        case.nominal,
+        (log or case.log).write,
+        fresh=lambda path: again.run(NOISES["field"]).write(path),
+        note=", ".join(str(case.setting[name]) for name in ("vehicle", "programme", "noise")),
+        true=frozenset(case.hidden),
+        known=merged(case.hidden),
+        dominant=dominant(case.nominal, with_each(case.nominal, case.hidden), case.log.truth),
+        matters=float(materiality(case.nominal, true, case.log.truth).max()) if case.hidden else 0.0,
+        bound=bound,
+    )
+
+
+def bound(case: Case) -> str:
+    """Why a judge who knows what is hidden could not name it from this log, in words; empty where one could.
+
+    An effect that hardly changes rollouts beside the others is immaterial to anybody; and a rival that the truth beats
+    by less than 10.6 is right in more than one of 1,000 logs like this one, whatever the method.
+    """
+    for name in case.hidden:
+        others = merged({other: values for other, values in case.hidden.items() if other != name})
+        share = materiality(apply_effects(case.nominal, others), case.log.vehicle, case.log.truth).max()
+        if share < MATERIAL:
+            return f"without {name}, 10 s rollouts change by {100.0 * share:.1f} %"
+    of, by, worse = rival(case)
+    return f"{' and '.join(by)} in place of {of}: {worse:+.1f}" if worse < CERTAINLY else ""
+
+
+def rival(case: Case) -> tuple[str, Sequence[str], float]:
+    """What does best in the place of a true effect, one or two others, and the log-likelihood by which it is worse.
+
+    Prices count: a judge who believes that fewer numbers are likelier would not be moved by more of them.
+    """
+    motions, settings = [case.log.motion(STEP)], DiscoverySettings()
+    search = Search(
+        WeakForm(motions, settings.weak),
+        case.nominal,
+        candidates(case.nominal, measurable(motions)),
+        replace(settings.search, refinements=6),
+    )
+    true = search.evaluate(apply_effects(case.nominal, merged(case.hidden)), tuple(case.hidden))
+    linear, scores = search.linearise(true.vehicle, true.active, true.fit.in_sample)
+    now = {key: linear.options[key][0] for key in true.active}
+    named = search.named(true.active)
+    others = [c.key for c in search.pool if c.kind is Kind.EFFECT and c.key not in named]
+    found = []
+    for name in named:
+        rest = {**now, name: linear.options[name][1]}
+        shapes = [(option,) for key in others for option in linear.options[key] if option.present]
+        pairs = [(*one, *other) for one, other in combinations(shapes, 2) if one[0].key != other[0].key]
+        trials = [rest | {option.key: option for option in options} for options in (*shapes, *pairs)]
+        worth = search.quicks(scores, trials)
+        for _, n in sorted((score, n) for n, score in enumerate(worth))[:_FITTED]:
+            there: State = search.apply(true, now, trials[n], scores)
+            found.append((name, [option.key for option in (*shapes, *pairs)[n]], there.score - true.score))
+    return min(found, key=lambda one: one[2])
+
+
+# Nothing hidden
+
+EMPTY = {"tuning": (200_000, 600), "reporting": (240_000, 3_000)}
+"""First seed and number of logs; those from 210,000 on were reported once."""
+DRIVEN = ("rich", "zigzag", "gentle", "rich", "waypoints", "rich", "zigzag", "gentle", "waves", "waypoints")
+"""What boats in which nothing is hidden do, in turn; each noise takes its turn after that."""
+
+
+def empty_keys(purpose: str) -> list[Key]:
+    """Programmes and seeds."""
+    start, logs = EMPTY[purpose]
+    return [(DRIVEN[n % len(DRIVEN)], start + n) for n in range(logs)]
+
+
+def empty(kind: str, seed: int) -> Logged:
+    """A log in which nothing is hidden."""
+    number = seed % 10_000 // len(DRIVEN)
+    if kind == "waves":
+        case = draw(Part("", 0, 0, ALL, ("field", "rough"), waves=True), number, seed)
+    else:
+        case = draw(Part("", 0, 0, ("rich" if kind == "waypoints" else kind,), tuple(NOISES)), number, seed)
+    if kind != "waypoints":
+        return logged("nothing", kind, seed, case)
+    rng = np.random.default_rng([seed, 15])
+    nominal = random_hull(load_vehicle(VEHICLES[number % len(VEHICLES)]), rng)
+    log = piloted(nominal, NOISES[case.setting["noise"]], rng)
+    return Logged("nothing", kind, seed, nominal, log.write, note=f"{nominal.name}, waypoints, {case.setting['noise']}")
+
+
+PILOT_STEP = 0.1
+"""Period of an autopilot, which sees and orders ten times a second [s]."""
+
+
+def piloted(vehicle: Vehicle, sensors: Sensors, rng: np.random.Generator) -> SimulatedLog:
+    """A boat whose autopilot steers for waypoints by what its sensors say, noise and all, as the log has it.
+
+    The thrust is added to a boat that is given no commands, for these follow from the motion. Its hull must have
+    thrusters that act at once.
+    """
+    rows, fine = round(DURATION / PILOT_STEP) + 1, round(PILOT_STEP / FINE_STEP)
+    sizes = [sensors.position] * 2 + [sensors.heading] + [sensors.speed] * 2 + [sensors.yaw_rate]
+    seen = np.array(sizes) * rng.standard_normal((rows, 6))
+    orders = np.tile([neutral_command(unit) for unit in vehicle.thrusters], (rows, 1))
+    inverse, matrix = np.linalg.inv(mass_matrix(vehicle)), thruster_matrix(vehicle)
+    sides = np.array([np.sign(unit.y) for unit in vehicle.thrusters])
+    goal, cruise, push = np.zeros(2), 0.0, np.zeros((3, 1))
+    turning, damping = rng.uniform(0.3, 0.8), rng.uniform(0.2, 0.6)
+
+    def added(step: int, state: Array) -> Array:
+        nonlocal goal, cruise, push
+        row, left = divmod(step, fine)
+        if left == 0:
+            seen[row] += state[:6, 0]
+            if step == 0 or np.hypot(*(goal - seen[row, :2])) < 4.0:
+                goal, cruise = rng.uniform(-40.0, 40.0, 2), rng.uniform(0.35, 0.9)
+            away = goal - seen[row, :2]
+            error = float(wrap_angle(np.arctan2(away[1], away[0]) - seen[row, 2]))
+            turn = np.clip(turning * error - damping * seen[row, 5], -0.6, 0.6)
+            share = np.clip(cruise * max(np.cos(error), 0.0) - sides * turn, -1.0, 1.0)
+            given = zip(vehicle.thrusters, share, strict=True)
+            orders[row] = [float(command_of(unit, np.array(x))) for unit, x in given]
+            thrust = [unit.lasting(orders[row, k : k + 1])[0] for k, unit in enumerate(vehicle.thrusters)]
+            push = inverse @ matrix @ np.array(thrust)
+        return push
+
+    time = FINE_STEP * np.arange((rows - 1) * fine + 1, dtype=float)
+    still = np.tile([neutral_command(unit) for unit in vehicle.thrusters], (time.size, 1))
+    names = tuple(unit.name for unit in vehicle.thrusters)
+    start = Motion(time, np.zeros((time.size, 2)), np.zeros(time.size), np.zeros((time.size, 3)), still, names)
+    found = rollout(vehicle, start, np.array([0]), time.size - 1, added).states[0]
+    truth = replace(start, position=found[:, :2].copy(), heading=found[:, 2].copy(), velocity=found[:, 3:].copy())
+    seen[-1] += found[-1, :6]
+    stamps = PILOT_STEP * np.arange(rows, dtype=float)
+    return SimulatedLog(vehicle, truth, stamps, seen, stamps, orders)
+
+
+# Pieces of logs
+
+SHORT = {"tuning": (220_000, 60), "reporting": (250_000, 100)}
+"""First seed and number of logs, of which each has all lengths; those from 230,000 on were reported once."""
+LENGTHS = (20.0, 30.0, 45.0, 60.0, 90.0, 120.0, DURATION)
+"""Lengths of the pieces [s]; the last is the whole log."""
+NONE_IN = 5
+"""Every so many logs one has nothing hidden."""
+
+
+def short_keys(purpose: str) -> list[Key]:
+    """Lengths and seeds."""
+    start, logs = SHORT[purpose]
+    return [(f"{length:g} s", start + n) for n in range(logs) for length in LENGTHS]
+
+
+def short(kind: str, seed: int) -> Logged:
+    """A piece of a log of one hidden effect, each of the catalogue in turn, or of none, from a random moment on."""
+    number, length = seed % 10_000, float(kind.split()[0])
+    # One number further each time all effects had their turn, lest each meets one programme alone.
+    turn = number + number // len(EFFECTS)
+    case = draw(Part("", int(number % NONE_IN != NONE_IN - 1), 0, ALL), turn, seed)
+    begin = float(np.random.default_rng([seed, 6, round(length)]).uniform(0.0, max(DURATION - length, 0.0)))
+    return logged("short", kind, seed, case, piece(case.log, begin, begin + length))
+
+
+def piece(log: SimulatedLog, begin: float, end: float) -> SimulatedLog:
+    """The rows of a log from one time to another [s], and the commands from a step before to a step after."""
+    rows = (log.odometry_time >= begin - STEP) & (log.odometry_time <= end + STEP)
+    orders = (log.command_time >= begin - 0.2) & (log.command_time <= end + 0.2)
+    wind = None if log.wind is None else log.wind[rows]
+    return replace(
+        log,
+        odometry_time=log.odometry_time[rows],
+        odometry=log.odometry[rows],
+        command_time=log.command_time[orders],
+        commands=log.commands[orders],
+        wind=wind,
+    )

@@ -1,0 +1,155 @@
+"""Records of studies: kept as they come, so that a study which was stopped goes on where it was.
+
+A file has a line for each record, compressed, and a first line that says which sources made the facts. A judgement of
+these facts is no fact: it is scored again (`study/scoring.py`), and no record grows stale when it changes.
+"""
+
+import ast
+import gzip
+import hashlib
+import json
+import math
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from joblib import Parallel, delayed, parallel_config
+
+ROOT = Path(__file__).resolve().parents[2]
+FACTS = ("physics", "measurements", "residuals", "discovery", "comparison", "workflows")
+"""Folders whose sources make the facts of a log."""
+JUDGEMENT = ("discovery/judgement.py", "discovery/odds.")
+"""Beginnings of the files that judge them."""
+_DIGITS = 5
+"""Significant digits of what is kept: more than any figure has, and a third of the bytes."""
+_AT_ONCE = 10
+"""Records after which the file is written anew."""
+Record = dict[str, Any]
+Kept = list[Record]
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """Records on disk, and the sources that made them.
+
+    Attributes
+    ----------
+    source : fingerprint of the sources as they are now
+    made_by : of those that made what is kept; empty where nothing is
+    records : what is kept, whoever made it
+    """
+
+    path: Path
+    source: str
+    made_by: str
+    records: Kept
+
+    @property
+    def stale(self) -> bool:
+        """Whether other sources made the records."""
+        return bool(self.records) and self.made_by != self.source
+
+    def save(self, records: Sequence[Record]) -> None:
+        """Write these in the place of what is kept, as made by the sources as they are now."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        draft = self.path.with_suffix(".part")
+        lines = (
+            json.dumps(line, allow_nan=False, separators=(",", ":")) for line in ({"source": self.source}, *records)
+        )
+        draft.write_bytes(gzip.compress("".join(f"{line}\n" for line in lines).encode(), mtime=0))
+        draft.replace(self.path)
+
+
+def opened(path: Path, packages: Sequence[str] = FACTS) -> File:
+    """The records of a file, and whether the sources of some folders are those that made them."""
+    source = fingerprint(packages)
+    if not path.is_file():
+        return File(path, source, "", [])
+    head, *records = map(json.loads, gzip.decompress(path.read_bytes()).decode().splitlines())
+    return File(path, source, head["source"], records)
+
+
+def resumed(
+    file: File, keys: Iterable[Any], judge: Callable[[Any], Record], jobs: int, key: Callable[[Record], Any]
+) -> Iterator[Kept]:
+    """What is kept of some keys, each time one more is judged, the newest last; of other keys it stays in the file.
+
+    Parameters
+    ----------
+    judge : makes the record of a key; it is called in other processes
+    key : gives the key of a record
+    """
+    kept = {} if file.stale else {key(record): record for record in file.records if record.get("verdict") != CRASHED}
+    keys = list(keys)
+    found = [kept[one] for one in keys if one in kept]
+    yield found
+    todo = [one for one in keys if one not in kept]
+    with parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
+        judged = cast("Iterator[Record]", Parallel(return_as="generator")(delayed(judge)(one) for one in todo))
+        for count, (one, record) in enumerate(zip(todo, judged, strict=True), start=1):
+            kept[one] = rounded(record)
+            found.append(kept[one])
+            if count % _AT_ONCE == 0 or count == len(todo):
+                file.save(list(kept.values()))
+            yield found
+
+
+CRASHED = "crashed"
+"""The verdict of a log on which the verb fell over: it is asked again when the study goes on."""
+
+
+def rounded(content: Any) -> Any:
+    """Plain data with significant digits enough; numbers that JSON does not know are nothing."""
+    if isinstance(content, Mapping):
+        return {str(key): rounded(value) for key, value in content.items()}
+    if isinstance(content, list | tuple | np.ndarray):
+        return [rounded(value) for value in content]
+    if isinstance(content, bool | np.bool_):
+        return bool(content)
+    if isinstance(content, float | np.floating):
+        return float(f"{content:.{_DIGITS}g}") if math.isfinite(content) else None
+    return content
+
+
+def fingerprint(packages: Iterable[str] = FACTS, *, judgement: bool = False) -> str:
+    """A hash of the sources that decide the results: all modules and vehicle files in some folders.
+
+    Comments, docstrings and empty lines decide nothing. What judges the facts is left out, or with `judgement` is all.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(p for package in packages for p in (ROOT / package).rglob("*")):
+        judges = path.relative_to(ROOT).as_posix().startswith(JUDGEMENT)
+        if judges is judgement and path.suffix in (".py", ".yaml", ".json"):
+            digest.update(bare(path.read_text("utf-8")) if path.suffix == ".py" else path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def bare(source: str) -> bytes:
+    """A module without comments of their own line, docstrings and empty lines."""
+    lines = source.splitlines()
+    for node in ast.walk(ast.parse(source)):
+        text = node.value if isinstance(node, ast.Expr) else None
+        if isinstance(text, ast.Constant) and isinstance(text.value, str):
+            lines[text.lineno - 1 : text.end_lineno] = [""] * ((text.end_lineno or text.lineno) - text.lineno + 1)
+    return "\n".join(line for line in lines if line.strip() and not line.lstrip().startswith("#")).encode()
+
+
+def processors() -> int:
+    """How many logs are asked about at once, where nobody says it."""
+    return min(4, os.cpu_count() or 1)
+
+
+def bound(hits: int, of: int, level: float) -> float:
+    """Clopper and Pearson's upper bound of a share, one-sided (doi:10.1093/biomet/26.4.404)."""
+    from scipy.stats import beta
+
+    return float(beta.ppf(level, hits + 1, of - hits)) if hits < of else 1.0
+
+
+def in_a_table(head: Sequence[str], rows: Sequence[Sequence[object]], rest: str = "---:") -> str:
+    """A table in Markdown, its first column to the left and the rest to the right, or as `rest` says."""
+    lines = [head, ["---", *[rest] * (len(head) - 1)], *rows]
+    return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)

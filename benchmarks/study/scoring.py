@@ -1,0 +1,173 @@
+"""What an answer is worth beside the truth, under the judgement that gave it or another of the same facts."""
+
+import json
+import re
+from collections.abc import Collection, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+
+from undertow.discovery.found_effects import Claim, Verdict
+from undertow.discovery.judgement import Odds, features, verdict
+
+from .foreign_kinds import KINDS
+from .records import ROOT
+
+Record = Mapping[str, Any]
+ODDS = ROOT / "discovery" / "odds.json"
+_RANKS = get_args(Verdict)
+Bin = tuple[float, float, int, float, float]
+MATERIAL = 0.03
+"""Share by which 10 s rollouts of the file's boat part from the truth, above which something material is hidden."""
+SIGNALS = {
+    "thrust": r"thrust|turns of the propellers",
+    "time": r"the time|from (minute|part)",
+    "heading": r"heading",
+    "place": r"place|(north|east)\w* of",
+}
+"""How a form tells what it follows, beside velocities."""
+
+
+def read_odds(path: Path = ODDS) -> Odds:
+    """The odds of a file; `benchmarks/odds.py` writes it."""
+    content = json.loads(path.read_text("utf-8"))
+    return Odds(*(content[name] for name in ("intercept", "weights", "unselected", "nearly")))
+
+
+def facts_of(claimed: Record) -> dict[str, float]:
+    """The features of one claim of a record."""
+    return features(Claim.model_validate(claimed["claim"]))
+
+
+def rescored(record: Record, odds: Odds) -> dict[str, Any]:
+    """The record as another judgement of its facts would have answered."""
+    claims = []
+    for c in record.get("claims", ()):
+        claim = Claim.model_validate(c["claim"])
+        chance = odds.probability(features(claim))
+        claims.append({**c, "odds": chance, "verdict": verdict(claim, chance) if c["kept"] else "possible"})
+    if not claims:
+        return dict(record)
+    claims.sort(key=lambda c: (_RANKS.index(c["verdict"]), -c["odds"]))
+    named = {word: [c["key"] for c in claims if c["verdict"] == word] for word in ("missing", "likely")}
+    else_ = record["verdict"] if record["verdict"] not in named else "undecided"
+    said = next((word for word, names in named.items() if names), else_)
+    return {**record, **named, "claims": claims, "first": claims[0]["key"], "verdict": said}
+
+
+# Names
+
+
+def bare(name: str) -> str:
+    """An effect without its thruster."""
+    return name.split("[")[0]
+
+
+def label(name: str, true: Collection[str], part: Collection[str]) -> str:
+    """Whether a name is true, a fair part of the cause, or false."""
+    return "true" if {name, bare(name)} & set(true) else "part" if {name, bare(name)} & set(part) else "false"
+
+
+def names(record: Record, *verdicts: str) -> list[str]:
+    """What is named under some verdicts, `missing` where nobody says it; a term without a name is such a name."""
+    words = verdicts or ("missing",)
+    terms = record.get("unnamed", ()) if "missing" in words else ()
+    return [*(name for word in words for name in record.get(word, ())), *terms]
+
+
+def false_names(record: Record, *verdicts: str) -> list[str]:
+    """What is named and is no part of the cause; a term is none where the cause has no name."""
+    terms = record.get("unnamed", ()) if record["nameless"] else ()
+    said = (name for name in names(record, *verdicts) if name not in terms)
+    return [name for name in said if label(name, record["true"], record["part"]) == "false"]
+
+
+def exact(record: Record, *verdicts: str) -> bool:
+    """Whether all that is hidden is named, and nothing else."""
+    said = names(record, *verdicts)
+    here = all(any(label(name, [one], ()) == "true" for name in said) for one in record["true"])
+    return here and all(label(name, record["true"], ()) == "true" for name in said)
+
+
+def named(record: Record, *verdicts: str) -> bool:
+    """Whether the cause is named, in part at least."""
+    return any(label(name, record["true"], record["part"]) != "false" for name in names(record, *verdicts))
+
+
+# Logs
+
+
+def refused_rightly(record: Record) -> bool:
+    """Whether a log was refused with the words that tell its cause."""
+    words = KINDS[record["kind"]].refusal if record["kind"] in KINDS else ""
+    return record["verdict"] == "refused" and bool(words) and words in record.get("told", "")
+
+
+def sensor_told(record: Record) -> bool:
+    """Whether the sensor that is the cause, or the record, is told."""
+    return refused_rightly(record) or bool(set(record.get("sensors", ())) & set(record["sensors_true"]))
+
+
+def accused(record: Record) -> bool:
+    """Whether a sensor, or the record of commands, is told that is right."""
+    return bool(set(record.get("sensors", ())) - set(record["sensors_true"]))
+
+
+def follows(text: str) -> set[str]:
+    """What a form follows: velocities u, v, r, thrust, time, heading or place."""
+    found = {name for name, words in SIGNALS.items() if re.search(words, text)}
+    speeds = re.sub(r"\b(?![uvr\d^|]+\b)[A-Za-z]\w*", " ", text.replace("m/s", " ").replace("rad/s", " "))
+    return found | (set(speeds) & set("uvr"))
+
+
+def force_told(record: Record) -> bool:
+    """Whether a force without a name is told on the right axis, as one that follows the right signal."""
+    told = [(axis, text) for axis, text, *_ in record.get("forms", ())]
+    told += [(axis, text) for axis, _, text in (term.partition(":") for term in record.get("unnamed", ()))]
+    return any(f"{axis}:{signal}" in record["forces"] for axis, text in told for signal in follows(text))
+
+
+OUTCOMES = (
+    *("false", "exact", "part", "likely", "sensor told", "a force", "undecided", "passed by", "refused", "crashed"),
+)
+"""What a log may be answered. False: a name that is neither hidden nor a fair part of it. Exact: all that is hidden and
+nothing else, or nothing where nothing material is. Part: a part of the cause is missing. Likely: it is likely alone."""
+
+
+def outcome(record: Record) -> str:
+    """In a word, what a log was answered."""
+    verdict = record["verdict"]
+    if verdict in ("refused", "crashed"):
+        return "sensor told" if refused_rightly(record) else verdict
+    if false_names(record):
+        return "false"
+    if names(record) and record["true"] and exact(record):
+        return "exact"
+    rules = (
+        ("part", bool(record.get("missing"))),
+        ("likely", named(record, "likely")),
+        ("sensor told", sensor_told(record)),
+        ("a force", force_told(record) or bool(record.get("unnamed"))),
+        ("undecided", verdict != "nothing missing"),
+        ("passed by", bool(record["true"] or record["nameless"]) and record["matters"] >= MATERIAL),
+    )
+    return next((word for word, holds in rules if holds), "exact")
+
+
+def reliability(pairs: Sequence[tuple[float, bool]], edges: Sequence[float]) -> list[Bin]:
+    """For each bin of told odds: its edges, how many names, their mean odds, and the share that is true."""
+    told, true = (np.array(column, dtype=float) for column in (list(zip(*pairs, strict=True)) or [(), ()]))
+    rows = []
+    for low, high in pairwise(edges):
+        here = (told >= low) & ((told < high) | (high == edges[-1]))
+        means = (float(told[here].mean()), float(true[here].mean())) if here.any() else (float("nan"), float("nan"))
+        rows.append((low, high, int(here.sum()), *means))
+    return rows
+
+
+def log_score(odds: np.ndarray, true: np.ndarray) -> float:
+    """Mean log probability of what is true [nats a name]; 0 is perfect."""
+    inside = np.clip(odds, 1e-6, 1.0 - 1e-6)
+    return float(np.mean(np.where(true, np.log(inside), np.log1p(-inside))))

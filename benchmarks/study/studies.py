@@ -1,0 +1,117 @@
+"""Every study by its name: which logs it has, and what is kept of them."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from joblib import Parallel, delayed
+
+from . import field_logs, foreign_logs, hidden_worlds, wrong_sensors
+from .records import CRASHED, ROOT, File, Kept, Record, opened, resumed
+from .scoring import Odds, exact, rescored
+from .verb import Logged, answer
+
+try:
+    from . import other_simulators  # pyright: ignore[reportAttributeAccessIssue]
+except ImportError:  # it is on its way
+    other_simulators = None
+
+FOLDER = ROOT / "benchmarks" / "records"
+OTHERS = {"tuning": 700_000, "reporting": 750_000}
+_OTHER_LOGS = 300
+Key = tuple[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """Logs of a kind each.
+
+    Attributes
+    ----------
+    keys : kinds and seeds, for tuning or for reporting
+    logged : draws the log of a kind and a seed
+    absent : why some of it cannot be run here; empty where all of it can
+    """
+
+    keys: Callable[[str], Sequence[Key]]
+    logged: Callable[[str, int], Logged]
+    absent: Callable[[], str] = lambda: ""
+
+
+def _other_keys(purpose: str) -> list[Key]:
+    kinds = tuple(other_simulators.KINDS) if other_simulators is not None else ()
+    logs = _OTHER_LOGS if kinds else 0
+    return [(kinds[n % len(kinds)], OTHERS[purpose] + n // len(kinds)) for n in range(logs)]
+
+
+def _other(kind: str, seed: int) -> Logged:
+    assert other_simulators is not None
+    return other_simulators.logged(kind, seed)
+
+
+STUDIES = {
+    "plain": Study(hidden_worlds.plain_keys, hidden_worlds.plain),
+    "nothing": Study(hidden_worlds.empty_keys, hidden_worlds.empty),
+    "short": Study(hidden_worlds.short_keys, hidden_worlds.short),
+    "foreign": Study(foreign_logs.keys, foreign_logs.foreign),
+    "nameless": Study(foreign_logs.nameless_keys, foreign_logs.nameless),
+    "sensors": Study(wrong_sensors.keys, wrong_sensors.logged),
+    "field": Study(field_logs.keys, field_logs.logged, field_logs.absent),
+    "others": Study(_other_keys, _other, lambda: "" if other_simulators else "study/other_simulators is not there"),
+}
+
+
+def judged(study: str, key: Key) -> Record:
+    """The record of one log; a verb that falls over is told, and does not end a study of hours."""
+    kind, seed = key
+    try:
+        return answer(STUDIES[study].logged(kind, seed))
+    except Exception as error:  # whatever it is, it is a fault of the verb or of the study
+        told = f"{type(error).__name__}: {error}"[:300]
+        blank = {
+            "note": "",
+            "true": [],
+            "part": [],
+            "sensors_true": [],
+            "nameless": False,
+            "dominant": "",
+            "matters": 0.0,
+        }
+        return {"study": study, "kind": kind, "seed": seed, **blank, "forces": [], "verdict": CRASHED, "told": told}
+
+
+def key_of(record: Record) -> Key:
+    """Its kind and its seed."""
+    return record["kind"], record["seed"]
+
+
+def stored(study: str, purpose: str, folder: Path = FOLDER) -> File:
+    """The records of a study."""
+    return opened(folder / f"{study}-{purpose}.jsonl.gz")
+
+
+def told(file: File, keys: Sequence[Key], odds: Odds) -> Kept:
+    """What is kept of some logs, in their order, as the judgement of today would have answered."""
+    kept = {key_of(record): record for record in file.records}
+    return [rescored(kept[key], odds) for key in keys if key in kept]
+
+
+def run(study: str, file: File, keys: Sequence[Key], jobs: int) -> Iterator[Kept]:
+    """What is kept of some logs, each time the verb has answered one more."""
+    return resumed(file, keys, partial(judged, study), jobs, key_of)
+
+
+def with_bounds(study: str, file: File, records: Kept, jobs: int) -> None:
+    """Keep whether a judge who knows the truth could tell what another judgement of kept facts answers less exactly."""
+    asked = [key_of(r) for r in records if r["true"] and r.get("tellable") is None and not exact(r)]
+    reasons = dict(zip(asked, Parallel(n_jobs=jobs)(delayed(_why)(study, key) for key in asked), strict=True))
+    more = {key: {"tellable": not why, "bound": why} for key, why in reasons.items() if why is not None}
+    if more:
+        file.save([record | more.get(key_of(record), {}) for record in file.records])
+
+
+def _why(study: str, key: Key) -> str | None:
+    """Why no judge could tell a log, None where that is not asked of its study."""
+    logged = STUDIES[study].logged(*key)
+    return None if logged.bound is None else logged.bound()
