@@ -60,13 +60,15 @@ class Odds:
     """The logistic model: an intercept, and a weight for each feature that earned its place.
 
     `unselected` is how often a name that no search selected was true all the same, `nearly` how often one that would
-    earn its price in half of the resamples.
+    earn its price in half of the resamples, and `sensors` how often an error of a sensor that is told was there, by the
+    word for it.
     """
 
     intercept: float
     weights: Mapping[str, float]
     unselected: float
     nearly: float
+    sensors: Mapping[str, float]
 
     def probability(self, feature: Mapping[str, float]) -> float:
         """The probability that a name with these features is true."""
@@ -86,7 +88,7 @@ class Odds:
 def odds() -> Odds:
     """The model that `benchmarks/odds.py` fitted."""
     content = json.loads((Path(__file__).parent / "odds.json").read_text(encoding="utf-8"))
-    return Odds(content["intercept"], content["weights"], content["unselected"], content["nearly"])
+    return Odds(content["intercept"], content["weights"], content["unselected"], content["nearly"], content["sensors"])
 
 
 def features(claim: Claim) -> dict[str, float]:
