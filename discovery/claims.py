@@ -43,6 +43,8 @@ class Tests:
     folds : in how many folds it came out
     untold : names that join the model without being told from nothing
     names, terms : how many stand in the model
+    accused : how many errors of sensors or of the record are told
+    structure : whether the model leaves force beyond sensor noise, or predictions beyond theirs
     rolls : whether rollouts judge
     """
 
@@ -59,6 +61,8 @@ class Tests:
     untold: Sequence[str] = ()
     names: int = 1
     terms: int = 0
+    accused: int = 0
+    structure: bool = False
     rolls: bool = False
 
     def told(self, e: Evidence) -> dict[Reason, str]:
@@ -106,6 +110,10 @@ class Tests:
             "weak": 1.0 - e.confidence,
             "crowd": float(self.names - 1),
             "terms": float(self.terms),
+            "forms": float(len(self.forms.found)),
+            "accused": float(self.accused),
+            "structure": float(self.structure),
+            "unexplained": e.unexplained,
             "untold": float(e.key in self.untold),
             "rolls": float(self.rolls),
         }
