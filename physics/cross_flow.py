@@ -6,8 +6,8 @@ of the hull is dragged like a cylinder across the flow, by its own sway speed w(
     Y = -1/2 rho C_d T integral |w| w dx,    N = -1/2 rho C_d T integral x |w| w dx,    |x| <= L / 2.
 
 One coefficient C_d serves the whole length. The integral is a sum over twenty strips, each at its middle (midpoint
-rule), everywhere: in simulation, columns and exports. In pure sway the sum is exact, Y = -1/2 rho C_d T L v |v|; in pure
-yaw N = -1/2 rho C_d T r |r| L^4 / 32 comes out half a per cent too small.
+rule), everywhere: in simulation, columns and exports. In pure sway the sum is exact, Y = -1/2 rho C_d T L v |v|; in
+pure yaw N = -1/2 rho C_d T r |r| L^4 / 32 comes out half a per cent too small.
 
 Its power is never positive: v Y + r N = -1/2 rho C_d T sum |w|^3 dx, since the power of a strip is its force times its
 own speed. So C_d >= 0 takes energy out at every state, and D of it is positive semidefinite: a sum of

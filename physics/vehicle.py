@@ -97,10 +97,11 @@ class Vehicle(BaseModel):
     """A surface vehicle in three degrees of freedom: M nu_r_dot + C(nu_r) nu_r + D(nu_r) nu_r = tau + other.
 
     `about` says in a line what boat it is. Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6:
-    hydrodynamic derivatives carry their sign, so damping and added mass are negative. `mass` [kg], `inertia_z`
-    [kg m^2] about the body origin, `x_g` and `y_g` [m] ahead and to starboard of the origin, `hull` what of it is in
-    the water, which only some effects ask for. Sections hold the symbols of the effects catalogue; an absent symbol has its null value. What no hull has, such as positive damping, is
-    refused unless `insist` names it (see `possible_hulls.impossible`).
+    hydrodynamic derivatives carry their sign, so damping and added mass are negative. `mass` [kg], `inertia_z` [kg m^2]
+    about the body origin, `x_g` and `y_g` [m] ahead and to starboard of the origin, `hull` what of it is in the water,
+    which only some effects ask for. Sections hold the symbols of the effects catalogue; an absent symbol has its null
+    value. What no hull has, such as positive damping, is refused unless `insist` names it (see
+    `possible_hulls.impossible`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -404,9 +405,7 @@ def _in_words(item: Any, data: Any) -> str:
         )
         return place + complaint(item, inner, meant)
     inside = path[:-1]
-    model = (
-        Thruster if inside[:1] == ["thrusters"] and len(inside) == 2 else _PARTS.get("".join(inside[:1]), Vehicle)
-    )
+    model = Thruster if inside[:1] == ["thrusters"] and len(inside) == 2 else _PARTS.get("".join(inside[:1]), Vehicle)
     return unknown_key(path[-1], model.model_fields, ".".join(inside) or "the vehicle file")
 
 

