@@ -20,6 +20,8 @@ from .found_effects import Claim, Worth
 from .reason import Reason
 from .search.bootstrap import Interval
 
+_FAR = 1e3
+"""Size from which it does not matter any more how large a doubt is."""
 Told = Mapping[str, str]
 """By key of an effect, what a test tells of it, as the end of a sentence."""
 
@@ -41,6 +43,8 @@ class Tests:
     folds : in how many folds it came out
     untold : names that join the model without being told from nothing
     names, terms : how many stand in the model
+    accused : how many errors of sensors or of the record are told
+    structure : whether the model leaves force beyond sensor noise, or predictions beyond theirs
     rolls : whether rollouts judge
     """
 
@@ -57,6 +61,8 @@ class Tests:
     untold: Sequence[str] = ()
     names: int = 1
     terms: int = 0
+    accused: int = 0
+    structure: bool = False
     rolls: bool = False
 
     def told(self, e: Evidence) -> dict[Reason, str]:
@@ -100,14 +106,20 @@ class Tests:
             "elsewhere": float(e.key in self.elsewhere),
             "rollouts_object": float(e.rollouts_object),
             "chance": float(e.chance.better) if e.chance else 0.0,
-            "folds": self.folds.missed(e.key) if self.folds else 0.0,
+            "folds": self.folds.missed(e.key) if self.folds and e.key in self.folds.named else 0.0,
             "weak": 1.0 - e.confidence,
             "crowd": float(self.names - 1),
             "terms": float(self.terms),
+            "forms": float(len(self.forms.found)),
+            "accused": float(self.accused),
+            "structure": float(self.structure),
+            "unexplained": e.unexplained,
             "untold": float(e.key in self.untold),
             "rolls": float(self.rolls),
         }
-        return {name: round(float(np.nan_to_num(size, posinf=1e3)), 6) for name, size in sizes.items() if size}
+        return {
+            name: round(float(np.clip(np.nan_to_num(size), -_FAR, _FAR)), 6) for name, size in sizes.items() if size
+        }
 
     def _uneven(self, key: str) -> tuple[float, str]:
         """By how much an effect's size differs between parts of the log, and how that is told."""

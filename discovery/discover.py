@@ -198,7 +198,8 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, sensors: Mapping[st
     names = search.named(model.state.active)
     folds = unseen.counted([key for key in names if key not in model.untold])
     records = without_forces(basis.forces.motions, basis.rolls)
-    tests, rests = _test(looked, model, records, sensors, folds)
+    told_of_sensors = (*records, *(hidden.findings if hidden else ()))
+    tests, rests = _test(looked, model, told_of_sensors, sensors, folds)
     found = widened(model.intervals, search.pool, nominal, tests, unseen.steps[-1] if unseen.steps else ())
     selected = search.named(looked.state.active)
     grounds = Grounds(
@@ -227,7 +228,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, sensors: Mapping[st
         findings = too_short(findings, search.balance.blocks)
     certain = findings.verdict in ("missing", "nothing missing") and not findings.unnamed
     timing = record_errors(search, model.state.vehicle, model.state.active, found, certain)
-    errors = (*records, *(hidden.findings if hidden else ()), *timing)
+    errors = (*told_of_sensors, *timing)
     findings = beside(findings, errors)
     notes = (*looked.notes, *(s.sentence for s in errors if s.verdict != "no evidence"))
     basis.forces.forget()
@@ -293,6 +294,8 @@ def _test(
         untold=model.untold,
         names=len(set(selected)) - terms,
         terms=terms,
+        accused=sum(error.verdict != "no evidence" for error in records),
+        structure=search.leaves_structure(final.fit.held_out),
         rolls=not search.balance.forces,
     )
     return tests, rests

@@ -16,7 +16,7 @@ from .identifiability.visible import Identifiability
 from .lawful.price_of_law import Passivity
 from .search.bootstrap import Interval
 
-_NOTHING = 1e-8
+NOTHING = 1e-8
 """Force at work on an axis that nobody looked at: `search.scoring` puts 1e-9 in the place of none."""
 _EMPTY = (
     BeforeValidator(lambda content: content or None),
@@ -34,6 +34,7 @@ class SensorError(Record):
         they are of: a scale, a bias, a compass deviation, a record through the water, an antenna that is elsewhere
     verdict : "present", "possible" or "no evidence"
     sentence : the finding in words
+    confidence : probability that the sensor errs so, in worlds like those of the studies; None where nobody asked
     terms : its numbers
     correction : name of the correction that was made for it, which `Inputs.leaving`, `HiddenErrors.leaving` or
         `Basis.leaving` does without; empty where none was made
@@ -51,6 +52,7 @@ class SensorError(Record):
     ]
     verdict: Literal["present", "possible", "no evidence"]
     sentence: str = ""
+    confidence: Number | None = absent()
     terms: tuple[FoundTerm, ...] = ()
     correction: str = Field(default="", exclude_if=lambda value: not value)
 
@@ -198,7 +200,7 @@ class Criterion(Record):
     @property
     def unjudged(self) -> tuple[str, ...]:
         """Axes whose velocity may be wrong, so that no force was judged there."""
-        return tuple(axis for axis, scale in self.force_scale.items() if scale <= _NOTHING)
+        return tuple(axis for axis, scale in self.force_scale.items() if scale <= NOTHING)
 
 
 class Unexplained(Record):

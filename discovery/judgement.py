@@ -21,6 +21,9 @@ _LEAST = 1e-3
 """Share of the error below which it does not matter how little a name removes."""
 _UNIT = 5.0
 """Log-likelihood that tells two models apart: margins count in its multiples."""
+_ENOUGH = 6.0
+"""Log-likelihood beyond which it does not matter how much worse a rival is: one that holds the name as a special case
+is worse by no more than the price of its other numbers."""
 SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear")
 """Features that speak for a name; all others are doubts, nothing where there is none."""
 REASONS = {
@@ -47,11 +50,15 @@ REASONS = {
     "weak": Reason.WEAK,
     "crowd": Reason.CROWD,
     "terms": Reason.CROWD,
+    "forms": Reason.LASTING_REST,
+    "accused": Reason.SENSORS,
+    "structure": Reason.LASTING_REST,
+    "unexplained": Reason.LASTING_REST,
     "untold": Reason.UNTOLD,
     "rolls": Reason.WEAK,
 }
 """The doubt that each feature is."""
-_PLENTY = {"gain": 5.0, "identity": 2.5, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0}
+_PLENTY = {"gain": 5.0, "identity": 1.02, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0}
 """What each feature that speaks for a name is where nothing is to be wished for: what is less is a doubt."""
 
 
@@ -60,13 +67,15 @@ class Odds:
     """The logistic model: an intercept, and a weight for each feature that earned its place.
 
     `unselected` is how often a name that no search selected was true all the same, `nearly` how often one that would
-    earn its price in half of the resamples.
+    earn its price in half of the resamples, and `sensors` how often an error of a sensor that is told was there, by the
+    word for it.
     """
 
     intercept: float
     weights: Mapping[str, float]
     unselected: float
     nearly: float
+    sensors: Mapping[str, float]
 
     def probability(self, feature: Mapping[str, float]) -> float:
         """The probability that a name with these features is true."""
@@ -86,7 +95,7 @@ class Odds:
 def odds() -> Odds:
     """The model that `benchmarks/odds.py` fitted."""
     content = json.loads((Path(__file__).parent / "odds.json").read_text(encoding="utf-8"))
-    return Odds(content["intercept"], content["weights"], content["unselected"], content["nearly"])
+    return Odds(content["intercept"], content["weights"], content["unselected"], content["nearly"], content["sensors"])
 
 
 def features(claim: Claim) -> dict[str, float]:
@@ -95,7 +104,7 @@ def features(claim: Claim) -> dict[str, float]:
     rollout = claim.worth.rollout
     return {
         "gain": log(1.0 + max(claim.gain, 0.0)),
-        "identity": asinh(claim.identity / _UNIT),
+        "identity": asinh(min(claim.identity, _ENOUGH) / _UNIT),
         "worth": log(max(claim.worth.force, _LEAST)),
         "rollout_worth": log(max(claim.worth.force if rollout is None else rollout, _LEAST)),
         "clear": -log(max(size.get("file_value", 1.0), 1e-3)),
@@ -117,6 +126,10 @@ def features(claim: Claim) -> dict[str, float]:
         "weak": size.get("weak", 0.0),
         "crowd": log(1.0 + size.get("crowd", 0.0)),
         "terms": log(1.0 + size.get("terms", 0.0)),
+        "forms": log(1.0 + size.get("forms", 0.0)),
+        "accused": log(1.0 + size.get("accused", 0.0)),
+        "structure": size.get("structure", 0.0),
+        "unexplained": size.get("unexplained", 0.0),
         "untold": size.get("untold", 0.0),
         "rolls": size.get("rolls", 0.0),
     }

@@ -15,7 +15,7 @@ from .candidates.candidate import Candidate, Kind, measurable
 from .claims import Tests
 from .evidence.all_thrusters import ONE, all_thrusters
 from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
-from .findings import Advice, Criterion, Findings, LastingRest
+from .findings import NOTHING, Advice, Criterion, Findings, LastingRest
 from .found_effects import Claim, FoundEffect, FoundTerm, Verdict
 from .identifiability.visible import Identifiability
 from .judgement import largest_doubt, odds, probability
@@ -282,6 +282,10 @@ def _headline(
         return f"Undecided: part of the force in {where} has no name.", tuple(rests)
     if unnamed:
         return f"No named effect is missing for sure, but the log asks for {terms}.", tuple(rests)
+    unjudged = [axis for axis, scale in zip(AXES, g.search.force_scale, strict=True) if scale <= NOTHING]
+    if unjudged:
+        told = f"Nothing material is missing that this log can show; {listing(unjudged)} could not be judged."
+        return told, tuple(rests)
     return "Nothing material is missing: the model explains this log.", tuple(rests)
 
 

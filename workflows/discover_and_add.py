@@ -23,6 +23,7 @@ from ..discovery.basis import Basis, choose
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.sensors_compared import sensor_errors
 from ..discovery.findings import Findings, LogFacts, SensorError, Unexplained
+from ..discovery.judgement import odds
 from ..discovery.settings import DiscoverySettings
 from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
@@ -270,7 +271,8 @@ def _sensors(own: Sequence[SensorError], inputs: Inputs) -> tuple[SensorError, .
     """What the forces tell of the sensors, and what the records do that does not contradict it."""
     told = {sensor.what for sensor in own if sensor.verdict == "present"}
     compared = sensor_errors(inputs.sensors)
-    return (*own, *(s for s in compared if s.verdict != "no evidence" or s.what not in told))
+    found = (*own, *(s for s in compared if s.verdict != "no evidence" or s.what not in told))
+    return tuple(s.but(confidence=odds().sensors[s.verdict]) for s in found)
 
 
 def _added(label: str | None) -> tuple[str | None, str | None]:

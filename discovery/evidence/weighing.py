@@ -65,6 +65,7 @@ class Evidence:
     worth : share of the nominal model's squared error that it removes beside the others, on the axis where that is most
     rollout_worth : the same of the squared errors of rollouts
     left : force that the model leaves beyond sensor noise on the axes of the effect, as a multiple of its own force
+    unexplained : the same as a share of what the nominal model leaves there
     indistinguishable_from : candidates that explain the log as well in its place; for one not selected, the selected
         ones in whose place it does, and those that explain what moves a quiet axis as well
     rollouts_object : True when open-loop rollouts get worse with it
@@ -100,6 +101,7 @@ class Evidence:
     worth: float = 0.0
     rollout_worth: float | None = None
     left: float = 0.0
+    unexplained: float = 0.0
 
     @property
     def sure(self) -> bool:
@@ -281,7 +283,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         rival=rival,
         worth=float(np.max((without.fit.held_out - state.fit.held_out) / np.maximum(search.nominal_error, 1e-300))),
         rollout_worth=_removed(before, squares, model.squares),
-        left=_left_beside(search, state, candidate, share),
+        **_left_beside(search, state, candidate, share),
     )
 
 
@@ -319,11 +321,16 @@ def _removed(before: Array, after: Array, nominal: Array) -> float | None:
     return float(np.clip(np.nan_to_num(removed, nan=0.0), -1.0, 1.0).max())
 
 
-def _left_beside(search: Search, state: State, candidate: Candidate, share: Array) -> float:
-    """Force beyond noise that a model leaves on the axes of an effect, as a multiple of what only it explains."""
+def _left_beside(search: Search, state: State, candidate: Candidate, share: Array) -> dict[str, float]:
+    """Force beyond noise that a model leaves on the axes of an effect: as a multiple of its own, and of the nominal."""
     axes = [p.axis for p in candidate.parameters if p.axis is not None] or [int(np.argmax(share))]
-    left = np.sqrt(np.maximum(state.fit.held_out - search.noise_error**2, 0.0)) / search.share_scale
-    return float(np.sqrt((left[axes] ** 2).sum() / max(float((share[axes] ** 2).sum()), 1e-12)))
+    noise, unit = search.noise_error**2, search.share_scale**2
+    left, before = (
+        float((np.maximum(error - noise, 0.0) / unit)[axes].sum())
+        for error in (state.fit.held_out, search.nominal_error)
+    )
+    own = float((share[axes] ** 2).sum())
+    return {"left": np.sqrt(left / max(own, 1e-12)), "unexplained": np.sqrt(left / max(before, left, 1e-12))}
 
 
 def _in_every_part(search: Search, rival: State, state: State, seed: int) -> bool:
