@@ -1,15 +1,15 @@
 """How often `discover` is right: any study, from log files on, as a user runs it.
 
     python benchmarks/through_the_verb.py STUDY... [--seeds tuning|reporting] [--logs N] [--kind NAME]... [--jobs N]
-        [--tell] [--stale] [--odds FILE]
+        [--tell] [--stale] [--odds FILE] [--pages]
     python benchmarks/through_the_verb.py STUDY --one KIND SEED [--into FOLDER]
 
 Studies: plain (effects of the catalogue, or none), nothing (nothing hidden), short (pieces of logs), foreign (another
 simulator, other sensors and records), nameless (causes that the catalogue does not hold), sensors (one that errs),
 field (real and other people's logs), others (other people's simulators). Records are kept in `benchmarks/records`, so
 that a study which was stopped goes on where it was. They hold the facts of each answer: `--tell` scores them by the
-judgement as it is now, and runs nothing. Records that other sources made are begun anew, or told with `--stale`. The
-second form tells of one log alone.
+judgement as it is now, and runs nothing. Records that other sources made are begun anew, or told with `--stale`. With
+`--pages` the pages of `docs` are written on which these studies are told. The second form tells of one log alone.
 """
 
 import argparse
@@ -17,9 +17,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from study.records import Kept, Record, processors
-from study.scoring import ODDS, false_names, outcome, read_odds
+from study.records import ROOT, File, Kept, Record, opened, processors
+from study.scoring import ODDS, Odds, false_names, outcome, read_odds
 from study.studies import FOLDER, STUDIES, Key, key_of, run, stored, told, with_bounds
+from study.tables import PAGES, must_hold, page
 from study.verb import answer
 
 PURPOSES = ("tuning", "reporting")
@@ -52,6 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=processors())
     parser.add_argument("--tell", action="store_true", help="run nothing, only tell what is kept")
     parser.add_argument("--stale", action="store_true", help="tell of what other sources made, too")
+    parser.add_argument("--pages", type=Path, nargs="?", const=ROOT / "docs", help="where pages are written (docs)")
     parser.add_argument("--odds", type=Path, default=ODDS, help="the judgement, where it is another")
     parser.add_argument("--folder", type=Path, default=FOLDER, help="where records are kept")
     parser.add_argument("--one", nargs=2, metavar=("KIND", "SEED"), help="tell of one log alone")
@@ -59,27 +61,38 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if given.one:
         return one(given.study[0], (given.one[0], int(given.one[1])), given.into)
-    odds = read_odds(given.odds)
-    code = 0
+    odds, code = read_odds(given.odds), 0
+    records: dict[str, Kept] = {}
     for study in given.study:
-        why, file = STUDIES[study].absent(), stored(study, given.seeds, given.folder)
-        if why:
-            print(f"{study}: {why}", flush=True)
         keys = [key for key in STUDIES[study].keys(given.seeds) if not given.kind or key[0] in given.kind][: given.logs]
-        if given.tell and file.stale:
-            print(f"STALE: {file.path} was made by other sources than these", file=sys.stderr)
-            if not given.stale:
-                code = 2
-                continue
+        file = stored(study, given.seeds, given.folder)
+        if STUDIES[study].absent():
+            print(f"{study}: {STUDIES[study].absent()}", flush=True)
         if not given.tell:
-            for records in run(study, file, keys, given.jobs):
-                if records:
-                    print(f"{study} {len(records)}/{len(keys)}: {line(records[-1])}", flush=True)
-            file = stored(study, given.seeds, given.folder)
-            with_bounds(study, file, told(file, keys, odds), given.jobs)
-            file = stored(study, given.seeds, given.folder)
-        print(f"{study}, {given.seeds}: {summary(told(file, keys, odds))}", flush=True)
+            file = asked(study, file, keys, given.jobs, odds)
+        elif file.stale:
+            print(f"STALE: {file.path} was made by other sources than these", file=sys.stderr)
+        if file.stale and not given.stale:
+            code = 2
+            continue
+        records[study] = told(file, keys, odds)
+        print(f"{study}, {given.seeds}: {summary(records[study])}", flush=True)
+    for name in (name for name, this in PAGES.items() if any(map(records.get, this.studies))):
+        print(f"\n{name}\n{must_hold(PAGES[name].rows, records)}")
+        if given.pages is not None:
+            command = f"python benchmarks/through_the_verb.py {' '.join(records)} --seeds {given.seeds} --pages"
+            (given.pages / f"{name}.md").write_text(page(name, records, command), encoding="utf-8")
     return code
+
+
+def asked(study: str, file: File, keys: Sequence[Key], jobs: int, odds: Odds) -> File:
+    """Ask the verb about what is not kept, say what comes of it, and give what is kept then."""
+    for some in run(study, file, keys, jobs):
+        if some:
+            print(f"{study} {len(some)}/{len(keys)}: {line(some[-1])}", flush=True)
+    done = opened(file.path)
+    with_bounds(study, done, told(done, keys, odds), jobs)
+    return opened(file.path)
 
 
 def one(study: str, key: Key, into: Path | None) -> int:

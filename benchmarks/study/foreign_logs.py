@@ -19,6 +19,7 @@ from .foreign_kinds import KINDS, prepare
 from .foreign_orders import DRAWN, boat, commands
 from .foreign_sensors import NOISES, Truth
 from .foreign_world import World as ForeignWorld
+from .scoring import PAIR
 from .verb import Logged
 from .worlds import Values, dominant, label, merged, parted, with_each
 
@@ -137,7 +138,6 @@ PROGRAMMES, QUALITIES = ("rich", "zigzag", "gentle"), ("clean", "field", "rough"
 NAMELESS = {"tuning": 9_000, "reporting": 18_000}
 """First seeds; those from 12,000 to 12,013, 15,000 to 15,007, 16,000 to 16,007 and 17,000 to 17,027 were reported once,
 and tuned on since."""
-PAIR = "two effects of the catalogue"
 CAUSES = tuple(FOLLOWS)
 _PAIRED = [e.name for e in EFFECTS if not e.channels]
 _NAMELESS_LOGS = 400

@@ -203,6 +203,7 @@ def piloted(vehicle: Vehicle, sensors: Sensors, rng: np.random.Generator) -> Sim
     found = rollout(vehicle, start, np.array([0]), time.size - 1, added).states[0]
     truth = replace(start, position=found[:, :2].copy(), heading=found[:, 2].copy(), velocity=found[:, 3:].copy())
     seen[-1] += found[-1, :6]
+    orders[-1] = orders[-2]
     stamps = PILOT_STEP * np.arange(rows, dtype=float)
     return SimulatedLog(vehicle, truth, stamps, seen, stamps, orders)
 

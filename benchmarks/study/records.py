@@ -12,6 +12,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -65,7 +66,7 @@ class File:
 
 def opened(path: Path, packages: Sequence[str] = FACTS) -> File:
     """The records of a file, and whether the sources of some folders are those that made them."""
-    source = fingerprint(packages)
+    source = fingerprint(tuple(packages))
     if not path.is_file():
         return File(path, source, "", [])
     head, *records = map(json.loads, gzip.decompress(path.read_bytes()).decode().splitlines())
@@ -114,15 +115,16 @@ def rounded(content: Any) -> Any:
     return content
 
 
-def fingerprint(packages: Iterable[str] = FACTS, *, judgement: bool = False) -> str:
+@cache
+def fingerprint(packages: tuple[str, ...] = FACTS) -> str:
     """A hash of the sources that decide the results: all modules and vehicle files in some folders.
 
-    Comments, docstrings and empty lines decide nothing. What judges the facts is left out, or with `judgement` is all.
+    Comments, docstrings and empty lines decide nothing, and what judges the facts makes none of them.
     """
     digest = hashlib.sha256()
     for path in sorted(p for package in packages for p in (ROOT / package).rglob("*")):
         judges = path.relative_to(ROOT).as_posix().startswith(JUDGEMENT)
-        if judges is judgement and path.suffix in (".py", ".yaml", ".json"):
+        if not judges and path.suffix in (".py", ".yaml"):
             digest.update(bare(path.read_text("utf-8")) if path.suffix == ".py" else path.read_bytes())
     return digest.hexdigest()[:16]
 

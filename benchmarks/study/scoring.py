@@ -16,6 +16,12 @@ from .foreign_kinds import KINDS
 from .records import ROOT
 
 Record = Mapping[str, Any]
+WORLDS = ("plain", "foreign", "nameless", "sensors", "field")
+EDGES = (0.0, 0.2, 0.5, 0.8, 0.95, 1.0)
+BINS = tuple(pairwise(EDGES))
+"""Bins of told odds in which they are held against what is true."""
+PAIR = "two effects of the catalogue"
+"""The kind of nameless worlds whose causes have names."""
 ODDS = ROOT / "discovery" / "odds.json"
 _RANKS = get_args(Verdict)
 Bin = tuple[float, float, int, float, float]
@@ -99,6 +105,17 @@ def named(record: Record, *verdicts: str) -> bool:
 # Logs
 
 
+def kind_of_world(record: Record) -> str:
+    """Where a log is from: plain, foreign, nameless, sensors or field."""
+    if record["study"] == "field":
+        return "field"
+    if record["nameless"]:
+        return "nameless"
+    if record["sensors_true"] or record["study"] == "sensors":
+        return "sensors"
+    return "plain" if record["study"] in ("plain", "nothing", "short") or record["kind"] == PAIR else "foreign"
+
+
 def refused_rightly(record: Record) -> bool:
     """Whether a log was refused with the words that tell its cause."""
     words = KINDS[record["kind"]].refusal if record["kind"] in KINDS else ""
@@ -161,7 +178,7 @@ def reliability(pairs: Sequence[tuple[float, bool]], edges: Sequence[float]) -> 
     told, true = (np.array(column, dtype=float) for column in (list(zip(*pairs, strict=True)) or [(), ()]))
     rows = []
     for low, high in pairwise(edges):
-        here = (told >= low) & ((told < high) | (high == edges[-1]))
+        here = (told >= low) & ((told < high) | (high == 1.0))
         means = (float(told[here].mean()), float(true[here].mean())) if here.any() else (float("nan"), float("nan"))
         rows.append((low, high, int(here.sum()), *means))
     return rows

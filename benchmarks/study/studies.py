@@ -18,7 +18,6 @@ except ImportError:  # it is on its way
     other_simulators = None
 
 FOLDER = ROOT / "benchmarks" / "records"
-OTHERS = {"tuning": 700_000, "reporting": 750_000}
 _OTHER_LOGS = 300
 Key = tuple[str, int]
 
@@ -40,9 +39,10 @@ class Study:
 
 
 def _other_keys(purpose: str) -> list[Key]:
-    kinds = tuple(other_simulators.KINDS) if other_simulators is not None else ()
-    logs = _OTHER_LOGS if kinds else 0
-    return [(kinds[n % len(kinds)], OTHERS[purpose] + n // len(kinds)) for n in range(logs)]
+    if other_simulators is None:
+        return []
+    kinds, logs = tuple(other_simulators.KINDS), _OTHER_LOGS
+    return [(kinds[n % len(kinds)], other_simulators.FIRST[purpose] + n // len(kinds)) for n in range(logs)]
 
 
 def _other(kind: str, seed: int) -> Logged:

@@ -1,0 +1,220 @@
+"""A logistic model of the facts of claims: bounded, cross-validated over causes, and no larger than it has to be.
+
+What speaks for a name may only raise its odds and a doubt only lower them (`judgement.SUPPORT`), so that no weight is a
+clever correction of another. Whole causes are left out in turn: a cause is never in both halves.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from undertow.discovery.evidence.weighing import CERTAINLY
+from undertow.discovery.judgement import SUPPORT
+
+from .records import Record
+from .scoring import bare, facts_of, kind_of_world, log_score
+
+Array = NDArray[np.float64]
+RIDGES = (1e-4, 1e-3, 1e-2, 3e-2)
+"""Prices of a squared weight, of features in units of their deviation; cross-validation takes one."""
+FOLDS = 5
+MOST = 15
+"""Numbers that the odds have at most, the intercept among them: more of them nobody reads."""
+LEAST_GAIN = 5e-4
+"""Log score [nats a name] that a feature must be worth on causes that the fit has not seen."""
+LIMITS = {
+    "gain": CERTAINLY,
+    "identity": 3.0,
+    "worth": 0.02,
+    "rollout_worth": 0.02,
+    "file_value": 1.0,
+    "substitute": 0.0,
+    "other_form": 0.3,
+    "uneven": 0.5,
+    "lasting_rest": 0.5,
+    "out_of_step": 1.0,
+    "left": 1.0,
+    "crowd": 4.0,
+}
+"""Limits at which a test alone would stop a name: gain and identity below (log-likelihood; identity e^3 to one), worth
+below, a size above; of a test that is not here, half of its whole."""
+_HALF = 0.5
+_CLOSE = 1e-7
+"""Share of the loss by which a last step lowers it: far less than any feature earns."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Names:
+    """Names that stand in models, and what is known of them.
+
+    Attributes
+    ----------
+    claims, records : of each name
+    features : (names, features)
+    columns : names of the features
+    true : (names,) whether it is true, in part at least
+    cause : of each log, by which names are left out together
+    world : kind of world
+    """
+
+    claims: Sequence[Record]
+    records: Sequence[Record]
+    features: Array
+    columns: tuple[str, ...]
+    true: NDArray[np.bool_]
+    cause: Sequence[str]
+    world: NDArray[np.str_]
+
+    def column(self, names: Sequence[str]) -> Array:
+        """Some of the features (names, some)."""
+        return self.features[:, [self.columns.index(name) for name in names]]
+
+    @property
+    def could_be_missing(self) -> NDArray[np.bool_]:
+        """Names that high odds would call missing: they stand in the model, and exclude the file's own value."""
+        return np.array([c["kept"] and c["claim"]["null_excluded"] for c in self.claims], dtype=bool)
+
+
+def names_of(records: Sequence[Record]) -> Names:
+    """Every claim of some records."""
+    pairs = [(claim, record) for record in records for claim in record.get("claims", ())]
+    facts = [facts_of(claim) for claim, _ in pairs]
+    columns = tuple(facts[0]) if facts else ()
+    return Names(
+        [claim for claim, _ in pairs],
+        [record for _, record in pairs],
+        np.array([[fact[name] for name in columns] for fact in facts]),
+        columns,
+        np.array([claim["label"] != "false" for claim, _ in pairs], dtype=bool),
+        [cause_of(record) for _, record in pairs],
+        np.array([kind_of_world(record) for _, record in pairs]),
+    )
+
+
+def cause_of(record: Record) -> str:
+    """The cause of a log: its kind where that is one, else what is hidden, the first of several, or nothing."""
+    if record["nameless"] or record["sensors_true"] or record["study"] in ("foreign", "others"):
+        return record["kind"].removeprefix("a ")
+    return bare(record["true"][0]) if record["true"] else f"nothing, {record['kind']}"
+
+
+def folds_of(cause: Sequence[str], folds: int = FOLDS) -> NDArray[np.int_]:
+    """The fold of each name: causes are dealt out, the largest first, to the smallest fold."""
+    sizes, of = np.zeros(folds), {}
+    for name, count in sorted(Counter(cause).items(), key=lambda item: (-item[1], item[0])):
+        of[name] = int(np.argmin(sizes))
+        sizes[of[name]] += count
+    return np.array([of[name] for name in cause], dtype=int)
+
+
+def fit(
+    columns: Sequence[str],
+    features: Array,
+    true: NDArray[np.bool_],
+    ridge: float,
+    start: Mapping[str, float] | None = None,
+) -> Array:
+    """Intercept and weights (1 + features,) of least mean log loss, a price on squared weights, signs bounded.
+
+    Parameters
+    ----------
+    start : weights of a fit that is like this one, by feature
+    """
+    scale = features.std(axis=0) if len(features) else np.ones(len(columns))
+    scale, middle = np.where(scale > 1e-12, scale, 1.0), features.mean(axis=0)
+    design = np.column_stack([np.ones(len(true)), (features - middle) / scale])
+    sign = np.where(true, 1.0, -1.0)
+
+    def loss(weights: Array) -> tuple[float, Array]:
+        margin = sign * (design @ weights)
+        slope = -sign / (1.0 + np.exp(np.clip(margin, -500.0, 500.0))) / len(true)
+        price = np.concatenate([[0.0], ridge * weights[1:]])
+        return float(np.logaddexp(0.0, -margin).mean() + 0.5 * price @ weights), design.T @ slope + price
+
+    bounds = [(None, None), *((0.0, None) if name in SUPPORT else (None, 0.0) for name in columns)]
+    begin = np.concatenate([[0.0], [(start or {}).get(name, 0.0) for name in columns] * scale])
+    found = minimize(loss, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": _CLOSE}).x
+    weights = found[1:] / scale
+    return np.concatenate([[found[0] - weights @ middle], weights])
+
+
+def applied(weights: Array, features: Array) -> Array:
+    """Probabilities of names with these features."""
+    return 1.0 / (1.0 + np.exp(-np.clip(weights[0] + features @ weights[1:], -30.0, 30.0)))
+
+
+def cross_validated(
+    names: Names, columns: Sequence[str], ridge: float, start: Mapping[str, float] | None = None
+) -> Array:
+    """The odds of each name by a model that has not seen its cause; for `start` see `fit`."""
+    fold, features = folds_of(names.cause), names.column(columns)
+    odds = np.zeros(len(fold))
+    for left_out in np.unique(fold):
+        train = fold != left_out
+        odds[~train] = applied(fit(columns, features[train], names.true[train], ridge, start), features[~train])
+    return odds
+
+
+def score_of(names: Names, columns: Sequence[str], ridge: float, start: Mapping[str, float] | None = None) -> float:
+    """Cross-validated log score [nats a name]."""
+    return log_score(cross_validated(names, columns, ridge, start), names.true)
+
+
+def best_ridge(names: Names, columns: Sequence[str]) -> float:
+    """The price of weights by which names of causes that are left out are judged best."""
+    return max(RIDGES, key=lambda ridge: score_of(names, columns, ridge))
+
+
+def chosen(names: Names, most: int = MOST) -> tuple[list[str], float]:
+    """Features that earn their place, and the price of weights: the least useful is dropped until each is useful."""
+    columns = [name for k, name in enumerate(names.columns) if np.ptp(names.features[:, k]) > 0.0]
+    ridge = best_ridge(names, columns)
+    best = score_of(names, columns, ridge)
+    while len(columns) > 1:
+        whole = fit(columns, names.column(columns), names.true, ridge)
+        start = dict(zip(columns, whole[1:].tolist(), strict=True))
+        without = {name: score_of(names, [c for c in columns if c != name], ridge, start) for name in columns}
+        worst = max(without, key=lambda name: without[name])
+        too_many = len(columns) > most - 1
+        if without[worst] < best - LEAST_GAIN and not too_many:
+            break
+        columns.remove(worst)
+        best = without[worst] if too_many else max(best, without[worst])
+    return columns, best_ridge(names, columns)
+
+
+# Rules in the place of odds
+
+
+def stops(name: str, claim: Record) -> bool:
+    """Whether one test alone would stop a name, at its limit."""
+    facts = claim["claim"]
+    worth = facts["worth"]
+    if name in ("gain", "identity"):
+        return facts[name] is None or facts[name] < LIMITS[name]
+    if name in ("worth", "rollout_worth"):
+        size = worth["force"] if name == "worth" else worth["rollout"]
+        return size is not None and size < LIMITS[name]
+    if name in ("clear", "file_value"):
+        return not facts["null_excluded"]
+    return (facts["tests"].get(name) or 0.0) > LIMITS.get(name, _HALF)
+
+
+def hard_rule(names: Names) -> NDArray[np.bool_]:
+    """Names that no test stops: what a heap of vetoes would say."""
+    return np.array([not any(stops(test, claim) for test in names.columns) for claim in names.claims], dtype=bool)
+
+
+def as_odds(said: NDArray[np.bool_], names: Names) -> Array:
+    """Yes and no as odds: how often each is right among causes that are left out."""
+    fold, odds = folds_of(names.cause), np.zeros(len(said))
+    for left_out in np.unique(fold):
+        train, test = fold != left_out, fold == left_out
+        for word in (True, False):
+            of = names.true[train & (said == word)]
+            odds[test & (said == word)] = (of.sum() + 0.5) / (len(of) + 1.0)
+    return odds
