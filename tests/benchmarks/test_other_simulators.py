@@ -62,7 +62,7 @@ def quiet(worlds: ModuleType, world: Any, seconds: float) -> Any:
     return replace(world, book=replace(world.book, programme="rich", noise="none", seconds=seconds))
 
 
-def test_the_otter_is_that_of_the_python_vehicle_simulator():
+def test_the_otter_is_that_of_the_python_vehicle_simulator(package: ModuleType):
     # from cybergalactic/PythonVehicleSimulator c717e07, dynamics() over one second, which is its derivative
     otter = importlib.import_module("study.other_simulators.otter")
     boat = otter.otter(np.random.default_rng(0), drawn=False)
@@ -79,7 +79,7 @@ def test_the_otter_is_that_of_the_python_vehicle_simulator():
     np.testing.assert_allclose(own[6:], [*theirs, *turning], atol=1e-12)
 
 
-def test_vessels_are_those_of_mcsimpython():
+def test_vessels_are_those_of_mcsimpython(package: ModuleType):
     # x_dot() of CSADMan3DOF and GunnerusManeuvering3DoF, MCSimPython 0.1.6
     vessels = importlib.import_module("study.other_simulators.vessels")
     boat = vessels.csad(np.random.default_rng(0))
@@ -99,7 +99,7 @@ def test_vessels_are_those_of_mcsimpython():
     )
 
 
-def test_engines_of_the_wam_v_follow_their_curve():
+def test_engines_of_the_wam_v_follow_their_curve(package: ModuleType):
     thrust = importlib.import_module("study.other_simulators.vessels").logistic_thrust
     grid = np.linspace(-1.0, 1.0, 401)
     forces = np.array([thrust(c) for c in grid.tolist()])
@@ -144,10 +144,10 @@ def test_energy_is_only_lost_where_nothing_pushes(kinds: ModuleType, craft: Modu
     rest = list(boat.rest)
     for place, speed in zip(boat.places[3:], (u, v, r), strict=True):
         rest[place] = speed
-    course = craft.Plant(replace(boat, rest=tuple(rest))).run(held([0.0] * 3, boat), 20.0 * boat.pace, 1.0, 0.0)
+    course = craft.Plant(replace(boat, rest=tuple(rest))).run(held([0.0] * len(boat.laws), boat), 20.0 * boat.pace, 1.0, 0.0)
     p = boat.numbers
     if name == "Otter in the plane":
-        mass, _ = otter._mass_matrix(p), None
+        mass = otter._mass_matrix(p)
         stiff, _ = otter._restoring(p["mass"], p["mass"] / otter.RHO / 0.4, p["z_g"])
         nu, eta = course.states[:, 6:], course.states[:, :6]
         energy = 0.5 * np.einsum("ti,ij,tj->t", nu, mass, nu) + 0.5 * np.einsum("ti,ij,tj->t", eta, stiff, eta)
@@ -254,7 +254,7 @@ def test_every_cause_without_a_name_moves_the_boat(kinds: ModuleType, effects: M
         assert set(hidden.part) <= set(BY_NAME), name
         hidden.change(plant)
         apart = np.sqrt(((driven(plant) - bare) ** 2).mean(axis=0)) / scale
-        assert 0.01 < apart.max() < 10.0, (name, apart)
+        assert 0.01 < apart.max() < 20.0, (name, apart)
 
 
 @pytest.mark.parametrize("programme", ["lawn-mower", "waypoints"])

@@ -275,7 +275,7 @@ def file_rollouts(file: Vehicle, course: Course, rows: Sequence[int] | Array, ev
     sums = np.cumsum(np.concatenate([np.zeros((1, halves.shape[1])), halves]), axis=0)
     first = 2 * np.arange(0, len(course.states), every)
     motion = Motion(
-        time=every * course.step * np.arange(len(first)),
+        time=course.time[::every],
         position=course.planar[::every, :2],
         heading=np.unwrap(course.planar[::every, 2]),
         velocity=course.planar[::every, 3:],
