@@ -114,7 +114,7 @@ def _mass(craft: Craft, rng: np.random.Generator, name: str) -> Hidden:
         "sway_added_mass": ("Y_vdot", -float(rng.uniform(0.3, 0.8)) * m),
         "yaw_added_mass": ("N_rdot", -float(rng.uniform(0.3, 0.8)) * inertia),
         "mass_offset": ("mass", _either(rng, 0.15, 0.3) * m),
-        "cg_offset": ("x_g", _either(rng, 0.03, 0.08) * craft.length),
+        "cg_offset": ("x_g", _either(rng, 0.03, 0.08) * min(craft.length, _FARTHEST / 0.08)),
         "lateral_cg": ("y_g", _either(rng, 0.015, 0.04) * craft.length),
     }
     symbol, value = made[name]
@@ -183,6 +183,8 @@ def _current(s: Sizes, rng: np.random.Generator) -> Hidden:
     return Hidden("steady_current", lambda plant: setattr(plant, "water", lambda t, x, y: (north, east)), known)
 
 
+_FARTHEST = 1.8
+"""Distance of the centre of gravity [m], which vehicle files bound at two metres."""
 _MASSES = ("surge_added_mass", "sway_added_mass", "yaw_added_mass", "mass_offset", "cg_offset", "lateral_cg")
 _ENGINES = (
     *("thrust_scale", "thruster_arm", "battery_sag", "reverse_thrust_loss", "thrust_dead_zone", "thruster_lag"),
