@@ -8,7 +8,7 @@ from ..discovery.findings import Findings
 from ..discovery.found_effects import LIKELY, FoundEffect
 from ..physics.effects import BY_NAME, PARAMETERS
 from ..physics.errors import VehicleError
-from ..physics.in_words import MINUS, finite, listing, number, percent, share_removed, unit_text, words
+from ..physics.in_words import MINUS, NARROW, finite, listing, number, percent, share_removed, unit_text, words
 from ..physics.vehicle import Vehicle
 from .wording import effect_words, interval, within
 
@@ -157,9 +157,13 @@ def source_marks(findings: Findings) -> dict[str, str]:
 
     A vehicle file takes them into its `sources`, see `physics.sources.with_sources`.
     """
+
+    def mark(item: FoundEffect) -> str:
+        return marked(item).replace(NARROW, " ")  # a file is typed and searched
+
     marks = {item.symbol: "calibrated" for item in findings.calibrated}
     marks |= {term.symbol or f"{term.axis}:{term.form}": "possible" for term in findings.unnamed}
-    return marks | {term.symbol: marked(item) for item in findings.added for term in item.terms}
+    return marks | {term.symbol: mark(item) for item in findings.added for term in item.terms}
 
 
 def twins_and_rival(found: FoundEffect) -> str:
