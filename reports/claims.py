@@ -121,7 +121,8 @@ class FileNumber:
         return "" if self.in_file is None else number(self.in_file, minus=minus)
 
     def _against_the_file(self, minus: str) -> str:
-        return f"{self.symbol} is about {self.amount(minus=minus)}{self._ends(minus)}, the file says {self.filed(minus=minus)}"
+        about = f"{self.symbol} is about {self.amount(minus=minus)}{self._ends(minus)}"
+        return f"{about}, the file says {self.filed(minus=minus)}"
 
     def _ends(self, minus: str) -> str:
         return f" (95 %: {interval(self.ci95, minus=minus)})" if self.ci95 else ""

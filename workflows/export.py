@@ -181,7 +181,9 @@ def _numbers(
             continue
         ends = " to ".join(number(end) for end in intervals.get(symbol, ()))
         source = one_line(str(sources.pop(symbol, "")))
-        found.append(KnownNumber(symbol, amount(vehicle, symbol, 9, parameter.unit), ends, source, sure.get(symbol, "")))
+        found.append(
+            KnownNumber(symbol, amount(vehicle, symbol, 9, parameter.unit), ends, source, sure.get(symbol, ""))
+        )
     for thruster in vehicle.thrusters:
         place = f"x {number(thruster.x)} m, y {number(thruster.y)} m, angle {number(thruster.angle)} rad"
         notes.append(f"thruster {thruster.name}: {place}, command {thruster.channel}, {thruster.curve.kind} curve")

@@ -12,8 +12,11 @@ Act = Callable[[str], Awaitable[None]]
 
 
 _KINDS = {
-    **{"missing": "missing", "likely": "likely", "possible": "possible"},
-    **{"present": "possible", "betters unseen rows": "possible"},
+    "missing": "missing",
+    "likely": "likely",
+    "possible": "possible",
+    "present": "possible",
+    "betters unseen rows": "possible",
 }
 """How a verdict looks; as no evidence where it is none of these."""
 

@@ -41,4 +41,3 @@ def coefficient_rows(
             if np.isfinite([before, after]).all():
                 rows.append(CoefficientRow(symbol, term.unit, before, after, interval))
     return rows
-

@@ -9,7 +9,6 @@ from ..run_contents import RunFolder
 from ..wording import effect_words
 from .coefficients import CoefficientRow, coefficient_rows
 
-
 _FOUND = ("missing", "likely")
 """Verdicts with which an effect counts as found in a run."""
 

@@ -1,4 +1,4 @@
-"""What a run says in its first lines, from typed facts: the verdict, what it did to the error, and what is left open."""
+"""The first lines of a run, from typed facts: the verdict, what it did to the error, and what it leaves open."""
 
 from collections.abc import Sequence
 from math import isfinite
@@ -21,6 +21,8 @@ _TENTH = 0.1
 """Share of the unseen error from which on nobody can say that nothing is missing while the model changes it."""
 _IN_PLAY = 4
 """Names that a line of those in play has; of more it says how many they are."""
+_TITLES = {"missing": "What is missing", "likely": "What is probably missing"}
+"""Over the effects of a run, where its verdict is not an open one."""
 _SETTLED = "Nothing is missing that this log can show."
 _CHANCE = {"no difference": "which may be chance", "too short to tell": "on too few rows to exclude chance"}
 _SPEEDS = {"surge": "the surge speed u", "sway": "the sway speed v", "yaw": "the yaw rate r"}
@@ -94,7 +96,7 @@ def also_worse(findings: Findings, comparison: Comparison) -> str:
 
 
 def settled(findings: Findings, comparison: Comparison) -> bool:
-    """Whether the log says that nothing is missing: every axis was judged, and the model changes no tenth of the error."""
+    """Whether nothing is missing: every axis was judged, and the corrected model changes no tenth of the error."""
     whole = findings.verdict == "nothing missing" and not findings.criterion.unjudged
     return whole and _changed(findings.steps, comparison.best.horizon) < _TENTH
 
@@ -122,10 +124,8 @@ def headline(findings: Findings, comparison: Comparison) -> str:
 
 def section_title(findings: Findings, comparison: Comparison) -> str:
     """The title over the effects of a run, by the surest of them."""
-    if findings.missing:
-        return "What is missing"
-    if findings.likely:
-        return "What is probably missing"
+    if findings.verdict in _TITLES:
+        return _TITLES[findings.verdict]
     return "Nothing is missing that this log can show" if settled(findings, comparison) else "What may be missing"
 
 
@@ -138,7 +138,7 @@ def answer(findings: Findings, comparison: Comparison, nominal: Vehicle | None =
     ----------
     nominal : the vehicle as its file has it, which may be what is to be looked at next
     """
-    if findings.missing or settled(findings, comparison):
+    if findings.verdict == "missing" or settled(findings, comparison):
         return ()
     return (
         Line("Predicts best", _predicts_best(findings, comparison)),
@@ -149,7 +149,7 @@ def answer(findings: Findings, comparison: Comparison, nominal: Vehicle | None =
 
 def also_likely(findings: Findings) -> str:
     """Beside what is missing, what probably is, too, as a sentence; empty where nothing is."""
-    names = [with_odds(item) for item in named(findings, "likely")] if findings.missing else []
+    names = [with_odds(item) for item in named(findings, "likely")] if findings.verdict == "missing" else []
     return f"Probably also {listing(names)}." if names else ""
 
 
@@ -191,7 +191,7 @@ def _names_first(findings: Findings) -> str:
 
 
 def _predicts_best(findings: Findings, comparison: Comparison) -> str:
-    """Which model errs least on unseen rows and by how much; where no number says it, the sentence of the comparison."""
+    """Which model errs least on unseen rows, and by how much; where no number says it, what the comparison says."""
     best, steps = comparison.best, findings.steps
     horizon, metric = hero(steps, best.horizon)
     models = {model.name: model.rollout[horizon].of(metric) for model in comparison.models if horizon in model.rollout}
@@ -235,8 +235,9 @@ def _in_play(findings: Findings) -> str:
 
 def _with_rivals(item: FoundEffect) -> str:
     """A name with its odds and its rivals."""
-    inside = [text for text in (odds(item), f"or {others}" if (others := twins_and_rival(item)) else "") if text]
-    return f"{effect_words(item)} ({', '.join(inside)})" if inside else effect_words(item)
+    others = twins_and_rival(item)
+    inside = ", ".join(filter(None, (odds(item), f"or {others}" * bool(others))))
+    return f"{effect_words(item)} ({inside})" if inside else effect_words(item)
 
 
 def _next_step(findings: Findings, nominal: Vehicle | None) -> str:

@@ -49,8 +49,11 @@ from .layout import (
 )
 
 VERDICT_STYLES = {
-    **{"missing": FOUND, "likely": LIKELY, "possible": UNSURE},
-    **{"cannot tell": UNSURE, "no evidence": ASIDE},
+    "missing": FOUND,
+    "likely": LIKELY,
+    "possible": UNSURE,
+    "cannot tell": UNSURE,
+    "no evidence": ASIDE,
 }
 HEADLINE_STYLES = {"missing": FOUND, "likely": LIKELY, "nothing missing": GOOD, "undecided": UNSURE}
 
@@ -230,15 +233,13 @@ def _effects(title: str, candidates: Sequence[FoundEffect], nominal: Vehicle, mo
     return Fitting([_effects_in(title, candidates, nominal, caption, gap) for gap in (" ", "\n")])
 
 
-def _effects_in(
-    title: str, candidates: Sequence[FoundEffect], nominal: Vehicle, caption: str, gap: str
-) -> Table:
+def _effects_in(title: str, candidates: Sequence[FoundEffect], nominal: Vehicle, caption: str, gap: str) -> Table:
     table = plain_table(title, caption)
     table.add_column("effect", min_width=14)
     table.add_column("verdict", no_wrap=True)
     table.add_column("sure", justify="right", no_wrap=True)
     table.add_column("value (95 %)", overflow="fold")
-    table.add_column("force error\nremoved", justify="right", no_wrap=True)
+    table.add_column("force\nerror\nremoved", justify="right", no_wrap=True)
     for item in candidates:
         verdict, others = verdict_word(item), twins(item)
         numbers = file_numbers(item, nominal) if verdict != "no evidence" else ()

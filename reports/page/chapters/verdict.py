@@ -30,7 +30,8 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     answered = answer(findings, run.comparison, run.nominal)
     worse = gets_worse(steps, run.comparison.best.horizon)
     did = outcome(findings, run.comparison) if worse or not answered else ""
-    became = " ".join(filter(None, (also_likely(findings), did, also_worse(findings, run.comparison))))
+    grown, probably = also_worse(findings, run.comparison), also_likely(findings)
+    became = " ".join(filter(None, (did, grown, probably) if worse else (probably, did, grown)))
     sentences = [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
     best = recommendation(findings, run.comparison)
     if best and not answered:
