@@ -125,7 +125,7 @@ class FileNumber:
         return f"{about}, the file says {self.filed(minus=minus)}"
 
     def _ends(self, minus: str) -> str:
-        return f" (95 %: {interval(self.ci95, minus=minus)})" if self.ci95 else ""
+        return f" (95{NARROW}%: {interval(self.ci95, minus=minus)})" if self.ci95 else ""
 
 
 def file_numbers(found: FoundEffect, nominal: Vehicle) -> list[FileNumber]:

@@ -69,11 +69,14 @@ def test_verdict_comes_before_odds_and_what_the_log_cannot_show_after_what_it_ca
 def test_a_wrong_number_of_the_file_is_told_as_such_and_a_new_one_as_new():
     (wrong,) = file_numbers(effect("surge_linear_damping", "missing", 0.99, "X_u"), BOAT)
     assert (wrong.value, wrong.ci95, wrong.in_file) == (-17.0, (-18.0, -16.0), -9.0)
-    assert wrong.told(minus="-") == "X_u is about -17.0 N s/m (95 %: -18.0 to -16.0), the file says -9.00"
+    assert (
+        wrong.told(minus="-").replace(NARROW, " ")
+        == "X_u is about -17.0 N s/m (95 %: -18.0 to -16.0), the file says -9.00"
+    )
     assert MINUS in wrong.told()
     (new,) = file_numbers(effect("surge_quadratic_damping", "missing", 0.99, "X_uu"), BOAT)
     assert (new.value, new.in_file) == (-8.0, None)
-    assert new.told(minus="-") == "X_uu = -8.0 N s/m (95 %: -9.0 to -7.0)"
+    assert new.told(minus="-").replace(NARROW, " ") == "X_uu = -8.0 N s/m (95 %: -9.0 to -7.0)"
     (whole,) = file_numbers(effect("thrust_scale", "missing", 0.99, "thrust_scale", 0.8), BOAT)
     assert (whole.value, whole.in_file) == (0.8, None)
     (mass,) = file_numbers(effect("mass_offset", "likely", 0.9, "mass", 3.0), BOAT)

@@ -16,8 +16,8 @@ from .base import Chapter, Section
 
 _COLOURS = (
     ("missing", "solid blue ones are missing"),
-    ("likely", "light blue ones likely so"),
-    ("possible", "those with a rim alone possible, and in the corrected model"),
+    ("likely", "light blue ones are likely"),
+    ("possible", "those with a rim alone are possible and stand in the corrected model"),
 )
 """What the colours of the ranking mean."""
 _BEGINS = {"missing": "The model is missing this", "likely": "Probably missing", "possible": "Possible"}
