@@ -119,7 +119,7 @@ def tell_discovery(
         show(line)
     if told == "short":
         if findings.added:
-            show(terminal.candidates_table(findings.added, nominal))
+            show(terminal.candidates_table(findings.added, nominal, short=True))
         show_steps(findings.steps, findings.candidates, run.comparison)
         _tell_files(out, time.perf_counter() - begun, run, report)
         return

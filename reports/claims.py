@@ -14,6 +14,8 @@ from .wording import effect_words, interval, within
 
 SURE = "calibrated probability that the name is true, in worlds like those of the studies (docs/judgement.md)"
 """What stands under "sure" in every table, on every card and in every picture."""
+SURE_IN_SHORT = "sure: calibrated probability that the name is true (docs/judgement.md)"
+"""The same where there is one line for it."""
 UNCALIBRATED = "not known: an earlier version wrote this run, before the odds of a name were calibrated"
 """What stands there of the findings of an earlier version."""
 REMOVED = "share of the nominal model's force error on unseen rows, on the axis where it is most"

@@ -15,7 +15,17 @@ from ...physics.frames import AXES
 from ...physics.in_words import listing, number, percent, unit_text, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
-from ..claims import REMOVED, FileNumber, file_numbers, in_order, odds, removed, sure_caption, verdict_word
+from ..claims import (
+    REMOVED,
+    SURE_IN_SHORT,
+    FileNumber,
+    file_numbers,
+    in_order,
+    odds,
+    removed,
+    sure_caption,
+    verdict_word,
+)
 from ..page.outcome import also_worse, answer, gets_worse, headline, opening, outcome, recommendation, section_title
 from ..wording import (
     CALIBRATED,
@@ -57,6 +67,8 @@ VERDICT_STYLES = {
 }
 HEADLINE_STYLES = {"missing": FOUND, "likely": LIKELY, "nothing missing": GOOD, "undecided": UNSURE}
 
+_GAPS = ((" ", " "), ("\n", " "), ("\n", "\n"))
+"""What parts the words of a table of effects, from wide to narrow; see `_effects_in`."""
 _ALONE = "calibrated alone"
 """The name of the model of a calibration in the table of steps."""
 _WORSE = 1.05
@@ -137,21 +149,25 @@ def error_left(steps: Sequence[Step], deciding: str = "") -> str:
     return " ".join([told, *risen(steps, horizon)])
 
 
-def candidates_table(candidates: Sequence[FoundEffect], nominal: Vehicle, *, most: int = 12) -> RenderableType:
+def candidates_table(
+    candidates: Sequence[FoundEffect], nominal: Vehicle, *, most: int = 12, short: bool = False
+) -> RenderableType:
     """The `most` best effects with verdict, odds, value and 95 % interval, and the error that each removes.
 
     Parameters
     ----------
     nominal : the vehicle as its file has it: values are those of a corrected file, beside what this one says
+    short : say in one line what the columns are
     """
     rest = len(candidates) - most
     more = f"; and {rest} more in findings.json" if rest > 0 else ""
-    return _effects("Effects, best first", in_order(candidates)[:most], nominal, more)
+    caption = SURE_IN_SHORT if short else _caption(candidates)
+    return _effects("Effects, best first", in_order(candidates)[:most], nominal, f"{caption}{more}")
 
 
 def added_table(candidates: Sequence[FoundEffect], nominal: Vehicle) -> RenderableType:
     """The effects that a person added by name, with their fitted values; see `candidates_table`."""
-    return _effects("Effects added, fitted together", in_order(candidates), nominal)
+    return _effects("Effects added, fitted together", in_order(candidates), nominal, _caption(candidates))
 
 
 def unnamed_table(terms: Sequence[FoundTerm]) -> Table:
@@ -227,19 +243,30 @@ def advice_list(advice: Sequence[Advice]) -> RenderableType | None:
     return section("What to record next", bullets(lines)) if lines else None
 
 
-def _effects(title: str, candidates: Sequence[FoundEffect], nominal: Vehicle, more: str = "") -> RenderableType:
+def _caption(candidates: Sequence[FoundEffect]) -> str:
+    """What the columns of a table of effects are."""
+    return f"{sure_caption(candidates)}; force error removed: {REMOVED}"
+
+
+def _effects(title: str, candidates: Sequence[FoundEffect], nominal: Vehicle, caption: str) -> RenderableType:
     """Effects with values: each interval beside its value where there is room, or else below it."""
-    caption = f"{sure_caption(candidates)}; force error removed: {REMOVED}{more}"
-    return Fitting([_effects_in(title, candidates, nominal, caption, gap) for gap in (" ", "\n")])
+    return Fitting([_effects_in(candidates, nominal, plain_table(title, caption), *gaps) for gaps in _GAPS])
 
 
-def _effects_in(title: str, candidates: Sequence[FoundEffect], nominal: Vehicle, caption: str, gap: str) -> Table:
-    table = plain_table(title, caption)
+def _effects_in(
+    candidates: Sequence[FoundEffect], nominal: Vehicle, table: Table, gap: str, gap_in_heading: str
+) -> Table:
+    """The table with its columns and rows.
+
+    Parameters
+    ----------
+    gap, gap_in_heading : what stands between a value and its interval, and between two words of the last heading
+    """
     table.add_column("effect", min_width=14)
     table.add_column("verdict", no_wrap=True)
     table.add_column("sure", justify="right", no_wrap=True)
     table.add_column("value (95 %)", overflow="fold")
-    table.add_column("force\nerror\nremoved", justify="right", no_wrap=True)
+    table.add_column(f"force{gap_in_heading}error\nremoved", justify="right", no_wrap=True)
     for item in candidates:
         verdict, others = verdict_word(item), twins(item)
         numbers = file_numbers(item, nominal) if verdict != "no evidence" else ()
