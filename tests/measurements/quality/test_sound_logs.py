@@ -57,7 +57,8 @@ def test_noise_of_a_slow_record_is_told_at_its_own_rate(tmp_path: Path):
     sensors = Sensors(speed=level, yaw_rate=level, odometry_rate=10.0)
     log = World(hull, duration=120.0, seed=3, orders=Orders(idle, 0.0)).run(sensors)
     (part,) = parts_of([Record.of(read_log(log.write(tmp_path / "log.csv")), hull)])[2]
-    np.testing.assert_allclose(part.noise / np.sqrt((part.rates**2).mean(axis=0)), 1.0, atol=0.25)
+    told = part.noise / np.sqrt((part.rates**2).mean(axis=0))
+    assert np.all((told > 1.0) & (told < 1.5)), "an upper limit: the filter's band has soft ends"
 
 
 def test_the_noise_of_the_last_row_does_not_ring_on():
