@@ -1,10 +1,10 @@
 """How often a sound log is refused, and how often a sensor, a clock or a record that is right is accused.
 
-A refusal is a claim, too. Nothing is wrong with these logs of random boats: shipped vehicles and their sisters on the project's programmes, in calm water and in waves; logs that begin
-at the step from rest; a catamaran whose autopilot asks for full throttle for minutes; boats of which one thruster rests
-for long; and slow heavy ships between waypoints, recorded at 10 Hz. Boats whose model lacks an effect are among them,
-for that is no fault of a log. Each log is written to a file and read as every
-verb reads it (`read_inputs`), which makes all checks; the discovery itself is not run.
+A refusal is a claim, too. Nothing is wrong with these logs of random boats: shipped vehicles and their sisters on the
+project's programmes, in calm water and in waves; logs that begin at the step from rest; autopilots that ask for full
+throttle for minutes; boats of which one thruster rests for long; slow heavy ships between waypoints, recorded at 10 Hz;
+and boats whose model lacks an effect, which is no fault of a log. Each log is written to a file and read as every verb
+reads it (`read_inputs`), which makes all checks; the discovery itself is not run.
 
     python benchmarks/sound_logs.py [--logs 420] [--seeds tuning|reporting] [--jobs N] [--tell]
         [--table docs/sound_logs.md]

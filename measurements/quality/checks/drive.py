@@ -59,7 +59,7 @@ _SLOW = ((0.02, 0.25), (0.005, 0.1))
 shorter than the slowest period of a band does not hold it."""
 _ANSWERS_SLOWLY = 0.6
 """Share of the slow accelerations, beyond noise, from which commands are the boat's: the right ones explain 0.91 to 1
-of it in `benchmarks/sound_logs.py` (tuning seeds), blocks of a run in another order up to 0.48, nine in ten up to 0.2."""
+of it in `benchmarks/sound_logs.py` (tuning seeds), blocks of a run in another order up to 0.48, most up to 0.2."""
 _THRUST = (0.5, 2.0)
 """Times what the vehicle says between which thrust is looked for: what fits another size only is no answer to it."""
 _LEAST_ANSWERED = 60.0
