@@ -52,6 +52,17 @@ def base_rates(records: Kept) -> dict[str, float]:
     return {"unselected": (missed + 0.5) / (others + 10.0), "nearly": (right + 0.5) / (nearly + 10.0)}
 
 
+def sensor_rates(records: Kept) -> dict[str, float]:
+    """How often an error of a sensor that was told was there, by the word for it."""
+    found = {}
+    for word, field in (("present", "sensors"), ("possible", "sensors_possible")):
+        told = [name in record["sensors_true"] for record in records for name in record.get(field, ())]
+        found[word] = (sum(told) + 0.5) / (len(told) + 1.0)
+    asked = [record for record in records if "sensors" in record]
+    silent = [name for r in asked for name in r["sensors_true"] if name not in (*r["sensors"], *r["sensors_possible"])]
+    return found | {"no evidence": (len(silent) + 0.5) / (8.0 * len(asked) + 1.0)}
+
+
 def report(names: Names, odds: np.ndarray) -> str:
     """Reliability, log scores and what is said, of odds by models that have not seen the cause of a name."""
     pairs = list(zip(odds.tolist(), names.true.tolist(), strict=True))
@@ -107,7 +118,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rates = {name: float(f"{rate:.3g}") for name, rate in base_rates(records).items()}
     made = f"python benchmarks/odds.py --write: {len(names.claims)} names of {len(records)} logs, "
     made += f"cross-validated log score {log_score(odds, names.true):.4f}"
-    content = {"intercept": float(f"{weights[0]:.4g}"), "weights": model, **rates, "made": made}
+    sensors = {word: float(f"{rate:.3g}") for word, rate in sensor_rates(records).items()}
+    content = {"intercept": float(f"{weights[0]:.4g}"), "weights": model, **rates, "sensors": sensors, "made": made}
     print(json.dumps(content, indent=1))
     own = log_score(applied(weights, names.column(columns)), names.true)
     print(f"\nprice of weights {ridge:g}; log score on the names of the fit {own:.4f}\n\n{report(names, odds)}")

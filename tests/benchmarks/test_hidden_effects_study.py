@@ -1,4 +1,4 @@
-"""A slice of the studies of hidden effects, of nothing and of pieces: they draw, ask the verb, and tell what is true."""
+"""A slice of the studies of hidden effects, of nothing and of pieces: they draw, ask the verb, and say what is true."""
 
 import importlib
 import sys
