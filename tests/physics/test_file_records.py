@@ -109,7 +109,10 @@ LAW = written(WHOLE)["passivity"]
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"verdict": "bad"}, "expected one of 'missing', 'likely', 'nothing missing' or 'undecided' under 'verdict', got 'bad'"),
+        (
+            {"verdict": "bad"},
+            "expected one of 'missing', 'likely', 'nothing missing' or 'undecided' under 'verdict', got 'bad'",
+        ),
         ({"missing": "yaw_trim"}, "expected a list under 'missing', got 'yaw_trim'"),
         ({"missing": [3]}, r"expected a text under 'missing[0]', got 3"),
         ({"candidates": [{"verdict": "possible"}]}, "candidates[0] lacks 'effect', 'confidence', 'error_drop'"),
