@@ -39,7 +39,7 @@ SIGNALS = {
 def read_odds(path: Path = ODDS) -> Odds:
     """The odds of a file; `benchmarks/odds.py` writes it."""
     content = json.loads(path.read_text("utf-8"))
-    return Odds(*(content[name] for name in ("intercept", "weights", "unselected", "nearly")))
+    return Odds(*(content[name] for name in ("intercept", "weights", "unselected", "nearly", "sensors")))
 
 
 def facts_of(claimed: Record) -> dict[str, float]:
