@@ -103,15 +103,14 @@ def squared_held_out(
 
     Parameters
     ----------
+    block : (n,) number of the block of each row, in rising order
     within : ends between which the coefficients of the columns are kept
     """
     number = np.unique(block, return_inverse=True)[1]
     size = np.sqrt((columns**2).mean(axis=0))
     table = columns / np.where(size > 0.0, size, 1.0)
     pairs = table[:, :, None] * np.column_stack([table, target])[:, None, :]
-    count, width = int(number.max(initial=-1)) + 1, table.shape[1]
-    gram = np.zeros((count, width, width + 1))
-    np.add.at(gram, number, pairs)
+    gram = np.add.reduceat(pairs, np.flatnonzero(np.diff(number, prepend=-1)))
     others = gram.sum(axis=0) - gram
     found = (np.linalg.pinv(others[:, :, :-1], rcond=1e-9, hermitian=True) @ others[:, :, -1:])[:, :, 0]
     return (target - (table * np.clip(found, within[0] * size, within[1] * size)[number]).sum(axis=1)) ** 2
