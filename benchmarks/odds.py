@@ -14,14 +14,17 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from study.fitted_odds import Names, applied, as_odds, chosen, cross_validated, fit, hard_rule, names_of
-from study.records import Kept, in_a_table
+from study.records import Kept, in_a_table, rounded
 from study.scoring import EDGES, ODDS, WORLDS, bare, label, log_score, reliability
 from study.studies import FOLDER, STUDIES, stored
 
 SAID = (0.95, 0.8)
+_BEFORE = {"present": 0.9, "possible": 0.3, "no evidence": 0.02}
+"""How often sensors err of which these words are told, where no record says it."""
 _LEAST_NAMES = 200
 """Names below which no model is fitted: fewer than a dozen for each number."""
 
@@ -38,29 +41,28 @@ def gathered(studies: Sequence[str], purpose: str, folder: Path, stale: bool) ->
     return records, old
 
 
-def base_rates(records: Kept) -> dict[str, float]:
-    """How often a name that stands in no model is true: one that nearly earns its price, and any other."""
+def base_rates(records: Kept) -> dict[str, Any]:
+    """How often what has no claim is true: names that nearly earn their price, others, errors of sensors by word."""
     nearly, right, others, missed = 0, 0, 0, 0
-    for record in records:
-        claimed = [claim["key"] for claim in record.get("claims", ())]
-        close = [name for name in record.get("nearly", ()) if name not in claimed]
+    for record in (r for r in records if "unclaimed" in r):
+        claimed = [claim["key"] for claim in record["claims"]]
         unclaimed = [name for name in record["true"] if not any(label(key, [name], ()) == "true" for key in claimed)]
-        there = [name for name in unclaimed if name in close or bare(name) in map(bare, close)]
-        nearly, right = nearly + len(close), right + len(there)
-        others += record.get("unclaimed", 0) - len(close)
-        missed += (len(unclaimed) - len(there)) if "unclaimed" in record else 0
-    return {"unselected": (missed + 0.5) / (others + 10.0), "nearly": (right + 0.5) / (nearly + 10.0)}
+        close = [name for name in unclaimed if {name, bare(name)} & {*record["nearly"], *map(bare, record["nearly"])}]
+        nearly, right = nearly + len(record["nearly"]), right + len(close)
+        others, missed = others + record["unclaimed"] - len(record["nearly"]), missed + len(unclaimed) - len(close)
+    words = {"present": "sensors", "possible": "sensors_possible", "no evidence": "sensors_clear"}
+    sensors = {word: rate(records, name, _BEFORE[word]) for word, name in words.items()}
+    return {
+        "unselected": (missed + 0.5) / (others + 10.0),
+        "nearly": (right + 0.5) / (nearly + 10.0),
+        "sensors": sensors,
+    }
 
 
-def sensor_rates(records: Kept) -> dict[str, float]:
-    """How often an error of a sensor that was told was there, by the word for it."""
-    found = {}
-    for word, field in (("present", "sensors"), ("possible", "sensors_possible")):
-        told = [name in record["sensors_true"] for record in records for name in record.get(field, ())]
-        found[word] = (sum(told) + 0.5) / (len(told) + 1.0)
-    asked = [record for record in records if "sensors" in record]
-    silent = [name for r in asked for name in r["sensors_true"] if name not in (*r["sensors"], *r["sensors_possible"])]
-    return found | {"no evidence": (len(silent) + 0.5) / (8.0 * len(asked) + 1.0)}
+def rate(records: Kept, name: str, before: float) -> float:
+    """How often a sensor of which this is told errs so; what was thought before counts for ten of them."""
+    told = [what in record["sensors_true"] for record in records for what in record.get(name, ())]
+    return (sum(told) + 10.0 * before) / (len(told) + 10.0)
 
 
 def report(names: Names, odds: np.ndarray) -> str:
@@ -114,12 +116,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     columns, ridge = chosen(names)
     odds = cross_validated(names, columns, ridge)
     weights = fit(columns, names.column(columns), names.true, ridge)
-    model = {name: float(f"{weight:.4g}") for name, weight in zip(columns, weights[1:], strict=True) if weight}
-    rates = {name: float(f"{rate:.3g}") for name, rate in base_rates(records).items()}
+    model = {name: weight for name, weight in zip(columns, weights[1:], strict=True) if weight}
     made = f"python benchmarks/odds.py --write: {len(names.claims)} names of {len(records)} logs, "
     made += f"cross-validated log score {log_score(odds, names.true):.4f}"
-    sensors = {word: float(f"{rate:.3g}") for word, rate in sensor_rates(records).items()}
-    content = {"intercept": float(f"{weights[0]:.4g}"), "weights": model, **rates, "sensors": sensors, "made": made}
+    content = rounded({"intercept": weights[0], "weights": model, **base_rates(records), "made": made})
     print(json.dumps(content, indent=1))
     own = log_score(applied(weights, names.column(columns)), names.true)
     print(f"\nprice of weights {ridge:g}; log score on the names of the fit {own:.4f}\n\n{report(names, odds)}")

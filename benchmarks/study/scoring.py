@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import fields
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args
@@ -39,7 +40,7 @@ SIGNALS = {
 def read_odds(path: Path = ODDS) -> Odds:
     """The odds of a file; `benchmarks/odds.py` writes it."""
     content = json.loads(path.read_text("utf-8"))
-    return Odds(*(content[name] for name in ("intercept", "weights", "unselected", "nearly", "sensors")))
+    return Odds(**{one.name: content[one.name] for one in fields(Odds)})
 
 
 def facts_of(claimed: Record) -> dict[str, float]:
@@ -77,17 +78,18 @@ def label(name: str, true: Collection[str], part: Collection[str]) -> str:
 
 
 def names(record: Record, *verdicts: str) -> list[str]:
-    """What is named under some verdicts, `missing` where nobody says it; a term without a name is such a name."""
+    """What is named under some verdicts, `missing` where nobody says it.
+
+    A term without a name is such a name in worlds that the catalogue describes; elsewhere it is an honest answer.
+    """
     words = verdicts or ("missing",)
-    terms = record.get("unnamed", ()) if "missing" in words else ()
+    terms = record.get("unnamed", ()) if "missing" in words and kind_of_world(record) == "plain" else ()
     return [*(name for word in words for name in record.get(word, ())), *terms]
 
 
 def false_names(record: Record, *verdicts: str) -> list[str]:
-    """What is named and is no part of the cause; a term is none where the cause has no name."""
-    terms = record.get("unnamed", ()) if record["nameless"] else ()
-    said = (name for name in names(record, *verdicts) if name not in terms)
-    return [name for name in said if label(name, record["true"], record["part"]) == "false"]
+    """What is named and is no part of the cause."""
+    return [name for name in names(record, *verdicts) if label(name, record["true"], record["part"]) == "false"]
 
 
 def exact(record: Record, *verdicts: str) -> bool:

@@ -7,15 +7,10 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from . import field_logs, foreign_logs, hidden_worlds, wrong_sensors
+from . import field_logs, foreign_logs, hidden_worlds, other_simulators, wrong_sensors
 from .records import CRASHED, ROOT, File, Kept, Record, opened, resumed
 from .scoring import Odds, exact, rescored
 from .verb import Logged, answer
-
-try:
-    from . import other_simulators  # pyright: ignore[reportAttributeAccessIssue]
-except ImportError:  # it is on its way
-    other_simulators = None
 
 FOLDER = ROOT / "benchmarks" / "records"
 _OTHER_LOGS = 300
@@ -39,15 +34,8 @@ class Study:
 
 
 def _other_keys(purpose: str) -> list[Key]:
-    if other_simulators is None:
-        return []
-    kinds, logs = tuple(other_simulators.KINDS), _OTHER_LOGS
-    return [(kinds[n % len(kinds)], other_simulators.FIRST[purpose] + n // len(kinds)) for n in range(logs)]
-
-
-def _other(kind: str, seed: int) -> Logged:
-    assert other_simulators is not None
-    return other_simulators.logged(kind, seed)
+    kinds, first = tuple(other_simulators.KINDS), other_simulators.FIRST[purpose]
+    return [(kinds[n % len(kinds)], first + n // len(kinds)) for n in range(_OTHER_LOGS)]
 
 
 STUDIES = {
@@ -58,7 +46,7 @@ STUDIES = {
     "nameless": Study(foreign_logs.nameless_keys, foreign_logs.nameless),
     "sensors": Study(wrong_sensors.keys, wrong_sensors.logged),
     "field": Study(field_logs.keys, field_logs.logged, field_logs.absent),
-    "others": Study(_other_keys, _other, lambda: "" if other_simulators else "study/other_simulators is not there"),
+    "others": Study(_other_keys, other_simulators.logged),
 }
 
 

@@ -125,6 +125,7 @@ def facts(findings: Findings, logged: Logged) -> Record:
         "unnamed": [t.symbol or f"{t.axis}:{t.form}" for t in findings.unnamed],
         "sensors": sorted({s.what for s in findings.sensors if s.verdict == "present"}),
         "sensors_possible": sorted({s.what for s in findings.sensors if s.verdict == "possible"}),
+        "sensors_clear": sorted({s.what for s in findings.sensors if s.verdict == "no evidence"}),
         "rests": [(rest.axis, rest.share) for rest in findings.rests],
         "forms": [(form.axis, form.follows, form.share) for form in findings.other_forms],
         "claims": [claimed(c, logged) for c in findings.candidates if c.claim is not None],
