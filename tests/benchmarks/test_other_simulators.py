@@ -144,7 +144,9 @@ def test_energy_is_only_lost_where_nothing_pushes(kinds: ModuleType, craft: Modu
     rest = list(boat.rest)
     for place, speed in zip(boat.places[3:], (u, v, r), strict=True):
         rest[place] = speed
-    course = craft.Plant(replace(boat, rest=tuple(rest))).run(held([0.0] * len(boat.laws), boat), 20.0 * boat.pace, 1.0, 0.0)
+    course = craft.Plant(replace(boat, rest=tuple(rest))).run(
+        held([0.0] * len(boat.laws), boat), 20.0 * boat.pace, 1.0, 0.0
+    )
     p = boat.numbers
     if name == "Otter in the plane":
         mass = otter._mass_matrix(p)
