@@ -41,7 +41,7 @@ def test_what_a_piece_cannot_tell_gets_no_name(
 def test_a_simple_law_that_a_free_curve_refutes_is_no_name(studies: tuple[ModuleType, ModuleType]):
     """The curve costs more for its many numbers than the law of the power that stood in for it."""
     worlds = importlib.import_module("study.worlds")
-    case = worlds.draw(worlds.PARTS["gentle"], 64, 17064)
+    case = worlds.draw(worlds.PARTS["gentle"], 103, 17064)
     pieces = worlds.divided(case, False)
     findings = studies[0].find_missing((*pieces.train.motions, *pieces.validation.motions), case.nominal).findings
     assert set(findings.missing) <= {"thrust_curve"} == set(case.hidden)
