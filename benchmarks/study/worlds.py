@@ -79,7 +79,8 @@ def draw(part: Part, number: int, seed: int) -> Case:
     Every nominal hull states its size, so that cross-flow drag is looked for in every log, not only where it is hidden.
     """
     rng = np.random.default_rng([seed, 5])
-    base = VEHICLES[(number + number // len(EFFECTS)) % len(VEHICLES)]
+    turn, effect = divmod(number, len(EFFECTS))
+    base = VEHICLES[(effect + turn) % len(VEHICLES)]  # however many effects there are, each meets every vehicle in turn
     kind = part.programmes[number % len(part.programmes)]
     noise = part.noises[number // len(part.programmes) % len(part.noises)]
     waves = float(rng.uniform(*WAVES)) if part.waves else 0.0
@@ -87,7 +88,7 @@ def draw(part: Part, number: int, seed: int) -> Case:
         nominal = with_hull(random_hull(load_vehicle(base), rng), np.random.default_rng([seed, 9]))
         names = [str(name) for name in rng.choice([e.name for e in EFFECTS], part.hidden, replace=False)]
         if part.hidden == 1:
-            names = [EFFECTS[number % len(EFFECTS)].name]
+            names = [EFFECTS[effect].name]
         if any(other in effect_named(name).includes for name in names for other in names):
             continue  # a general effect beside a special case of it: no log could tell
         if (nominal.x_g, nominal.y_g) == (0.0, 0.0) and "mass_offset" in names and set(names) & set(ADDED):
