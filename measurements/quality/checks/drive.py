@@ -145,7 +145,8 @@ def _newton(records: Sequence[Record], name: str) -> tuple[Thruster, Array]:
     """The vehicle's thruster of a command, and the accelerations of surge and yaw (2,) that a newton of it makes."""
     vehicle = next(r.vehicle for r in records if r.vehicle and name in {t.channel for t in r.vehicle.thrusters})
     thruster = next(one for one in vehicle.thrusters if one.channel == name)
-    return thruster, np.linalg.solve(mass_matrix(vehicle), np.array(push_of(thruster)))[[0, 2]]
+    made = np.linalg.solve(mass_matrix(vehicle), np.array(push_of(thruster)))
+    return thruster, np.array([float(made[0]), float(made[2])])
 
 
 def _push(parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]], a_newton: Array) -> _Push:
