@@ -244,7 +244,7 @@ def test_a_boat_that_hardly_moves_tells_nothing():
         still = Motion(log.time, 0 * log.position, 0 * log.heading, velocity, 0 * log.commands, log.thrusters)
         found = find_missing([still], HULL).findings
         assert (found.verdict, found.missing) == ("undecided", ())
-        assert "hardly more than what sensor noise" in found.headline
+        assert "hardly more than what sensor noise makes" in found.headline
 
 
 def test_damping_that_the_log_would_have_drive_ends_at_nothing_and_that_is_a_number():
