@@ -96,8 +96,8 @@ def _too_small(
         return []
     names = tuple(sorted(turned | moved))
     text = (
-        f"{all_of(names)} may push another way than the vehicle file says, or sit on the other side; but put so into it, "
-        f"that explains only {share} of what it leaves of surge and yaw"
+        f"{all_of(names)} may push another way than the vehicle file says, or sit on the other side; but put so into "
+        f"it, that explains only {share} of what it leaves of surge and yaw"
     )
     checks = ("direction", "sides") if len(expected) > 1 else ("direction",)
     return [
