@@ -123,7 +123,8 @@ def _worked_beyond(records: Sequence[Record], parts: Sequence[Part], names: list
     thruster, a_newton = _newton(records, name)
     there, elsewhere = _push(parts, rows, a_newton), _push(parts, [~use for use in rows], a_newton)
     sizes = np.sqrt((np.concatenate([part.pushes for part in parts]) ** 2).mean(axis=0))
-    works = max(float(np.hypot(*sizes[k])) / float(np.hypot(*_newton(records, n)[1])) for k, n in enumerate(names))
+    newtons = np.array([np.hypot(*_newton(records, other)[1]) for other in names])
+    works = float(np.max(np.hypot(*sizes.T) / np.where(newtons > 0.0, newtons, np.inf)))
     push = float(np.sqrt(max(there.power, 0.0)))
     ends = thruster.scale * thruster.curve.thrust(command_of(thruster, np.array([-1.0, 1.0])), thruster.command)
     # No series that stays between two ends strays from its mean by more than half of what is between them (Popoviciu).

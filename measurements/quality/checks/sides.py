@@ -88,14 +88,16 @@ def _too_small(
     """
     turned = frozenset(n for n, a in told.items() if not expected[n].ahead_as(a))
     moved = frozenset(n for n, a in told.items() if a.side and SIDE[a.side] * expected[n].side < 0)
-    late = [one.best.seconds for one in trials(records)]
-    share = share_by_model(records, misplaced(turned, moved), delayed(float(np.median(late))))
-    if share is None or share.overwhelming or not turned | moved:
+    if not turned | moved:
+        return []
+    late = float(np.median([one.best.seconds for one in trials(records)]))
+    share = share_by_model(records, misplaced(turned, moved), delayed(late))
+    if share is None or share.overwhelming:
         return []
     names = tuple(sorted(turned | moved))
     text = (
-        f"{all_of(names)} may push another way than the vehicle file says, but turned round there, {are(names)} no "
-        f"better: that explains {share} of what the vehicle leaves of surge and yaw"
+        f"{all_of(names)} may push another way than the vehicle file says, or sit on the other side; but put so into "
+        f"it, that explains only {share} of what it leaves of surge and yaw"
     )
     checks = ("direction", "sides") if len(expected) > 1 else ("direction",)
     return [
