@@ -176,7 +176,7 @@ def test_where_a_part_of_the_log_is_kept_aside_the_same_is_written(aside: Inputs
 def test_what_part_of_the_nominal_error_it_is_decides(
     folded: Inputs, found: Discovery, known: References, beside: float, written: str
 ):
-    """A boat that is pushed alike goes as fast as the root of its drag lets it: 0.5 % of the error is little, 6 % not."""
+    """A boat goes as fast as the root of its drag lets it: 0.5 % of the error is little, 6 % is not."""
     wrong, references = with_drag(found, TRUE + beside), calibrated_to(folded, found, TRUE, known)
     model = VehicleModel(HULL.with_values({"X_uu": TRUE + beside}), CORRECTED)
     nominal, calibrated, corrected = shares(folded, *references[0], judge(model, folded.parts))
