@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ..physics.assumed_numbers import assumed, how_sure
 from ..physics.effects import EFFECTS
 from ..physics.in_words import unit_text, words
-from ..physics.vehicle import Vehicle
+from ..physics.vehicle import Vehicle, lacking
 from ..workflows.thrusters_put_right import wires_of
 from ..workflows.workbench_facts import Assumed, Field, Form, Place, Wire
 
@@ -31,9 +31,10 @@ _ALWAYS = ("added_mass", "damping")
 def form_of(vehicle: Vehicle, wires: Sequence[Wire]) -> Form:
     """The numbers of a vehicle that are set or may be missing, and its thrusters with what drives them."""
     meant = {p.symbol: words(effect.name) for effect in reversed(EFFECTS) for p in effect.parameters}
+    beyond = {s for effect in EFFECTS if lacking(vehicle, effect) for s in effect.symbols}
     fields = [Field(s, told, unit, vehicle.value(s), _source(vehicle, s)) for s, told, unit in _RIGID_BODY]
     for symbol, value in vehicle.values.items():
-        if symbol in _APART:
+        if symbol in _APART or symbol in beyond:
             continue
         parameter = vehicle.parameter(symbol)
         if value != parameter.null or parameter.section in _ALWAYS:

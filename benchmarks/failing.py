@@ -22,7 +22,7 @@ import numpy as np
 from undertow.physics.effects import EFFECTS
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect
+from undertow.physics.worlds.typical_effects import random_hull, typical_effect, with_hull
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.discover_and_add import discover
 from undertow.workflows.inputs import read_inputs
@@ -36,7 +36,7 @@ FIRST_SEED = 7000
 def run(effect: str | None, seed: int, folder: Path) -> Run | None:
     """Discovery in one world; None where no size of the effect suits the hull."""
     rng = np.random.default_rng([seed, 11])
-    hull = random_hull(load_vehicle("blueboat"), rng)
+    hull = with_hull(random_hull(load_vehicle("blueboat"), rng), np.random.default_rng([seed, 12]))
     try:
         hidden = {} if effect is None else typical_effect(effect, hull, rng)
     except RequestError:

@@ -112,7 +112,7 @@ def add(
         prose(" ".join([findings.headline, *findings.reasons]))
         if findings.calibrated:
             show(calibrated_table(findings.calibrated), left_list(findings.left, findings.absorbed))
-        tables = [added_table(findings.candidates)] if findings.candidates else []
+        tables = [added_table(findings.candidates, found.discovery.nominal)] if findings.candidates else []
         show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
         show_steps(findings.steps, findings.candidates, found.comparison)
         prose(also_worse(findings, found.comparison), UNSURE)

@@ -114,15 +114,17 @@ def tell_discovery(
         return
     say("")
     warn(findings.warnings)
-    for line in terminal.opening_lines(findings, run.comparison):
+    nominal = run.discovery.nominal
+    for line in terminal.opening_lines(findings, run.comparison, nominal):
         show(line)
     if told == "short":
-        show(terminal.candidates_table([c for c in findings.candidates if c.verdict == "missing"]))
+        if findings.added:
+            show(terminal.candidates_table(findings.added, nominal, short=True))
         show_steps(findings.steps, findings.candidates, run.comparison)
         _tell_files(out, time.perf_counter() - begun, run, report)
         return
-    show(screen.failures_table(findings.failures), terminal.candidates_table(findings.candidates))
-    show(terminal.missing_in_words(findings.candidates))
+    show(screen.failures_table(findings.failures), terminal.candidates_table(findings.candidates, nominal))
+    show(terminal.missing_in_words(findings, run.comparison, nominal))
     if findings.unnamed:
         show(terminal.unnamed_table(findings.unnamed))
     show(terminal.sensors_list(findings.sensors))
@@ -140,13 +142,13 @@ def tell_discovery(
 def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:
     """Say how long it took, and what lies where; the corrected model is there though another one is to be trusted."""
     from ..comparison.facts import CALIBRATED
-    from ..physics.in_words import listing
+    from ..reports.claims import in_order, marked
     from ..reports.wording import effect_words
 
     say(f"Done in {seconds:.1f} s. Findings: {out / 'findings.json'}")
     if len(run.findings.steps) > 1:
-        doubted = [effect_words(item) for item in run.findings.added if item.verdict != "missing"]
-        beside = f" (in it but not certain: {listing(doubted)})" if doubted else ""
+        doubted = [f"{effect_words(item)}: {marked(item)}" for item in in_order(run.findings.added)]
+        beside = f" ({'; '.join(doubted)})" if any(item.verdict != "missing" for item in run.findings.added) else ""
         what = "Corrected vehicle" if run.findings.added else "Vehicle with its own numbers fitted, and nothing added"
         say(f"{what}: {out / 'model.yaml'}{beside}")
     if run.comparison.best.model == CALIBRATED:

@@ -89,10 +89,10 @@ class Discovery(Card):
         Parameters
         ----------
         vehicle : the model
-        apart : the model without each fold; none for the nominal vehicle
+        apart : the model without each fold; none for the nominal vehicle, and where a part of the log judges
         why : a sentence
         """
-        calibrated = bool(apart)
+        calibrated = vehicle.values != self.nominal.values
         findings = self.findings
         candidates = tuple(
             c.but(terms=tuple(term.but(in_model=None) for term in c.terms)) if c.in_model else c
@@ -125,7 +125,7 @@ class Discovery(Card):
                 reasons=(*findings.reasons, why),
             ),
             force_error=error,
-            unseen=replace(self.unseen, steps=(tuple(apart),) if calibrated else ()),
+            unseen=replace(self.unseen, steps=(tuple(apart),) if apart else ()),
         )
 
 

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 from ..physics.cards import Card, Drawn, each
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import AXES
-from ..physics.in_words import number, unit_text
+from ..physics.in_words import number, percent, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
 from .fold_findings import Folds
 from .found_effects import FoundEffect, FoundTerm
@@ -337,15 +337,17 @@ class Findings(Card, Drawn, Record):
         terms = [
             f"{t.symbol} = {number(t.value)} {unit_text(t.unit)}".strip()
             for c in self.candidates
-            if c.effect in self.missing
+            if c.verdict in ("missing", "likely")
             for t in c.terms
         ]
+        likely = [f"{c.effect} ({percent(c.confidence)})" for c in self.candidates if c.verdict == "likely"]
         possible = [c.effect for c in self.candidates if c.verdict == "possible" and not c.cannot_tell]
         return [
             *each("warnings", self.warnings),
             ("verdict", self.verdict),
             ("headline", self.headline),
             ("missing", ", ".join(self.missing)),
+            ("likely", ", ".join(likely)),
             ("values", ", ".join(terms)),
             ("possible", ", ".join(possible)),
             ("sensors", "; ".join(e.sentence for e in self.sensors if e.verdict == "present")),

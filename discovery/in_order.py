@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from ..measurements.preparation.held_out import folds_of
 from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
-from ..physics.vehicle import Vehicle
+from ..physics.vehicle import Vehicle, lacking
 from .balance.base import Balance
 from .basis import Basis
 from .calibration.beside_effects import Freed, freed
@@ -84,13 +84,15 @@ def named_candidates(basis: Basis, names: Sequence[str]) -> list[list[Candidate]
     Raises
     ------
     RequestError
-        for an unknown effect or thruster, an effect given twice, one whose channels a log lacks, one that a field log
-        cannot show because its compass is not trusted, or none at all.
+        for an unknown effect or thruster, an effect given twice, one whose channels a log lacks or for which the
+        vehicle file states too little, one that a field log cannot show because its compass is not trusted, or none.
     """
     if not names:
         raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
     for name in names:
         effect = BY_NAME.get(name)
+        if effect is not None and (lacks := lacking(basis.nominal, effect)):
+            raise RequestError(f"add: {name} {lacks}")
         if effect is not None and effect not in measurable(basis.forces.motions):
             raise RequestError(f"add {name}: expected the channels {' and '.join(effect.channels)} in every log")
     groups = [_candidates(name, basis.nominal) for name in names]

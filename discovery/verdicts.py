@@ -33,7 +33,7 @@ _LEAST_FORCE = 1e-3
 """Force scale [in the unit of the balance] below which a noise-free log shows a boat at rest."""
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _FAINT = "it would explain what moves {0} for certain"
-_STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
+_STILL = "Undecided: the forces at work are hardly more than what sensor noise makes, so this log can tell nothing."
 _TRIFLE = 0.03
 """Share of the error that a name removes, of force and of rollouts, below which it is a trifle and no open question."""
 

@@ -78,6 +78,7 @@ def chapter(found: Signature, boat: Vehicle) -> str:
     """An effect in words."""
     effect = found.effect
     units = {p.symbol.replace("{thruster}", t.name): p.unit for p in effect.parameters for t in boat.thrusters}
+    assumed = f", of {found.assumed}" if found.assumed else ""
     amount = ", ".join(
         f"`{s} = {number(v)}` {unit_text(units[s]) if units[s] != '1' else ''}".strip() for s, v in found.amount.items()
     )
@@ -97,10 +98,11 @@ def chapter(found: Signature, boat: Vehicle) -> str:
         "",
         f"- **Force**: `{effect.equation}`. Reported as {reported}.",
         f"- **Symbols**: {symbols}.",
-        f"- **Typical**: {amount}.",
+        f"- **Typical**: {amount}{assumed}.",
         f"- **Shown best by** {found.trial.text}{later}: {shown}.",
         f"- **Taken for**, in gentle driving: {alike}.",
         *([f"- **Needs** the channels {listing([f'`{c}`' for c in effect.channels])}."] if effect.channels else []),
+        *([f"- **Needs** {listing([f'`{k}`' for k in effect.requires])} in the vehicle file."] * bool(effect.requires)),
         *(
             [f"- **Includes** {listing([f'[{name}](#{name})' for name in effect.includes])}."]
             if effect.includes

@@ -1,11 +1,12 @@
 """What stands beside the equations wherever they are shown: letters, what acts within factors, thrust curves."""
 
+from ..physics.cross_flow import DENSITY, STRIPS
 from ..physics.forces import CURRENT
 from ..physics.in_words import listing
 from ..physics.momentum_balance import balances, beside_the_balance
 from ..physics.stated_values import stated
 from ..physics.thrusters import Thruster
-from ..physics.vehicle import Vehicle
+from ..physics.vehicle import Vehicle, hull_of
 from .known_facts import KnownFacts
 
 UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
@@ -42,6 +43,13 @@ def letters(vehicle: Vehicle) -> str:
         told.append("u_a, v_a, V_a: apparent wind [m/s]")
     if factors & {"q_v", "q_r"}:
         told.append("q: a velocity as the water remembers it")
+    if factors & {"F_Y", "F_N"}:
+        hull = hull_of(vehicle)
+        told.append(
+            f"F_Y, F_N: half of {DENSITY:g} kg/m^3 times the draught of {hull.draught:.12g} m, times |w| w dx, and x "
+            f"|w| w dx, with w = v + x r, summed over {STRIPS} strips of the length of {hull.length:.12g} m, each of "
+            "width dx, at their middles x [N, N m]"
+        )
     return f"{'; '.join(told)}. Coefficients are in SI units."
 
 

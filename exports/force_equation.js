@@ -6,7 +6,8 @@
 function undertowVehicle(data) {
   const own = JSON.parse(JSON.stringify(data));
   const values = own.values, thrusters = own.thrusters;
-  const SIGNALS = ["u", "v", "r", "|u|", "|v|", "|r|", "q_v", "q_r", "cos psi", "sin psi", "u_a", "v_a", "|V_a|", "t"];
+  const SIGNALS = ["u", "v", "r", "|u|", "|v|", "|r|", "q_v", "q_r", "cos psi", "sin psi", "u_a", "v_a", "|V_a|", "t",
+    "F_Y", "F_N"];
   const SPEED_LIMIT = 50.0; // beyond it [m/s, rad/s] a rollout has run away and is held
 
   function set(symbol, value) {
@@ -159,6 +160,10 @@ function undertowVehicle(data) {
       add(axis, values[symbol], factors);
       if (damps) add(axis, values[symbol] * values.fouling_rate, [...factors, "t"]);
     }
+    for (const [axis, name] of own.cross_flow.forces) {
+      add(axis, -values.cross_flow, [name]);
+      add(axis, -values.cross_flow * values.fouling_rate, [name, "t"]);
+    }
     for (const [axis, sign, factors, symbol] of own.around) add(axis, sign * values[symbol], factors);
     return found;
   }
@@ -177,6 +182,19 @@ function undertowVehicle(data) {
     };
   }
 
+  // What a hull of C_d = 1 resists the water with that crosses it, strip by strip, in pairs about the origin [N, N m].
+  function acrossHull(v, r) {
+    const strips = own.cross_flow.strips, length = own.hull.length;
+    let force = 0.0, moment = 0.0;
+    for (let k = 0; k < strips / 2; k++) {
+      const x = ((k + 0.5) / strips) * length, ahead = v + x * r, abaft = v - x * r;
+      force += Math.abs(ahead) * ahead + Math.abs(abaft) * abaft;
+      moment += x * (Math.abs(ahead) * ahead - Math.abs(abaft) * abaft);
+    }
+    const width = (0.5 * own.cross_flow.density * own.hull.draught * length) / strips;
+    return [width * force, width * moment];
+  }
+
   // Rate of change of [north, east, psi, u, v, r, q_v, q_r].
   function rate(model, x, thrust, load, minutes, signals, out) {
     const cosine = Math.cos(x[2]), sine = Math.sin(x[2]), c = model.current;
@@ -189,6 +207,7 @@ function undertowVehicle(data) {
     signals[6] = x[6]; signals[7] = x[7]; signals[8] = cosine; signals[9] = sine;
     signals[10] = windAhead; signals[11] = windAside; signals[12] = Math.hypot(windAhead, windAside);
     signals[13] = minutes;
+    if (values.cross_flow !== 0.0) [signals[14], signals[15]] = acrossHull(v, r);
     let f0 = 0.0, f1 = 0.0, f2 = 0.0;
     for (const [places, axis, coefficient] of model.terms) {
       let product = coefficient;

@@ -4,6 +4,7 @@ from importlib import resources
 
 import numpy as np
 
+from ..physics.cross_flow import DENSITY, FORCES, STRIPS
 from ..physics.effects import PARAMETERS
 from ..physics.frames import AXES
 from ..physics.matrices import HYDRODYNAMIC
@@ -38,6 +39,8 @@ def vehicle_data(vehicle: Vehicle) -> Plain:
         "values": dict(vehicle.values),
         "thrusters": [_thruster(thruster) for thruster in vehicle.thrusters],
         "hydrodynamic": [*named, *unnamed],
+        "hull": None if vehicle.hull is None else vehicle.hull.model_dump(),
+        "cross_flow": {"forces": [[axis, name] for axis, name in FORCES], "strips": STRIPS, "density": DENSITY},
         "around": [[axis, sign, list(factors), symbol] for axis, sign, factors, symbol in AROUND],
         "shared": list(SHARED_THRUSTER_KEYS),
         "gains": list(GAINS),

@@ -21,18 +21,25 @@ class KnownNumber:
     symbol, amount : what it is, and how much, with its unit
     interval : of 95 %, where the number was fitted
     source : where it came from, where that is known
+    sure : of a number that undertow changed, its verdict and odds, such as "likely (85 %)", or "calibrated"
     """
 
     symbol: str
     amount: str
     interval: str = ""
     source: str = ""
+    sure: str = ""
 
     @property
     def told(self) -> str:
         """All of it in a line."""
         interval = f", 95 % interval {self.interval}" * bool(self.interval)
-        return f"{self.symbol} = {self.amount}{interval}" + f"; {self.source}" * bool(self.source)
+        return f"{self.symbol} = {self.amount}{interval}" + f"; {self.remark}" * bool(self.remark)
+
+    @property
+    def remark(self) -> str:
+        """How sure it is, and where it came from, as far as that is known."""
+        return "; ".join(filter(None, (self.sure, self.source)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -75,7 +75,7 @@ def turning_of(motions: Sequence[Motion]) -> Kinematics:
     Nothing where it turns enough, for then `kinematics_of` tells the two apart.
     """
     seen = [m for m in motions if not m.derived[2] and m.duration > LEAST_LEFT]
-    if not seen or _of_gyro(seen):
+    if not seen or "gyro_scale" in _of_gyro(seen):
         return Kinematics({})
     fit = _fit([(columns[:, :2], rate, stretch) for columns, rate, stretch in (_turning(m, _HALF) for m in seen)])
     if fit is None or fit.values[0] < _LEAST_SLOPE:
@@ -122,22 +122,28 @@ def _compared(motions: Sequence[Motion], gyro: bool, speeds: bool) -> Kinematics
 
 
 def _of_gyro(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:
-    """What heading and gyro say of each other, where the boat turns enough and every way."""
+    """What heading and gyro say of each other: all of it where the boat turns enough and every way, else the bias.
+
+    A bias turns the heading all the time, as no scale and no compass does.
+    """
     heading = np.concatenate([np.zeros(0), *(m.heading for m in motions)])
     eighths = np.bincount((heading // (0.25 * np.pi)).astype(int) % 8, minlength=8) >= _PASSED * heading.size
     turned = sum(float(np.abs(np.diff(m.heading[:: max(1, round(_HALF / m.time_step))])).sum()) for m in motions)
-    if turned < _TURNS or np.count_nonzero(eighths) < _ALL_ROUND:
-        return {}
-    short, long = (_fit([_turning(m, half) for m in motions]) for half in (_HALF, _LONG))
+    enough = turned >= _TURNS and np.count_nonzero(eighths) >= _ALL_ROUND
+    asked = [[_turning(m, half) for m in motions] for half in (_HALF, _LONG)]
+    if not enough:
+        asked = [[(columns[:, :2], rate, stretch) for columns, rate, stretch in one] for one in asked]
+    short, long = map(_fit, asked)
     if short is None or long is None or min(short.values[0], long.values[0]) < _LEAST_SLOPE:
         return {}
     (slope, shift), (other, away) = short.values[:2], long.values[:2]
     pairs = [
         (1.0 / slope, 1.0 / other, short.errors[0] / slope**2),
         (-shift / slope, -away / other, short.errors[1] / abs(slope)),
-        *((short.values[k], long.values[k], short.errors[k]) for k in (2, 3)),
+        *((short.values[k], long.values[k], short.errors[k]) for k in (2, 3) if enough),
     ]
-    return {name: (a, max(error, abs(a - b))) for name, (a, b, error) in zip(_GYRO, pairs, strict=True)}
+    found = {name: (a, max(error, abs(a - b))) for name, (a, b, error) in zip(_GYRO, pairs, strict=False)}
+    return found if enough else {"gyro_bias": found["gyro_bias"]}
 
 
 def _fit(parts: Sequence[tuple[Array, Array, NDArray[np.int64]]]) -> Fit | None:

@@ -7,9 +7,11 @@ paper, as of two thrusters that push alike, cancels to the bit and a straight co
 """
 
 from collections.abc import Sequence
+from operator import attrgetter
 
 import numpy as np
 
+from .cross_flow import SHARES, pair_forces, pressure_width
 from .forces import CURRENT, apparent_wind
 from .frames import Array
 from .matrices import mass_matrix
@@ -20,7 +22,10 @@ Outside = tuple[Array, Array | None, Array | None, Array | float]
 """At one time: accelerations (3, batch) by the thrusters at zero advance, what they lose per advance speed, the
 velocity of the air (2, batch), and the minutes since the beginning of the log."""
 
-_SIGNALS = ("1", "u", "v", "r", "|u|", "|v|", "|r|", "q_v", "q_r", "cos psi", "sin psi", "u_a", "v_a", "|V_a|", "t")
+_SIGNALS = (
+    *("1", "u", "v", "r", "|u|", "|v|", "|r|", "q_v", "q_r", "cos psi", "sin psi", "u_a", "v_a", "|V_a|", "t"),
+    *("F_Y", "F_N"),
+)
 """Signals by row; the first is that of constant forces."""
 _FACTORS = 4
 """Most factors of a term of the momentum balance: three speeds, and time."""
@@ -104,6 +109,13 @@ class Flattened:
         self._steers = bool(used & {"cos psi", "sin psi"})
         self._ages = "t" in used
         self._blows = bool(used & {"u_a", "v_a", "|V_a|"})
+        self._crosses = "F_Y" in used
+        hulls = [terms.vehicle.hull for terms, _ in crowd]
+        length, draught = (
+            np.repeat([0.0 if hull is None else size(hull) for hull in hulls], widths)
+            for size in (attrgetter("length"), attrgetter("draught"))
+        )
+        self._strips, self._strip = np.multiply.outer(SHARES, length), pressure_width(length, draught)
         self._signals = np.ones((len(_SIGNALS), ends[-1]))
         self._products = [np.empty((len(names), ends[-1])) for _ in range(2)]
         self._turns = placed or self._moving or self._steers
@@ -132,6 +144,9 @@ class Flattened:
             signals[7:9] = x[6:8]
         if self._ages:
             signals[14] = minutes
+        if self._crosses:
+            both, turned = pair_forces(self._strips, signals[2], signals[3])
+            signals[15], signals[16] = self._strip * both.sum(axis=0), self._strip * turned.sum(axis=0)
         if self._steers:
             signals[9], signals[10] = cosine, sine
         if self._blows:

@@ -66,6 +66,7 @@ class Effect:
     per_thruster : True when the effect concerns one thruster at a time
     default : a value for each parameter used where the user gives fewer values than parameters
     channels : channels of the log, beside those that every log has, without which it cannot be judged
+    requires : keys of the vehicle file, beside those that every file has, without which it has no size
     includes : names of simpler effects that are special cases of it; they are preferred by price, not by correlation
     """
 
@@ -79,6 +80,7 @@ class Effect:
     per_thruster: bool = False
     default: tuple[float, ...] = ()
     channels: tuple[str, ...] = ()
+    requires: tuple[str, ...] = ()
     includes: tuple[str, ...] = ()
 
     @property
@@ -448,6 +450,14 @@ EFFECTS: tuple[Effect, ...] = (
         "D := (1 + fouling_rate t) D for all damping, t from the beginning of the log",
         "All drag grows as time goes by: weed or a net that is caught, or wind and waves that rise. Growth takes days.",
         added=False,
+    ),
+    Effect(
+        "cross_flow_drag",
+        "hull",
+        (Parameter("cross_flow", "damping", "1", lower=0.0),),
+        "(Y, N) -= cross_flow 1/2 rho T sum (1, x) |w| w dx, w = v_r + x r, over twenty strips of the hull",
+        "Water that crosses the hull resists drift and turning strip by strip, and the model lacks it.",
+        requires=("hull",),
     ),
     Effect(
         "yaw_trim",

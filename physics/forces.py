@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from .cross_flow import FORCES, cross_flow_forces
 from .delays_and_lags import first_order_lag
 from .effects import PARAMETERS
 from .frames import Array, earth_to_body
@@ -18,13 +19,15 @@ from .matrices import mass_matrix
 from .momentum_balance import balances
 from .motion import Motion
 from .thrusters import Thruster
-from .vehicle import Vehicle
+from .vehicle import Vehicle, hull_of
 
 Triple = tuple[Array, Array, Array]
 CURRENT = ("current_north", "current_east", "current_rate_north", "current_rate_east")
 """Symbols of the current: at the beginning of the log, and how much it changes in a minute."""
 _EARTH_FIXED = ("cos psi", "sin psi", "u_a", "v_a", "|V_a|")
 """Factors that turn with the heading."""
+_CROSS_FLOW = tuple(name for _, name in FORCES)
+"""Forces across a hull of C_d = 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +101,18 @@ def apparent_wind(heading: Array, velocity: tuple[Array, Array], air: tuple[Arra
     """
     ahead, starboard = earth_to_body(heading, *air)
     return ahead - velocity[0], starboard - velocity[1]
+
+
+def across_hull(vehicle: Vehicle, sway_speed: Any, yaw_rate: Any) -> tuple[Any, Any]:
+    """F_Y [N] and F_N [N m] of a vehicle's hull of C_d = 1, see `cross_flow.cross_flow_forces`.
+
+    Raises
+    ------
+    VehicleError
+        when the vehicle file does not state the hull's size.
+    """
+    hull = hull_of(vehicle)
+    return cross_flow_forces(hull.length, hull.draught, sway_speed, yaw_rate)
 
 
 def memory_states(vehicle: Vehicle, motion: Motion) -> tuple[Array, Array]:
@@ -220,6 +235,8 @@ class ForceEquation:
         """A signal that not every vehicle needs, and those that come with it; a wake that nobody tells is none."""
         if factor.startswith("q_"):
             return {"q_v": 0.0 * relative[1], "q_r": 0.0 * relative[2]}
+        if factor in _CROSS_FLOW:
+            return dict(zip(_CROSS_FLOW, across_hull(self.vehicle, *relative[1:]), strict=True))
         if factor in ("cos psi", "sin psi"):
             ahead, starboard = earth_to_body(heading, 1.0, 0.0)
             return {"cos psi": ahead, "sin psi": -starboard}

@@ -4,11 +4,12 @@ from functools import cache
 
 import numpy as np
 
+from .cross_flow import cross_flow_matrix
 from .effects import PARAMETERS
 from .frames import AXES, Array
 from .terms import Form, parse_form
 from .thrusters import Thruster
-from .vehicle import Vehicle
+from .vehicle import Vehicle, hull_of
 
 HYDRODYNAMIC: tuple[tuple[str, int, Form], ...] = tuple(
     (p.symbol, p.axis, parse_form(p.form)) for p in PARAMETERS.values() if p.axis is not None and p.form
@@ -17,7 +18,10 @@ HYDRODYNAMIC: tuple[tuple[str, int, Form], ...] = tuple(
 
 
 def active_terms(vehicle: Vehicle) -> list[tuple[float, int, Form]]:
-    """(value, axis, monomial) of every hydrodynamic term that is not zero, unnamed ones included."""
+    """(value, axis, monomial) of every hydrodynamic monomial that is not zero, unnamed ones included.
+
+    Cross-flow drag is none of them.
+    """
     values = vehicle.values
     named = [(values[symbol], axis, form) for symbol, axis, form in HYDRODYNAMIC if values[symbol] != 0.0]
     return named + [(t.value, AXES.index(t.axis), parse_form(t.form)) for t in vehicle.terms if t.value != 0.0]
@@ -62,7 +66,8 @@ def damping_matrix(vehicle: Vehicle, velocity: Array) -> Array:
     """D(nu_r) (..., 3, 3) with D nu_r = minus the hydrodynamic force of every damping, coupling and unnamed term.
 
     Each monomial stands in the column of its last factor without modulus (u|u| in the first, u r in the third); a
-    monomial of moduli only is not a damping term and is left out. Fossen (2021), section 6.4.
+    monomial of moduli only is not a damping term and is left out. Cross-flow drag adds its own symmetric matrix. Fossen
+    (2021), section 6.4.
     """
     state = np.moveaxis(np.asarray(velocity, dtype=float), -1, 0)
     u, v, r = state
@@ -76,6 +81,10 @@ def damping_matrix(vehicle: Vehicle, velocity: Array) -> Array:
         factors.remove("uvr"[column])
         rest = parse_form("".join(factors))(u, v, r) if factors else np.ones_like(u)
         matrix[..., axis, column] -= value * rest
+    coefficient = vehicle.values["cross_flow"]
+    if coefficient:
+        hull = hull_of(vehicle)
+        matrix += coefficient * cross_flow_matrix(hull.length, hull.draught, v, r)
     return matrix
 
 

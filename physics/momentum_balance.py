@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from .cross_flow import FORCES
 from .effects import PARAMETERS
 from .frames import AXES, Array
 from .matrices import HYDRODYNAMIC, mass_rows, push_of
 from .stated_values import values_of
 from .terms import parse_form
-from .vehicle import Vehicle
+from .vehicle import Vehicle, hull_of
 
 NEGLIGIBLE = 1e-12
 """Coefficient that is what rounding leaves of nothing, in SI units: its term is not written."""
@@ -38,7 +39,8 @@ class BalanceTerm(NamedTuple):
 
     A factor is `u v r` (relative to the water) or a modulus such as `|u|`, a derivative `u_dot`, the force of a
     thruster `T:port`, `cos psi` or `sin psi`, the time `t` since the beginning of the log [min], the apparent
-    wind `u_a v_a |V_a|`, or a filtered velocity `q_v q_r` of the wake memory.
+    wind `u_a v_a |V_a|`, a filtered velocity `q_v q_r` of the wake memory, or the force `F_Y F_N` across a hull whose
+    drag coefficient is one (see `cross_flow`).
     """
 
     coefficient: float
@@ -67,7 +69,14 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
 
     M nu_r_dot = B T - C(nu_r) nu_r - D(nu_r) nu_r + other, Fossen (2021), eq. 6.1 in the plane, with C from M by his
     theorem 3.2.
+
+    Raises
+    ------
+    VehicleError
+        for cross-flow drag of a hull whose size the vehicle file does not state.
     """
+    if vehicle.values["cross_flow"]:
+        hull_of(vehicle)
     m = mass_rows(vehicle)
     inertia = [
         [BalanceTerm(m[0][0], ("u_dot",), _AHEAD), BalanceTerm(m[0][2], ("r_dot",), _BESIDE)],
@@ -108,6 +117,11 @@ def _added(vehicle: Vehicle) -> list[list[BalanceTerm]]:
         force[axis].append(BalanceTerm(value, form.factors, (symbol,)))
         if fouling and PARAMETERS[symbol].section == "damping":
             grown = BalanceTerm(value * fouling, (*form.factors, "t"), (symbol, "fouling_rate"))
+            force[axis].append(grown)
+    for axis, name in FORCES if p["cross_flow"] else ():
+        force[axis].append(BalanceTerm(-p["cross_flow"], (name,), ("cross_flow",)))
+        if fouling:
+            grown = BalanceTerm(-p["cross_flow"] * fouling, (name, "t"), ("cross_flow", "fouling_rate"))
             force[axis].append(grown)
     for term in vehicle.terms:
         force[AXES.index(term.axis)].append(BalanceTerm(term.value, parse_form(term.form).factors, (term.symbol,)))

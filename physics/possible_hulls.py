@@ -15,6 +15,9 @@ _WORDS = {
     "added_mass": "added mass {symbol} = {value:+g} {unit} would make the hull lighter in water; a hydrodynamic "
     "derivative carries its sign (X_udot = -2.6 adds 2.6 kg): write {turned:g}",
 }
+_NEGATIVE = "drag coefficient {symbol} = {value:+g} would drive the boat; it is positive: write {turned:g}"
+_COEFFICIENTS = tuple(p.symbol for p in PARAMETERS.values() if p.section == "damping" and p.unit == "1")
+"""Drag coefficients, which carry no sign."""
 _SPEEDS = np.array([0.03, 0.1, 0.3, 1.0, 3.0, 10.0])
 """Speeds at which the drag of an axis is asked whether it drives [m/s, rad/s]: of a model ship up to a fast boat."""
 _RADII = 30.0
@@ -39,7 +42,7 @@ def impossible(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> di
 def insistable(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> set[str]:
     """Every key that a vehicle may insist on."""
     limited = {p.symbol for p in PARAMETERS.values() if p.section in _WORDS and np.isfinite(p.upper)}
-    return {*limited, "x_g", "y_g", *(s for s in values if ":" in s), *(t.name for t in thrusters)}
+    return {*limited, *_COEFFICIENTS, "x_g", "y_g", *(s for s in values if ":" in s), *(t.name for t in thrusters)}
 
 
 def _signs(values: Mapping[str, float]) -> dict[str, str]:
@@ -49,6 +52,8 @@ def _signs(values: Mapping[str, float]) -> dict[str, str]:
         if limits is not None and limits.section in _WORDS and value > limits.upper:
             words = _WORDS[limits.section]
             found[symbol] = words.format(symbol=symbol, value=value, unit=limits.unit, turned=-value)
+        elif symbol in _COEFFICIENTS and value < 0.0:
+            found[symbol] = _NEGATIVE.format(symbol=symbol, value=value, turned=-value)
     return found
 
 

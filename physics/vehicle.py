@@ -20,14 +20,14 @@ from pydantic import (
     model_validator,
 )
 
-from .effects import COMMAND_OFFSET, PARAMETERS, Parameter
+from .effects import COMMAND_OFFSET, EFFECTS, PARAMETERS, Effect, Parameter
 from .errors import VehicleError
 from .file_marks import on_top
 from .files import write_text, yaml_text
 from .frames import AXES
 from .possible_hulls import impossible, insistable
 from .printable import shown
-from .quantities import Number, complaint, complaints, positive, unknown_key
+from .quantities import Number, Positive, complaint, complaints, positive, unknown_key
 from .reading import Plain, parse_yaml, read_yaml, reason
 from .terms import parse_form
 from .thrusters import GAINS, Thruster
@@ -76,6 +76,14 @@ class Term(BaseModel):
         return f"{self.axis}:{self.form}"
 
 
+class Hull(BaseModel):
+    """What of the hull is in the water: `length` along it, centred on the body origin, and `draught` below it [m]."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    length: Positive
+    draught: Positive
+
+
 def _to_be_judged(info: ValidationInfo) -> bool:
     """Whether a vehicle that cannot be is wanted all the same, see `load_vehicle`."""
     return bool(info.context and info.context.get("judged"))
@@ -89,10 +97,11 @@ class Vehicle(BaseModel):
     """A surface vehicle in three degrees of freedom: M nu_r_dot + C(nu_r) nu_r + D(nu_r) nu_r = tau + other.
 
     `about` says in a line what boat it is. Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6:
-    hydrodynamic derivatives carry their sign, so damping and added mass are negative. `mass` [kg], `inertia_z`
-    [kg m^2] about the body origin, `x_g` and `y_g` [m] ahead and to starboard of the origin. Sections hold the symbols
-    of the effects catalogue; an absent symbol has its null value. What no hull has, such as positive damping, is
-    refused unless `insist` names it (see `possible_hulls.impossible`).
+    hydrodynamic derivatives carry their sign, so damping and added mass are negative. `mass` [kg], `inertia_z` [kg m^2]
+    about the body origin, `x_g` and `y_g` [m] ahead and to starboard of the origin, `hull` what of it is in the water,
+    which only some effects ask for. Sections hold the symbols of the effects catalogue; an absent symbol has its null
+    value. What no hull has, such as positive damping, is refused unless `insist` names it (see
+    `possible_hulls.impossible`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -102,6 +111,7 @@ class Vehicle(BaseModel):
     inertia_z: Annotated[Number, AfterValidator(_positive)]
     x_g: Number = 0.0
     y_g: Number = 0.0
+    hull: Hull | None = None
     added_mass: dict[str, Number] = {}
     damping: dict[str, Number] = {}
     coupling: dict[str, Number] = {}
@@ -138,6 +148,9 @@ class Vehicle(BaseModel):
             for key in getattr(self, section):
                 if key not in _keys(section):
                     raise ValueError(unknown_key(key, _keys(section), section))
+        asked = next((e for e in EFFECTS if lacking(self, e) and any(self.value(s) for s in e.symbols)), None)
+        if asked is not None:
+            raise ValueError(f"{asked.symbols[0]} = {self.value(asked.symbols[0]):g} {lacking(self, asked)}")
         names = [t.name for t in self.thrusters]
         if len(set(names)) < len(names):
             raise ValueError(f"thruster names must differ, got {', '.join(names)}")
@@ -284,7 +297,8 @@ class Vehicle(BaseModel):
     @property
     def digest(self) -> str:
         """Sixteen hexadecimal digits that tell this vehicle from any other; what it is about is none of it."""
-        return hashlib.sha256(self.model_dump_json(exclude={"about"}).encode()).hexdigest()[:16]
+        unsaid = {"about"} if self.hull is not None else {"about", "hull"}
+        return hashlib.sha256(self.model_dump_json(exclude=unsaid).encode()).hexdigest()[:16]
 
     def save(self, path: str | os.PathLike[str], by: str | None = None) -> None:
         """Write the vehicle file (YAML, DESIGN section 4), to a temporary name first, then renamed.
@@ -302,6 +316,30 @@ class Vehicle(BaseModel):
         if self._insisted:
             data["insist"] = self._insisted
         return {key: data[key] for key in type(self).model_fields if key in data}
+
+
+_HOW_TO_STATE = {"hull": "hull: {length, draught}, in metres"}
+"""What to write into a vehicle file for the keys that only some effects ask for."""
+
+
+def lacking(vehicle: Vehicle, effect: Effect) -> str:
+    """What a vehicle file must state before it can have an effect, in words behind its name; empty where it does."""
+    absent = [key for key in effect.requires if getattr(vehicle, key) is None]
+    told = " and ".join(_HOW_TO_STATE[key] for key in absent)
+    return told and f"needs the size of the hull: give {told}, in the vehicle file"
+
+
+def hull_of(vehicle: Vehicle) -> Hull:
+    """The size of a vehicle's hull.
+
+    Raises
+    ------
+    VehicleError
+        when the vehicle file does not state it.
+    """
+    if vehicle.hull is None:
+        raise VehicleError(f"{vehicle.name}: expected {_HOW_TO_STATE['hull']}, in the vehicle file, got none")
+    return vehicle.hull
 
 
 def vehicle_from_dict(data: Any, where: str, *, judged: bool = False) -> Vehicle:
@@ -333,6 +371,8 @@ _MEANT = {
     "inertia_z": "moment of inertia in yaw about the origin, kg m^2",
     "thrusters": "a list, each with name, x, y, command and curve",
     "name": "a word such as port",
+    "length": "metres of hull in the water",
+    "draught": "metres of hull below the waterline",
     "x": "metres ahead of the origin",
     "y": "metres to starboard of the origin, negative at port",
     "command": "pwm, normalized, rad_s or newton",
@@ -343,6 +383,8 @@ _MEANT = {
     "form": "such as u|r|",
 }
 """What the keys of a vehicle file mean, said where one is missing."""
+_PARTS: dict[str, type[BaseModel]] = {"terms": Term, "hull": Hull}
+"""Parts of a vehicle file that have keys of their own."""
 _POINTS = "a list of numbers, one a point of the curve"
 
 
@@ -363,9 +405,7 @@ def _in_words(item: Any, data: Any) -> str:
         )
         return place + complaint(item, inner, meant)
     inside = path[:-1]
-    model = (
-        Thruster if inside[:1] == ["thrusters"] and len(inside) == 2 else Term if inside[:1] == ["terms"] else Vehicle
-    )
+    model = Thruster if inside[:1] == ["thrusters"] and len(inside) == 2 else _PARTS.get("".join(inside[:1]), Vehicle)
     return unknown_key(path[-1], model.model_fields, ".".join(inside) or "the vehicle file")
 
 

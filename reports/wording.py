@@ -10,7 +10,6 @@ from ..discovery.findings import Step
 from ..discovery.found_effects import FoundEffect
 from ..discovery.lawful.price_of_law import Passivity
 from ..measurements.prepared_logs import FOLDS
-from ..physics.effects import BY_NAME
 from ..physics.frames import AXES
 from ..physics.in_words import MINUS, NARROW, finite, listing, number, words
 
@@ -45,13 +44,6 @@ def held_shares(found: Held | None) -> str:
     if found is None or found.share is None:
         return ""
     return f"{', '.join(f'{100.0 * found.share.of(axis):.0f}' for axis in AXES)} %"
-
-
-def added_to(candidate: FoundEffect) -> str:
-    """The symbols of a candidate whose values are added to the vehicle file's, in a phrase; else empty."""
-    effect = BY_NAME.get(candidate.effect)
-    symbols = ", ".join(term.symbol for term in candidate.terms)
-    return f"{symbols}: added to the vehicle file's" if effect is not None and effect.added and symbols else ""
 
 
 def twins(candidate: FoundEffect) -> list[str]:

@@ -46,7 +46,6 @@ LONG = (
     "tests/discovery/distillation/test_distil.py",
     "tests/cli/test_fit_verb.py",
     "tests/physics/worlds/test_hidden_effects.py",
-    "tests/benchmarks/test_hidden_effects_study.py::test_discovery_names_what_is_hidden_in_a_slice",
     "tests/physics/test_apparent_wind.py",
     "tests/cli/test_bag_verbs.py",
     "tests/residuals/models/test_model_files.py",

@@ -34,6 +34,8 @@ from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.freed_memory import hand_back
 from ..physics.sources import WHOLE, with_sources
 from ..physics.stage import COMPARING, SCORING, Say, Stage
+from ..reports.claims import source_marks
+from ..reports.page.outcome import headline as verdict_in_words
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import Errors, evaluate_all
@@ -171,7 +173,7 @@ def assess(
         inputs = inputs.mapped(found.hidden.corrected)
         known = partial(references, inputs, found.basis, _folds(inputs, found))
     how = f"identified by undertow from {WHOLE if _folds(inputs, found) else ''}{inputs.log_names}"
-    found = replace(found, corrected=with_sources(found.nominal, found.corrected, how))
+    found = replace(found, corrected=with_sources(found.nominal, found.corrected, how, source_marks(found.findings)))
     if progress is not None:
         progress(Stage("scoring every step on held-out data", SCORING))
     models = _models(found, _folds(inputs, found))
@@ -220,7 +222,7 @@ def assess(
     folds = found.findings.folds
     if folds is not None and _folds(inputs, found):
         folds = folds.but(models=found.unseen.recorded(found.nominal, list(inputs.starts)))
-    headline = found.findings.headline
+    headline = verdict_in_words(found.findings.but(steps=steps), compared)
     if found.findings.missing and compared.best.horizon and not compared.best.model:
         headline = f"{headline.removesuffix('.')}; yet no model here predicts these rows better than a guess."
     findings = found.findings.but(

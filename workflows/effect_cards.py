@@ -35,6 +35,7 @@ def _card(effect: Effect) -> Plain:
             for p in effect.parameters
         ],
         "needs": list(effect.channels),
+        "requires": list(effect.requires),
         "includes": list(effect.includes),
     }
 

@@ -25,10 +25,12 @@ from ..physics.printable import one_line
 from ..physics.reading import read_bytes
 from ..physics.sources import ALL
 from ..physics.stated_values import amount, values_of
+from ..physics.vehicle import Vehicle, load_vehicle
+from ..reports.claims import file_numbers, source_marks
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel
 from .check import check
-from .run_folder.read import read_record
+from .run_folder.read import read_findings, read_record
 from .run_folder.run_files import own_run
 from .run_folder.targets import Kind, check_targets
 
@@ -118,11 +120,13 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
     run = path.parent if path is not None and path.name == "model.yaml" else path
     own = own_run(run) if run is not None and run.is_dir() else set()
     intervals: dict[str, tuple[float, float]] = {}
+    sure: dict[str, str] = {}
     audit: AuditRecord | None = None
     said: list[str] = []
     if run is not None and {"model.yaml", "findings.json"} <= own:
-        findings = read_record(read_bytes(run / "findings.json"), Findings, run / "findings.json")
-        intervals, said = _intervals(findings), [findings.headline]
+        findings = read_findings(read_bytes(run / "findings.json"), run / "findings.json")
+        nominal = load_vehicle(run / "nominal.yaml") if "nominal.yaml" in own else model.vehicle
+        intervals, sure, said = _intervals(findings, nominal), source_marks(findings), [findings.headline]
     if run is not None and {"model.yaml", "comparison.json"} <= own:
         said.append(read_record(read_bytes(run / "comparison.json"), Comparison, run / "comparison.json").best.sentence)
     if run is not None and {"model.yaml", "audit.json"} <= own:
@@ -136,7 +140,7 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
         envelope = Envelope((u[0], v[0], r[0]), (u[1], v[1], r[1]))
     broken = [law for law in laws if law.verdict == "fail" and law.counts]
     kept = sum(law.verdict == "pass" for law in laws)
-    numbers, notes = _numbers(model, intervals)
+    numbers, notes = _numbers(model, intervals, sure)
     told = f"{verdict}: of {len(laws)} laws of a hull in water {kept} are kept and {len(broken)} broken."
     return KnownFacts(
         name=one_line(model.vehicle.name),
@@ -151,15 +155,18 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
     )
 
 
-def _intervals(findings: Findings) -> dict[str, tuple[float, float]]:
-    """95 % intervals of what was found or calibrated, by symbol."""
+def _intervals(findings: Findings, nominal: Vehicle) -> dict[str, tuple[float, float]]:
+    """95 % intervals of what was found or calibrated, by symbol: of whole values, as the vehicle file has them."""
     found = {one.symbol: one.ci95 for one in findings.calibrated}
-    found |= {term.symbol: term.ci95 for effect in findings.added for term in effect.terms}
     found |= {f"{term.axis}:{term.form}": term.ci95 for term in findings.unnamed}
-    return {symbol: (each.lower, each.upper) for symbol, each in found.items() if each is not None}
+    known = {symbol: (each.lower, each.upper) for symbol, each in found.items() if each is not None}
+    added = [one for effect in findings.added for one in file_numbers(effect, nominal)]
+    return known | {one.symbol: one.ci95 for one in added if one.ci95 is not None}
 
 
-def _numbers(model: Model, intervals: Mapping[str, tuple[float, float]]) -> tuple[tuple[KnownNumber, ...], list[str]]:
+def _numbers(
+    model: Model, intervals: Mapping[str, tuple[float, float]], sure: Mapping[str, str]
+) -> tuple[tuple[KnownNumber, ...], list[str]]:
     """Each number of a model that is not null, with its unit, interval and source; then the sources of sections.
 
     Of a vehicle whose physics a network replaces, these are the thrusters and the current, which the network sees.
@@ -174,7 +181,9 @@ def _numbers(model: Model, intervals: Mapping[str, tuple[float, float]]) -> tupl
             continue
         ends = " to ".join(number(end) for end in intervals.get(symbol, ()))
         source = one_line(str(sources.pop(symbol, "")))
-        found.append(KnownNumber(symbol, amount(vehicle, symbol, 9, parameter.unit), ends, source))
+        found.append(
+            KnownNumber(symbol, amount(vehicle, symbol, 9, parameter.unit), ends, source, sure.get(symbol, ""))
+        )
     for thruster in vehicle.thrusters:
         place = f"x {number(thruster.x)} m, y {number(thruster.y)} m, angle {number(thruster.angle)} rad"
         notes.append(f"thruster {thruster.name}: {place}, command {thruster.channel}, {thruster.curve.kind} curve")

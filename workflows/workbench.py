@@ -14,7 +14,8 @@ from ..physics.in_words import listing, words
 from ..physics.sources import WHOLE, with_sources
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
-from ..reports.page.outcome import opening
+from ..reports.claims import source_marks, sure_caption
+from ..reports.page.outcome import headline, opening, section_title
 from .discover_and_add import add, discover
 from .log_on_bench import LogOnBench
 from .opened_log import HORIZON, OpenedLog
@@ -54,16 +55,19 @@ class Workbench:
         """Search for what is missing, as `discover` does; cards for all that was tried."""
         run = self._discover(progress)
         findings, found = run.findings, self._readings[()]
+        verdict = headline(findings, run.comparison)
         return Searched(
             findings.verdict,
-            findings.headline,
-            tuple(opening(findings, run.comparison))[1:],
+            verdict,
+            tuple(t for t in opening(findings, run.comparison, run.discovery.nominal) if t != verdict),
             self._found or (),
             effect_cards(findings, found),
             sensor_cards(findings),
             tuple((one.manoeuvre, one.why) for one in findings.advice),
             tuple(rival(model) for model in run.comparison.models),
             None if self._hidden is None else (self._hidden.arm_x, self._hidden.arm_y, self._hidden.compass),
+            section_title(findings, run.comparison),
+            sure_caption(findings.candidates),
         )
 
     def resume(self, searched: Searched) -> None:
@@ -155,8 +159,10 @@ class Workbench:
         vehicle, nominal = reading.model(stand).vehicle, reading.inputs.vehicle
         left = f" without the correction of {listing([words(e) for e in stand.left])}" if stand.left else ""
         by = " and by hand" if stand.moved else ""
+        marks = source_marks(self._run.findings) if self._run is not None else {}
+        sure = {symbol: mark for symbol, mark in marks.items() if symbol not in dict(stand.moved)}
         return with_sources(
-            nominal, vehicle, f"identified by undertow from {WHOLE}{reading.inputs.log_names}{left}{by}"
+            nominal, vehicle, f"identified by undertow from {WHOLE}{reading.inputs.log_names}{left}{by}", sure
         )
 
     def inputs(self, left: Sequence[str], among: Inputs | None = None) -> Inputs:

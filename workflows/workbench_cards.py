@@ -9,6 +9,7 @@ from ..discovery.found_effects import FoundEffect, FoundTerm
 from ..physics.effects import BY_NAME, COMMAND_OFFSET
 from ..physics.errors import RequestError
 from ..physics.in_words import unit_text, words
+from ..reports.claims import file_numbers, in_order, odds
 from ..reports.page.figures.missing_force import MissingForce, best_signal, force_drawings, signal_rows
 from ..reports.wording import effect_words, interval, risen, twins, within
 from ..residuals.models.base import VehicleModel
@@ -24,8 +25,8 @@ _DRAWN = 8
 
 def effect_cards(findings: Findings, bench: LogOnBench) -> tuple[Card, ...]:
     """A card for every effect that could be judged, the most valuable first."""
-    judged = [c for c in findings.candidates if not c.cannot_tell]
-    return tuple(_effect(c, findings, bench if k < _DRAWN else None) for k, c in enumerate(judged))
+    judged = [c for c in in_order(findings.candidates) if not c.cannot_tell]
+    return tuple(_effect(c, findings, bench, drawn=k < _DRAWN) for k, c in enumerate(judged))
 
 
 def sensor_cards(findings: Findings) -> tuple[Card, ...]:
@@ -49,23 +50,24 @@ def _sensor(found: SensorError, findings: Findings) -> Card:
     return Card(found.correction, title, "", found.sentence, found.verdict, numbers_of(found.terms), twins=tuple(alike))
 
 
-def _effect(found: FoundEffect, findings: Findings, drawn: LogOnBench | None) -> Card:
+def _effect(found: FoundEffect, findings: Findings, bench: LogOnBench, *, drawn: bool) -> Card:
     tell = next((one.manoeuvre for one in findings.advice if words(found.effect) in one.why), "")
     effect = BY_NAME.get(found.effect)
-    likely = found.chance is not None and found.chance.none
-    shown = drawn if effect is not None and found.verdict != "no evidence" else None
+    rare = found.chance is not None and found.chance.none
+    numbers = file_numbers(found, bench.inputs.vehicle) if found.verdict != "no evidence" else ()
+    shown = bench if drawn and effect is not None and found.verdict != "no evidence" else None
     return Card(
         found.key,
         effect_words(found).capitalize(),
         found.equation,
         " ".join([unit_text(found.sentence), *risen(findings.steps, f"{HORIZON:g}", found)]),
         found.verdict,
-        numbers_of(found.terms) if found.verdict != "no evidence" else (),
-        effect is not None and effect.added,
-        found.chance.in_words if found.chance is not None and likely else "",
+        tuple(one.told() for one in numbers),
+        found.chance.in_words if found.chance is not None and rare else "",
         tuple(twins(found)),
         tell,
         _picture(found, shown) if shown is not None else "",
+        odds(found),
     )
 
 

@@ -136,14 +136,14 @@ class Card:
     ----------
     name : as `add` takes it; of a sensor that of its correction, empty where none was made
     title, equation, sentence : the effect, its force, and the finding, in words
-    verdict : "missing", "possible" or "no evidence", of a sensor "present" or "possible", of what
+    verdict : "missing", "likely", "possible" or "no evidence", of a sensor "present" or "possible", of what
         was added by name "betters unseen rows", "worse on unseen rows" or "cannot tell"
-    numbers : its values with intervals
-    added : they are added to what the vehicle file has
+    numbers : its values with intervals, as a corrected file has them; of a number of the file, what that says
     chance : how often nothing looks as good; empty where it was not rehearsed
     twins : what would explain the log as well
     tell : the manoeuvre that would tell
     picture : drawing of the missing force over the effect's signal, SVG; empty where there is none
+    odds : how sure the name is, such as "87 %"; empty where nobody knows
     """
 
     name: str
@@ -152,11 +152,11 @@ class Card:
     sentence: str
     verdict: str
     numbers: tuple[str, ...] = ()
-    added: bool = False
     chance: str = ""
     twins: tuple[str, ...] = ()
     tell: str = ""
     picture: str = ""
+    odds: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,9 +165,11 @@ class Searched:
 
     Attributes
     ----------
-    verdict : "missing", "nothing missing" or "undecided"
+    verdict : "missing", "likely", "nothing missing" or "undecided"
     headline : the same in a sentence
-    told : what it does to the error, and which model to trust
+    told : what it does to the error, and which model to trust; of an open verdict, the three lines of its answer
+    title : over the cards, such as "What is missing"
+    sure : what the odds of a card are, in a phrase
     found : names of what was found, in order
     cards : effects, the most valuable first
     sensors : what the sensors and their record do wrong
@@ -186,6 +188,8 @@ class Searched:
     advice: tuple[tuple[str, str], ...] = ()
     rivals: "tuple[Rival, ...]" = ()
     hidden: tuple[float, float, float] | None = None
+    title: str = "What is missing"
+    sure: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,13 @@ from .words import button, line
 Act = Callable[[str], Awaitable[None]]
 
 
-_KINDS = {"missing": "missing", "possible": "possible", "present": "possible", "betters unseen rows": "possible"}
+_KINDS = {
+    "missing": "missing",
+    "likely": "likely",
+    "possible": "possible",
+    "present": "possible",
+    "betters unseen rows": "possible",
+}
 """How a verdict looks; as no evidence where it is none of these."""
 
 
@@ -37,12 +43,12 @@ class FindingCard:
                 with ui.element("div"):
                     line(card.title, tag="h3")
                     if card.verdict:
-                        line(card.verdict, f"tag {kind}", tag="span")
+                        line(f"{card.verdict} {card.odds}".rstrip(), f"tag {kind}", tag="span")
                 if card.name:
                     self._button = button("Add", self._act, label=f"Add {card.title}")
                     self._button.classes("lead")
             if whose and card.numbers:
-                line(f"{whose}{', added to what the file has' * card.added}:", "muted small")
+                line(f"{whose}:", "muted small")
             for text in card.numbers:
                 line(text, "small")
             if card.twins:

@@ -108,5 +108,5 @@ def _how_well(shown: Shown, opened: Opened, fit: Fit) -> str:
         own = searched is not None and OWN_NUMBERS in searched.found and OWN_NUMBERS not in stand.names
         return f"{change} than the model as it was; {how}.{_WITHOUT_OWN * own}"
     if searched is not None and not stand.left:
-        return " ".join(searched.told)
+        return "\n".join(searched.told)
     return f"{opened.seconds:.0f} s of measurement, predicted open loop again and again from what was measured."

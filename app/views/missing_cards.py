@@ -22,6 +22,8 @@ _OWN = Card(
 _CORRECTED = "The log is read with these corrections. Without one, the same effects are fitted anew."
 _SEARCH, _SHOWN = "In the search's fit", "In the shown model"
 """Whose the numbers on a card are."""
+_TITLE = "What is missing"
+"""Over the cards before a search has said how sure that is."""
 _OPEN = 6
 """Cards that are shown at once; the rest is folded."""
 
@@ -35,10 +37,10 @@ class MissingCards:
         self._cards: dict[str, FindingCard] = {}
         self._sensors: dict[str, FindingCard] = {}
         self._by_name: dict[str, Card] = {}
-        place = ui.element("section").classes("cards stack").props('aria-label="What is missing"')
+        place = ui.element("section").classes("cards stack").props(f'aria-label="{_TITLE}"')
         with place:
             with ui.element("div").classes("flow"):
-                line("What is missing", tag="h2").style("margin: 0; flex: 1")
+                self._title = line(_TITLE, tag="h2").style("margin: 0; flex: 1")
                 self._all = button("Add all found", self._add_all, label="Add all effects that were found")
             self._waits = line("", "muted")
             self._search = button("Search", session.search, lead=True)
@@ -62,6 +64,7 @@ class MissingCards:
         self._all.set_visibility(len(self._left()) > 1)
         if searched is not self._searched:
             self._searched = searched
+            self._title.set_text(_TITLE if searched is None else searched.title)
             self._body.clear()
             self._cards.clear()
             self._sensors.clear()
@@ -92,6 +95,8 @@ class MissingCards:
         rest = [card for card in searched.cards if card.verdict == "no evidence"]
         if any(card.numbers for card in found):
             line("The search's fit has all that was found; the table has the shown model's numbers.", "muted small")
+        if any(card.odds for card in found):
+            line(f"In percent: {searched.sure.removeprefix('sure: ')}.", "muted small")
         for card in found[:_OPEN]:
             self._card(card, opened=card is found[0])
         if found[_OPEN:]:

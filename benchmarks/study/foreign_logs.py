@@ -139,7 +139,7 @@ NAMELESS = {"tuning": 9_000, "reporting": 18_000}
 """First seeds; those from 12,000 to 12,013, 15,000 to 15,007, 16,000 to 16,007 and 17,000 to 17,027 were reported once,
 and tuned on since."""
 CAUSES = tuple(FOLLOWS)
-_PAIRED = [e.name for e in EFFECTS if not e.channels]
+_PAIRED = [e.name for e in EFFECTS if not e.channels and not e.requires]
 _NAMELESS_LOGS = 400
 
 

@@ -14,7 +14,7 @@ from undertow.physics.effects import EFFECTS, effect_named
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect
+from undertow.physics.worlds.typical_effects import random_hull, typical_effect, with_hull
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.steering.closed_loop import drive
@@ -68,7 +68,8 @@ def world(kind: str, seed: int, drawn: int = 0) -> Steered:
     """
     rng = np.random.default_rng([seed, 11])
     for attempt in range(1, 200):
-        nominal = random_hull(load_vehicle(VEHICLES[seed % len(VEHICLES)]), rng, 0.25)
+        sister = random_hull(load_vehicle(VEHICLES[seed % len(VEHICLES)]), rng, 0.25)
+        nominal = with_hull(sister, np.random.default_rng([seed, 12]))
         if kind == "nothing":
             return Steered(nominal, nominal, {}, attempt)
         names = [str(n) for n in rng.choice([e.name for e in EFFECTS if e.name not in _UNFELT], HIDDEN, replace=False)]

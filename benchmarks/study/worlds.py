@@ -14,7 +14,7 @@ from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.simulated_log import SimulatedLog
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect
+from undertow.physics.worlds.typical_effects import random_hull, typical_effect, with_hull
 from undertow.physics.worlds.world import NOISE, Sensors, World
 
 SEEDS = {"tuning": (0, 110), "reporting": (60_000, 1_000)}
@@ -74,17 +74,21 @@ class Case:
 
 
 def draw(part: Part, number: int, seed: int) -> Case:
-    """Draw log `number` of a part. Effects come in turn where one is hidden, at random where there are more."""
+    """Draw log `number` of a part. Effects come in turn where one is hidden, at random where there are more.
+
+    Every nominal hull states its size, so that cross-flow drag is looked for in every log, not only where it is hidden.
+    """
     rng = np.random.default_rng([seed, 5])
-    base = VEHICLES[(number + number // len(EFFECTS)) % len(VEHICLES)]
+    turn, effect = divmod(number, len(EFFECTS))
+    base = VEHICLES[(effect + turn) % len(VEHICLES)]  # however many effects there are, each meets every vehicle in turn
     kind = part.programmes[number % len(part.programmes)]
     noise = part.noises[number // len(part.programmes) % len(part.noises)]
     waves = float(rng.uniform(*WAVES)) if part.waves else 0.0
     for _ in range(50):
-        nominal = random_hull(load_vehicle(base), rng)
+        nominal = with_hull(random_hull(load_vehicle(base), rng), np.random.default_rng([seed, 9]))
         names = [str(name) for name in rng.choice([e.name for e in EFFECTS], part.hidden, replace=False)]
         if part.hidden == 1:
-            names = [EFFECTS[number % len(EFFECTS)].name]
+            names = [EFFECTS[effect].name]
         if any(other in effect_named(name).includes for name in names for other in names):
             continue  # a general effect beside a special case of it: no log could tell
         if (nominal.x_g, nominal.y_g) == (0.0, 0.0) and "mass_offset" in names and set(names) & set(ADDED):

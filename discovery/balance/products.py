@@ -1,9 +1,9 @@
 """Every summand of the momentum balance along given rows, each worked out once and remembered.
 
 The balance is a sum of coefficients times products of signals (`physics.momentum_balance`). A coefficient is a number
-of the vehicle; a product depends on the rows alone, but for the water's velocity, the wake's memory time and the shapes
-of the thrusters. So a model is judged by a weighted sum of products, and the rows are read again only where one of
-those few numbers moves.
+of the vehicle; a product depends on the rows alone, but for the water's velocity, the wake's memory time, the size of
+the hull and the shapes of the thrusters. So a model is judged by a weighted sum of products, and the rows are read
+again only where one of those few numbers moves.
 """
 
 from abc import ABC, abstractmethod
@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ...physics.forces import CURRENT, apparent_wind, relative_velocity
+from ...physics.cross_flow import FORCES
+from ...physics.forces import CURRENT, across_hull, apparent_wind, relative_velocity
 from ...physics.frames import Array
 from ...physics.momentum_balance import Balance as AxisBalance
 from ...physics.momentum_balance import balances
@@ -27,6 +28,8 @@ _WATERS = 4
 _WAKE = {"q_v": 1, "q_r": 2}
 """Signals of the wake memory, and the relative velocity that each of them follows."""
 _WIND = ("u_a", "v_a", "|V_a|")
+_CROSS_FLOW = tuple(name for _, name in FORCES)
+"""Forces across the hull, which move with its size."""
 
 Water = tuple[float, ...]
 """Velocity of the water towards north and east [m/s], and how it changes [m/s/min]."""
@@ -116,8 +119,9 @@ class Products(ABC):
                         loss = -term.coefficient * thruster.advance_loss
                         row.append((("load", flow, index, thruster.shape), loss, vehicle))
                 else:
-                    factors, flows, remembers = _moves_with(term.factors)
-                    key = (factors, flow if flows else None, memory_time if remembers else None)
+                    factors, flows, remembers, crosses = _moves_with(term.factors)
+                    shape = memory_time if remembers else vehicle.hull if crosses else None
+                    key = (factors, flow if flows else None, shape)
                     row.append((key, term.coefficient, vehicle))
             found.append(row)
         return found
@@ -164,6 +168,8 @@ class Products(ABC):
             return (ahead, starboard, np.hypot(ahead, starboard))[_WIND.index(factor)]
         if factor in _WAKE:
             return self.wake(_WAKE[factor], vehicle)
+        if factor in _CROSS_FLOW:
+            return np.asarray(across_hull(vehicle, *self.relative(vehicle)[1:])[_CROSS_FLOW.index(factor)])
         value = self.relative(vehicle)["uvr".index(factor.strip("|"))]
         return np.abs(value) if factor.startswith("|") else value
 
@@ -199,10 +205,11 @@ def _of_thruster(item: tuple[Key, tuple[float, Vehicle]]) -> int:
 
 
 @cache
-def _moves_with(factors: tuple[str, ...]) -> tuple[tuple[str, ...], bool, bool]:
-    """Factors in one order, and whether their product moves with the water and with the wake's memory time."""
-    flows = any(f.strip("|")[:1] in ("u", "v") or f == "q_v" for f in factors if f not in _WIND)
-    return tuple(sorted(factors)), flows, any(f in _WAKE for f in factors)
+def _moves_with(factors: tuple[str, ...]) -> tuple[tuple[str, ...], bool, bool, bool]:
+    """Factors in one order, and whether their product moves with the water, the wake's memory time, the hull's size."""
+    crosses = any(f in _CROSS_FLOW for f in factors)
+    flows = crosses or any(f.strip("|")[:1] in ("u", "v") or f == "q_v" for f in factors if f not in _WIND)
+    return tuple(sorted(factors)), flows, any(f in _WAKE for f in factors), crosses
 
 
 def water(vehicle: Vehicle) -> Water:

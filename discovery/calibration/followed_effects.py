@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ...physics.effects import effect_named
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
-from ...physics.vehicle import Vehicle
+from ...physics.vehicle import Vehicle, lacking
 from ..candidates.candidate import Candidate, candidates, measurable
 from ..candidates.nuisance import calibratable, nuisance_candidates
 
@@ -33,8 +33,8 @@ def followed(vehicle: Vehicle, names: Sequence[str], motions: Sequence[Motion] =
     Raises
     ------
     RequestError
-        for an unknown effect, one that is not linear in its parameters or needs channels that the motions lack, none
-        or one twice.
+        for an unknown effect, one that is not linear in its parameters, needs channels that the motions lack or for
+        which the vehicle file states too little, none or one twice.
     """
     every = candidates(vehicle)
     found: list[Candidate] = []
@@ -46,6 +46,8 @@ def followed(vehicle: Vehicle, names: Sequence[str], motions: Sequence[Motion] =
                 f"adapt {name}: expected an effect whose force is linear in its parameters, but it is not in "
                 f"{', '.join(bent)}; find its value with discover or add, and put it into the vehicle"
             )
+        if lacks := lacking(vehicle, effect):
+            raise RequestError(f"adapt: {name} {lacks}")
         if effect not in measurable(motions):
             raise RequestError(f"adapt {name}: expected the channels {' and '.join(effect.channels)} in every log")
         meant = [c for c in every if c.effect is effect and ("[" not in name or c.key == name)]

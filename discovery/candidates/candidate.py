@@ -6,7 +6,7 @@ from enum import Enum
 
 from ...physics.effects import EFFECTS, Effect, Parameter
 from ...physics.motion import Motion
-from ...physics.vehicle import Vehicle
+from ...physics.vehicle import Vehicle, lacking
 
 _LIGHTEST = 0.2
 """Share of a vehicle's mass that is looked for at least: who is five times wrong has taken another unit."""
@@ -69,9 +69,14 @@ def measurable(motions: Sequence[Motion], effects: Sequence[Effect] = EFFECTS) -
 
 
 def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[Candidate, ...]:
-    """All candidates for a vehicle: one for each effect, one for each thruster where the effect concerns one."""
+    """All candidates for a vehicle: one for each effect, one for each thruster where the effect concerns one.
+
+    An effect that needs more than the vehicle file states is none: cross-flow drag without the size of the hull.
+    """
     found = []
     for effect in effects:
+        if lacking(vehicle, effect):
+            continue
         if effect.per_thruster:
             for thruster in vehicle.thrusters:
                 named = tuple(replace(p, symbol=p.symbol.format(thruster=thruster.name)) for p in effect.parameters)
@@ -109,6 +114,6 @@ def part_by_sight(pool: Sequence[Candidate], blind: Sequence[bool]) -> tuple[lis
 
 def _blinded(parameter: Parameter) -> bool:
     """True for a parameter that acts in sway, multiplies the sway velocity, or is told apart by such a force only."""
-    if parameter.symbol in (*NEEDS_SWAY, "memory_sway"):
+    if parameter.symbol in (*NEEDS_SWAY, "memory_sway", "cross_flow"):
         return True
     return parameter.axis == 1 or "v" in parameter.form

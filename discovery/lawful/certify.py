@@ -6,7 +6,7 @@ import numpy as np
 
 from ...physics.frames import Array
 from ...physics.laws.certificate import Exponents, control_matrices, corner_state, vehicle_degree, vehicle_power
-from ...physics.laws.damping_power import Envelope, State
+from ...physics.laws.damping_power import Envelope, State, damping_power
 from ...physics.vehicle import Vehicle
 
 _ROUNDING = 1e-9
@@ -34,14 +34,17 @@ def certify(vehicle: Vehicle, envelope: Envelope) -> Certificate:
 
     First without exchanges (as D + D^T stands), then with the best ones for each orthant, found by a small
     semidefinite programme. The eigenvalues are worked out again from the exchanges returned, so that the proof does
-    not rest on the solver. No proof is no disproof: `physics.laws.damping_power.worst_dissipation` looks for a
-    violation.
+    not rest on the solver. Cross-flow drag of a positive coefficient takes energy out by itself, and is left out. No
+    proof is no disproof: `physics.laws.damping_power.worst_dissipation` looks for a violation.
 
     Raises
     ------
     RequestError
         when the solver does not report an optimum.
     """
+    if vehicle.value("cross_flow") < 0.0:  # a vehicle that is to be judged may have that, and it drives
+        far = max(envelope.orthants, key=lambda state: damping_power(vehicle, np.array(state)))
+        return Certificate(False, max(0.0, float(damping_power(vehicle, np.array(far)))), far)
     degree = vehicle_degree(vehicle)
     power = vehicle_power(vehicle, envelope, degree)
     scale = power_scale(power)

@@ -92,7 +92,7 @@ def escaped(text: str) -> str:
 
 def _rows(facts: KnownFacts, vehicle: Vehicle) -> str:
     """Rows of the table: numbers, then what takes a whole row."""
-    numbers = [" & ".join(map(escaped, (x.symbol, x.amount, x.interval, x.source))) for x in facts.numbers]
+    numbers = [" & ".join(map(escaped, (x.symbol, x.amount, x.interval, x.remark))) for x in facts.numbers]
     notes = [*facts.notes, *map(thrust_curve, vehicle.thrusters)]
     whole = [rf"\multicolumn{{4}}{{p{{0.96\linewidth}}}}{{{escaped(each)}}}" for each in notes]
     return "\n".join(f"{row} \\\\" for row in [*numbers, *whole])

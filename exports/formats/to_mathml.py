@@ -82,7 +82,7 @@ def _inline(name: str) -> Html:
 
 def _row(one: KnownNumber) -> tuple[str, str, str, str]:
     named = _inline(one.symbol) if ":" not in one.symbol else one.symbol
-    return named, unit_text(one.amount), one.interval, one.source
+    return named, unit_text(one.amount), one.interval, one.remark
 
 
 def page(vehicle: Vehicle, facts: KnownFacts) -> str:

@@ -21,6 +21,8 @@ def ros_parameters(vehicle: Vehicle) -> dict[str, Any]:
     """The parameters below `ros__parameters`: floats, texts, and lists of either."""
     found: dict[str, Any] = {"vehicle_name": vehicle.name, "axes": "NED/FRD, SI units"}
     found |= {name: float(vehicle.values[name]) for name in ("mass", "inertia_z", "x_g", "y_g")}
+    if vehicle.hull is not None:
+        found["hull"] = {"length": float(vehicle.hull.length), "draught": float(vehicle.hull.draught)}
     for section in _SECTIONS:
         numbers = {symbol: float(value) for symbol, value in getattr(vehicle, section).items()}
         if numbers:

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from ...physics.forces import modelled_acceleration
 from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
 from ..alignment import band_passed
 from ..statistics.white_noise import noise_level
 from .record import RATE, Record, Stretch
@@ -41,6 +43,7 @@ class Part:
     modelled : the vehicle says what its thrusters make of these commands
     cut : whether the log goes on after it, in what is not looked at
     stands, long : (n, c) whether each command stands still, away from its changes, at all and for 10 s or more
+    pushes : (n, c, 2) accelerations of surge and yaw that the vehicle's thruster of each command makes; 0 without one
     """
 
     speeds: Array
@@ -53,6 +56,7 @@ class Part:
     cut: bool
     stands: NDArray[np.bool_]
     long: NDArray[np.bool_]
+    pushes: Array
 
 
 def parts_of(
@@ -84,36 +88,75 @@ def _part(record: Record, stretch: Stretch, names: list[str], band: tuple[float,
         return None
     commands = columns - np.array([centre_of([record], name) for name in names])
     surge, sway, rate = motion.velocity.T
-    rates = np.gradient(motion.velocity[:, [0, 2]], STEP, axis=0)
     driven = record.driven(stretch)
-    modelled = np.zeros_like(rates)
+    modelled = np.zeros((motion.time.size, 2))
+    pushes = np.zeros((motion.time.size, len(names), 2))
     if driven is not None and record.vehicle is not None:
         modelled = modelled_acceleration(record.vehicle, driven)[:, [0, 2]]
+        pushes = _pushes(record.vehicle, driven, names)
     hull = (
         np.column_stack([surge, surge * np.abs(surge), sway * rate, rate * rate]),
         np.column_stack([rate, rate * np.abs(rate), np.abs(surge) * rate, surge * sway, surge * rate]),
     )
-    passed = band_passed(np.column_stack([rates, rates - modelled, *hull]), STEP, band)
-    white = _white(motion.velocity[:, [0, 2]], band)
+    passed = band_passed(np.column_stack([*hull, pushes.reshape(motion.time.size, -1)]), STEP, band)
     return Part(
         motion.velocity[:, [0, 2]],
-        passed[:, :2],
-        passed[:, 2:4],
-        (passed[:, 4:8], passed[:, 8:]),
+        rates_in_band(motion.velocity[:, [0, 2]], np.zeros_like(modelled), band),
+        rates_in_band(motion.velocity[:, [0, 2]], modelled, band),
+        (passed[:, :4], passed[:, 4:9]),
         commands,
-        white,
+        _white(record, motion, band),
         driven is not None,
         stretch.portion.cut,
         *_stands(columns),
+        passed[:, 9:].reshape(pushes.shape),
     )
 
 
-def _white(velocity: Array, band: tuple[float, float]) -> Array:
-    """Root mean square of what white noise on speeds (n, 2) makes of their accelerations in the band."""
-    noise = np.array([noise_level(speed) or 0.0 for speed in velocity.T])
-    low, high = band
+def rates_in_band(velocity: Array, modelled: Array, band: tuple[float, float]) -> Array:
+    """Rates of velocities (n, k) less modelled ones (n, k), in a band [Hz].
+
+    Velocities are filtered, and rates taken after that: a filter goes on beyond the ends of a log from its last row,
+    and the noise of the last rate, far above that of the last velocity, would ring on in it for 1 / band[0].
+    """
+    total = np.zeros(modelled.shape)
+    np.cumsum(0.5 * STEP * (modelled[1:] + modelled[:-1]), axis=0, out=total[1:])
+    return np.gradient(band_passed(velocity - total, STEP, band), STEP, axis=0)
+
+
+def _pushes(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> Array:
+    """Accelerations of surge and yaw (n, c, 2) that each thruster makes along a motion, by the vehicle."""
+    scales = {thruster.channel: f"{thruster.name}_scale" for thruster in vehicle.thrusters}
+    without = vehicle.with_values(dict.fromkeys(scales.values(), 0.0))
+    rest, found = modelled_acceleration(without, motion)[:, [0, 2]], np.zeros((motion.time.size, len(names), 2))
+    for place, name in enumerate(names):
+        if name in scales:
+            alone = without.with_values({scales[name]: vehicle.value(scales[name])})
+            found[:, place] = modelled_acceleration(alone, motion)[:, [0, 2]] - rest
+    return found
+
+
+def _white(record: Record, motion: Motion, band: tuple[float, float]) -> Array:
+    """Root mean square of what white noise on the speeds makes of accelerations of surge and yaw in the band, (2,).
+
+    It is white at the rate at which it was recorded: a record of 10 Hz on the time base of 20 Hz bends at every second
+    row only, and its differences there show a fifth of it.
+    """
+    found = []
+    for column, name in ((0, "u"), (2, "r")):
+        levels = [(noise_level(motion.velocity[:, column]) or 0.0, RATE)]
+        channel = record.log.channels.get(name)
+        if channel is not None and channel.period > 0.0:
+            levels.append((noise_level(channel.value) or 0.0, 1.0 / channel.period))
+        found.append(max(_of_rates(level, rate, band) for level, rate in levels))
+    return np.array(found)
+
+
+def _of_rates(level: float, rate: float, band: tuple[float, float]) -> float:
+    """Root mean square in a band of the rates of white noise that was recorded `rate` times a second."""
+    low, high = band[0], min(band[1], 0.5 * rate)
     # White noise of one sample's variance is spread evenly up to half the rate; a derivative is 2 pi f as large.
-    return noise * 2.0 * np.pi * np.sqrt((high**3 - low**3) / 3.0 / (0.5 * RATE))
+    return level * 2.0 * np.pi * float(np.sqrt(max(high**3 - low**3, 0.0) / 3.0 / (0.5 * rate)))
 
 
 def _stands(commands: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -10,6 +10,10 @@ degree three need degree two on some axes, with one more control point halfway (
 S is not unique: u v r may stand as u in row v, column r, or as v in row u, column r, or as r in row u, column v. Each
 such exchange is a free variable (a slack) of each orthant. Without them honest couplings are rejected: Y_ur + N_uv +
 X_vr = 0 does no work whatever its size.
+
+Cross-flow drag is no polynomial in an orthant, since v + x r changes its sign within it. It needs no matrices: its
+power is -1/2 rho C_d T sum |v + x r|^3 dx (see `physics.cross_flow`), which C_d >= 0 keeps at or below zero at every
+state. So P of everything else is what has to be proved, and a proof of it is one of the whole.
 """
 
 from collections.abc import Sequence
@@ -110,7 +114,10 @@ def power_of(axis: int, form: Form, envelope: Envelope, degree: Exponents) -> Ar
 
 
 def vehicle_power(vehicle: Vehicle, envelope: Envelope, degree: Exponents) -> Array:
-    """Coefficients (orthants, m) [W] of the power of all damping, coupling and unnamed terms of a vehicle."""
+    """Coefficients (orthants, m) [W] of the power of all damping, coupling and unnamed terms of a vehicle.
+
+    But for cross-flow drag, whose power is never above zero.
+    """
     total = np.zeros((len(envelope.orthants), len(basis(degree).monomials)))
     for value, axis, form in active_terms(vehicle):
         total += value * power_of(axis, form, envelope, degree)

@@ -14,7 +14,7 @@ from math import isfinite
 import numpy as np
 
 from ..errors import RequestError
-from ..forces import through_water
+from ..forces import across_hull, through_water
 from ..frames import Array
 from ..matrices import active_terms, mass_matrix
 from ..motion import Motion
@@ -125,11 +125,18 @@ def _largest(parts: Iterable[Array]) -> Array:
 
 
 def damping_power(vehicle: Vehicle, velocity: Array) -> Array:
-    """Power nu_r^T F(nu_r) [W] that damping, coupling and unnamed terms put into the hull, (...) for (..., 3)."""
+    """Power nu_r^T F(nu_r) [W] that damping, coupling and unnamed terms put into the hull, (...) for (..., 3).
+
+    Cross-flow drag is among them; its share is -C_d (v F_Y + r F_N), never above zero (see `cross_flow`).
+    """
     u, v, r = state = np.moveaxis(np.asarray(velocity, dtype=float), -1, 0)
     power = np.zeros_like(u)
     for value, axis, form in active_terms(vehicle):
         power = power + value * form(u, v, r) * state[axis]
+    coefficient = vehicle.values["cross_flow"]
+    if coefficient:
+        force, moment = across_hull(vehicle, v, r)
+        power = power - coefficient * (v * force + r * moment)
     return power
 
 

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 from ..effects import BY_NAME, EFFECTS, PARAMETERS, Effect
 from ..errors import RequestError, VehicleError
-from ..vehicle import Vehicle
+from ..vehicle import Vehicle, lacking
 
 Values = float | Sequence[float]
 _ADDED = frozenset(symbol for effect in EFFECTS if effect.added for symbol in effect.symbols)
@@ -84,7 +84,8 @@ def apply_effects(vehicle: Vehicle, effects: Mapping[str, Values]) -> Vehicle:
     ------
     RequestError
         for an unknown effect or symbol (naming the nearest), too many values, two values for a symbol whose value is
-        replaced, a value outside the parameter's limits, or when the resulting vehicle is not sound.
+        replaced, a value outside the parameter's limits, an effect for which the vehicle file states too little, or
+        when the resulting vehicle is not sound.
     """
     changes: dict[str, float] = {}
     given_by: dict[str, str] = {}
@@ -112,6 +113,9 @@ def apply_effects(vehicle: Vehicle, effects: Mapping[str, Values]) -> Vehicle:
                     f"{value:g} from {name}; give it once"
                 )
             changes[symbol], given_by[symbol] = value, name
+    for effect in EFFECTS:
+        if changes.keys() & set(effect.symbols) and (lacks := lacking(vehicle, effect)):
+            raise RequestError(f"effect {effect.name} {lacks}")
     try:
         for symbol, value in changes.items():
             _check_limits(vehicle, symbol, value)

@@ -14,11 +14,11 @@ from ..forces import modelled_acceleration
 from ..frames import AXES, Array
 from ..matrices import mass_matrix
 from ..motion import Motion
-from ..vehicle import Vehicle
+from ..vehicle import Vehicle, hull_of
 from .hidden_effects import apply_effects
 from .manoeuvres import COMMAND_STEP, programme
 from .trials import TRIALS, Trial, drive
-from .typical_effects import WIND, commanded_motion, typical_effect
+from .typical_effects import WIND, commanded_motion, typical_effect, with_hull
 
 ALIKE = 0.9
 """Cosine between the forces of two effects along gentle driving from which one may be taken for the other."""
@@ -46,6 +46,7 @@ class Signature:
     alike : effects that make nearly the same force along gentle driving, each with the cosine between the two
     time : of the trial's runs, one after the other (n,) [s]
     force : of the effect on that axis (n,) [N, N m]
+    assumed : what of the vehicle was assumed since its file does not state it; empty where nothing was
     signal, values : the quantity that tells most of the force, and its values (n,); "time" for a constant force
     """
 
@@ -60,6 +61,7 @@ class Signature:
     force: Array
     signal: str
     values: Array
+    assumed: str = ""
 
     @property
     def axis_name(self) -> str:
@@ -81,6 +83,7 @@ def signatures(vehicle: Vehicle, names: Sequence[str] = ()) -> tuple[Signature, 
 
     The force of an effect is what it adds to the force equation along the motion of the vehicle without it. Effects are
     compared by the cosine between their forces on all axes, each axis in proportion to the vehicle's own force there.
+    A vehicle whose file does not state the size of its hull is given a typical one, for the effects that need it.
 
     Parameters
     ----------
@@ -104,19 +107,23 @@ def signatures(vehicle: Vehicle, names: Sequence[str] = ()) -> tuple[Signature, 
 class _Driven:
     """All trials driven by a vehicle, and gentle driving, with the force of a typical amount of each effect.
 
-    `scale` (3,) is the root mean square of the vehicle's own force in all trials.
+    `scale` (3,) is the root mean square of the vehicle's own force in all trials, `assumed` the hull that it was given.
     """
 
     amounts: dict[str, dict[str, float]]
     runs: dict[Trial, "_Run"]
     ordinary: "_Run"
     scale: Array
+    assumed: str
 
 
 @lru_cache(maxsize=1)
 def _driven(content: str) -> _Driven:
     """Drive a vehicle, given as its JSON: one effect after the other is asked of the same vehicle."""
-    vehicle = Vehicle.model_validate_json(content)
+    stated = Vehicle.model_validate_json(content)
+    vehicle = with_hull(stated, np.random.default_rng(7))
+    hull = hull_of(vehicle)
+    assumed = f"a hull of {hull.length:.2g} m that draws {hull.draught:.2g} m, which the file does not state"
     amounts = {}
     for effect in EFFECTS:
         with suppress(RequestError):  # of which no amount matters on this vehicle
@@ -128,7 +135,8 @@ def _driven(content: str) -> _Driven:
         raise RequestError(f"{vehicle.name}: none of the manoeuvres ends without diverging; mend the vehicle first")
     gentle = commanded_motion(vehicle, programme(vehicle, "gentle", _ORDINARY), COMMAND_STEP)
     scale = np.sqrt(np.mean([(run.force**2).mean(axis=0) for run in runs.values()], axis=0)) + 1e-12
-    return _Driven(amounts, runs, _run(vehicle, changed, (gentle,)), scale)
+    given = "" if stated.hull is not None else assumed
+    return _Driven(amounts, runs, _run(vehicle, changed, (gentle,)), scale, given)
 
 
 def _run(vehicle: Vehicle, changed: dict[str, Vehicle], motions: Sequence[Motion]) -> _Run:
@@ -177,6 +185,7 @@ def _signature(vehicle: Vehicle, effect: Effect, seen: _Driven) -> Signature:
         force,
         signal,
         values,
+        seen.assumed if effect.requires else "",
     )
 
 

@@ -13,13 +13,17 @@ from ..motion import Motion
 from ..simulation import rollout, simulate_motion
 from ..terms import parse_form
 from ..thrusters import Thruster, command_of
-from ..vehicle import Vehicle
+from ..vehicle import Hull, Vehicle, lacking
 from .hidden_effects import apply_effects
 from .manoeuvres import COMMAND_STEP, programme
 
 WIND = (-5.0, 3.3)
 """Velocity of the air over ground in which effects are sized, towards north and east [m/s]: 6 m/s, a moderate breeze
 (Beaufort 4), aslant to both axes."""
+_AREAL_MASS = 14.0
+"""Mass over length squared of small boats [kg/m^2], see `typical_hulls.typical_mass`."""
+_LENGTHS, _DRAUGHTS = (0.85, 1.15), (0.06, 0.12)
+"""Length over that which belongs to the mass, and draught over length: the Otter has 0.83 and 0.1."""
 _WILDEST = 3.0
 """Share by which an effect changes 10 s rollouts beyond which it makes another boat of the vehicle."""
 
@@ -41,6 +45,15 @@ def random_hull(vehicle: Vehicle, rng: np.random.Generator, spread: float = 1.0 
         except VehicleError:
             continue
     raise RequestError(f"random_hull: no sound vehicle within {spread:.0%} of {vehicle.name}; try a smaller spread")
+
+
+def with_hull(vehicle: Vehicle, rng: np.random.Generator) -> Vehicle:
+    """The vehicle with a hull of a size drawn at random, plausible for its mass, where its file states none."""
+    if vehicle.hull is not None:
+        return vehicle
+    length = rng.uniform(*_LENGTHS) * float(np.sqrt(vehicle.mass / _AREAL_MASS))
+    hull = Hull(length=round(length, 3), draught=round(rng.uniform(*_DRAUGHTS) * length, 3))
+    return vehicle.model_copy(update={"hull": hull})
 
 
 class _Scales:
@@ -183,6 +196,7 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
         "advance_loss": lambda: (uniform(0.1, 0.3) * float(s.thrusts.max()) / u,),
         "thrust_exponent": lambda: (uniform(0.55, 0.8) if rng.random() < 0.5 else uniform(1.3, 1.8),),
         "thrust_curve": bend,
+        "cross_flow_drag": lambda: (uniform(0.5, 1.2),),
         "steady_current": lambda: turned(0.15, 0.4),
         "turning_current": lambda: turned(0.03, 0.08),
         "hull_fouling": lambda: (uniform(0.06, 0.2),),
@@ -255,9 +269,12 @@ def typical_effect(
     Raises
     ------
     RequestError
-        for an unknown effect, or when none of thirty draws changes the motion by a plausible amount.
+        for an unknown effect, one for which the vehicle file states too little (see `with_hull`), or when none of
+        thirty draws changes the motion by a plausible amount.
     """
     effect = effect_named(effect_name)
+    if lacks := lacking(vehicle, effect):
+        raise RequestError(f"{effect_name} {lacks}")
     scales = _Scales(vehicle)
     draw = _draws(vehicle, scales, rng).get(effect_name, lambda: _default_draw(effect, vehicle, scales, rng))
     strong = [

@@ -18,7 +18,7 @@ from ..vehicle import Vehicle
 from .hidden_effects import Values, apply_effects, parse_effect, parse_effects
 from .manoeuvres import COMMAND_STEP, programme
 from .simulated_log import SimulatedLog
-from .typical_effects import random_hull, typical_effect
+from .typical_effects import random_hull, typical_effect, with_hull
 from .waves import in_waves
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "random_hull",
     "simulate_world",
     "typical_effect",
+    "with_hull",
 ]
 
 FINE_STEP = 0.02

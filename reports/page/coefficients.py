@@ -7,8 +7,8 @@ import numpy as np
 
 from ...discovery.found_effects import FoundEffect
 from ...physics.effects import BY_NAME
-from ...physics.errors import VehicleError
 from ...physics.vehicle import Vehicle
+from ..claims import vehicle_value
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +41,3 @@ def coefficient_rows(
             if np.isfinite([before, after]).all():
                 rows.append(CoefficientRow(symbol, term.unit, before, after, interval))
     return rows
-
-
-def vehicle_value(vehicle: Vehicle, symbol: str) -> float:
-    """A vehicle's value of a symbol; NaN when it has no such parameter."""
-    try:
-        return vehicle.value(symbol)
-    except VehicleError:
-        return float("nan")

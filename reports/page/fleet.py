@@ -4,9 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...discovery.found_effects import FoundEffect
+from ..claims import odds, verdict_word
 from ..run_contents import RunFolder
 from ..wording import effect_words
 from .coefficients import CoefficientRow, coefficient_rows
+
+_FOUND = ("missing", "likely")
+"""Verdicts with which an effect counts as found in a run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,18 +20,25 @@ class Shared:
     Attributes
     ----------
     effect : its name in words, with the thruster where it concerns one
-    values : of each run, the coefficients of the corrected vehicle where the effect is missing there; else none
-    verdicts : of each run: missing, possible, cannot tell, no evidence, or not judged
+    values : of each run, the coefficients of the corrected vehicle where the effect is missing or likely; else none
+    verdicts : of each run: missing, likely, possible, cannot tell, no evidence, or not judged
+    odds : of each run, how sure that is, such as "87 %"; empty where nobody knows
     """
 
     effect: str
     values: tuple[tuple[CoefficientRow, ...], ...]
     verdicts: tuple[str, ...]
+    odds: tuple[str, ...]
 
     @property
     def found_in(self) -> tuple[int, ...]:
-        """Indices of the runs that miss it."""
-        return tuple(k for k, verdict in enumerate(self.verdicts) if verdict == "missing")
+        """Indices of the runs that miss it, or probably do."""
+        return tuple(k for k, verdict in enumerate(self.verdicts) if verdict in _FOUND)
+
+    @property
+    def sure(self) -> bool:
+        """Whether it is missing wherever it was found, and nowhere merely likely."""
+        return all(self.verdicts[k] == "missing" for k in self.found_in)
 
     @property
     def symbols(self) -> tuple[str, ...]:
@@ -47,21 +58,22 @@ class Shared:
 
 
 def shared_effects(runs: Sequence[RunFolder]) -> list[Shared]:
-    """Every effect that some run misses, those that most runs miss first."""
-    missing = [_missing(run) for run in runs]
-    names = {effect_words(item): item.effect for run in runs for item in _items(run)}
+    """Every effect that some run misses or probably misses, those of most runs first, of these the sure ones."""
+    found = [{effect_words(item): item for item in run.findings.candidates if item.verdict in _FOUND} for run in runs]
+    names = {name: item.effect for one in found for name, item in one.items()}
     effects = [
         Shared(
             name,
-            tuple(one.get(name, ()) for one in missing),
+            tuple(_values(one.get(name), run) for one, run in zip(found, runs, strict=True)),
             tuple(
-                "missing" if name in one else _verdict(run, name, effect)
-                for one, run in zip(missing, runs, strict=True)
+                one[name].verdict if name in one else _verdict(run, name, effect)
+                for one, run in zip(found, runs, strict=True)
             ),
+            tuple(odds(one[name]) if name in one else "" for one in found),
         )
         for name, effect in names.items()
     ]
-    return sorted(effects, key=lambda effect: -len(effect.found_in))
+    return sorted(effects, key=lambda effect: (-len(effect.found_in), not effect.sure))
 
 
 def told(effect: Shared, names: Sequence[str]) -> str:
@@ -78,18 +90,9 @@ def told(effect: Shared, names: Sequence[str]) -> str:
     return f"{whole}; the 95 % intervals overlap" if any(answers.values()) else whole
 
 
-def _items(run: RunFolder) -> list[FoundEffect]:
-    """The candidates that a run misses."""
-    wanted = run.findings.missing
-    return [item for item in run.findings.candidates if item.effect in wanted and item.verdict == "missing"]
-
-
-def _missing(run: RunFolder) -> dict[str, tuple[CoefficientRow, ...]]:
-    """The coefficients of each missing effect, by its name in words."""
-    return {
-        effect_words(item): tuple(coefficient_rows([item], [item.effect], run.nominal, run.corrected))
-        for item in _items(run)
-    }
+def _values(item: FoundEffect | None, run: RunFolder) -> tuple[CoefficientRow, ...]:
+    """The coefficients of an effect that a run misses; none where it does not."""
+    return () if item is None else tuple(coefficient_rows([item], [item.effect], run.nominal, run.corrected))
 
 
 def _verdict(run: RunFolder, name: str, effect: str) -> str:
@@ -98,6 +101,4 @@ def _verdict(run: RunFolder, name: str, effect: str) -> str:
     item = next((item for item in items if effect_words(item) == name), items[0] if items else None)
     if item is None:
         return "not judged"
-    if item.verdict == "missing":
-        return "no evidence"
-    return "cannot tell" if item.cannot_tell else item.verdict
+    return "no evidence" if item.verdict in _FOUND else verdict_word(item)

@@ -6,6 +6,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from ...physics.in_words import listing, unit_text, words
+from ..claims import named, sure_caption, with_odds
 from ..run_contents import RunFolder
 from ..wording import interval, typeset, within
 from .chapters.models import TITLE, models
@@ -31,7 +32,7 @@ def fleet_page(runs: Sequence[RunFolder], home: Path) -> str:
         element("p", *_lead(effects, names), cls="lead"),
         element("h2", "The runs"),
         element("div", _table(runs, names, home), cls="card"),
-        *_effects(effects, names),
+        *_effects(effects, names, runs),
         *(_short(run, name, index) for index, (run, name) in enumerate(zip(runs, names, strict=True))),
     ]
     return document("fleet", "what the models of a fleet are missing", sections)
@@ -44,10 +45,13 @@ def run_names(runs: Sequence[RunFolder]) -> list[str]:
 
 
 def _verdict(effects: Sequence[Shared], count: int) -> str:
-    common = [effect.effect for effect in effects if len(effect.found_in) == count]
+    common = [effect for effect in effects if len(effect.found_in) == count]
+    sure, likely = ([one.effect for one in common if one.sure is wanted] for wanted in (True, False))
     whole = "Both runs" if count == 2 else f"All {count} runs"
-    if common:
-        return f"{whole} lack {listing(common)}."
+    if sure:
+        return f"{whole} lack {listing(sure)}{f', and probably {listing(likely)}' if likely else ''}."
+    if likely:
+        return f"{whole} probably lack {listing(likely)}."
     if any(len(effect.found_in) > 1 for effect in effects):
         return f"No effect is missing in all {count} runs; some are shared."
     return f"The {count} runs have no missing effect in common."
@@ -79,7 +83,7 @@ def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
                 run.nominal.name,
                 render(*lines(logs)),
                 run.findings.verdict,
-                render(*lines(words(effect) for effect in run.findings.missing)),
+                render(*lines(_names(run))),
                 render(
                     *lines(
                         [
@@ -96,29 +100,36 @@ def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
     return table(head, rows, "lllllrll")
 
 
-def _effects(effects: Sequence[Shared], names: Sequence[str]) -> list[Html]:
+def _names(run: RunFolder) -> list[str]:
+    """What a run misses, then what it probably does, with its odds."""
+    likely = [f"probably {with_odds(item)}" for item in named(run.findings, "likely")]
+    return [*(words(effect) for effect in run.findings.missing), *likely]
+
+
+def _effects(effects: Sequence[Shared], names: Sequence[str], runs: Sequence[RunFolder]) -> list[Html]:
     if not effects:
         return [element("h2", "Effects side by side"), element("p", "No run misses an effect.")]
     rows = []
     for effect in effects:
         cells = []
-        for values, verdict in zip(effect.values, effect.verdicts, strict=True):
+        for values, verdict, sure in zip(effect.values, effect.verdicts, effect.odds, strict=True):
             if not values:
                 cells.append(element("span", verdict, cls="facts"))
                 continue
+            known = f"{verdict} ({sure})" if sure else verdict
             amounts = [
                 f"{row.symbol} = {within(row.after, row.interval)} {unit_text(row.unit)}".rstrip() for row in values
             ]
             spans = [interval(list(row.interval)) for row in values]
             pairs = (text for pair in zip(amounts, spans, strict=True) for text in pair)
-            cells.append(render(*lines(pairs)))
+            cells.append(render(*lines(pairs), element("span", known, cls="facts")))
         rows.append((element("b", effect.effect), *cells, told(effect, names)))
     head = ("effect", *names, "found in")
     note = (
         "Values are those of the corrected vehicle, with 95 % intervals, so that runs with different vehicle files can "
         "be compared. Intervals tell the scatter within one log: two runs may differ by more on another day. Current "
-        "and wind belong to the day, not to the boat."
-    )
+        "and wind belong to the day, not to the boat. "
+    ) + f"In brackets {sure_caption(item for run in runs for item in run.findings.candidates)}."
     drawings = [side_by_side(effect, names) for effect in effects if len(effect.found_in) > 1 and effect.symbols]
     caption = (
         "Coefficients that several runs share, each on its own scale: dot and band are the value and its 95 % "

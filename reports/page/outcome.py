@@ -1,17 +1,44 @@
-"""What adding the missing effects did to the predictions, in a sentence that says first when they got worse."""
+"""The first lines of a run, from typed facts: the verdict, what it did to the error, and what it leaves open."""
 
 from collections.abc import Sequence
 from math import isfinite
+from typing import NamedTuple
 
 from ...comparison.facts import CORRECTED, NOMINAL, Comparison
 from ...discovery.findings import Findings, Step
-from ...physics.in_words import listing, number, share_removed
+from ...discovery.found_effects import FoundEffect
+from ...physics.frames import AXES
+from ...physics.in_words import listing, number, percent, share_removed, words
+from ...physics.vehicle import Vehicle
 from ...residuals.scores import ROLLOUT_UNITS
-from ..wording import CALIBRATED, LEAD, pick_horizon
+from ..claims import file_numbers, in_order, named, odds, twins_and_rival, with_odds
+from ..wording import CALIBRATED, LEAD, effect_words, pick_horizon
 from .rivals import difference
 
 _LEVEL = 0.01
 """Share by which an error must change to be called changed; `residuals.paired` asks for as much."""
+_TENTH = 0.1
+"""Share of the unseen error from which on nobody can say that nothing is missing while the model changes it."""
+_IN_PLAY = 4
+"""Names that a line of those in play has; of more it says how many they are."""
+_TITLES = {"missing": "What is missing", "likely": "What is probably missing"}
+"""Over the effects of a run, where its verdict is not an open one."""
+_SETTLED = "Nothing is missing that this log can show."
+_CHANCE = {"no difference": "which may be chance", "too short to tell": "on too few rows to exclude chance"}
+_SPEEDS = {"surge": "the surge speed u", "sway": "the sway speed v", "yaw": "the yaw rate r"}
+"""The channel of each axis whose velocity may be wrong."""
+
+
+class Line(NamedTuple):
+    """One of the lines of an answer: what it tells of, and what it says."""
+
+    label: str
+    text: str
+
+    @property
+    def in_words(self) -> str:
+        """Both, as a line of text."""
+        return f"{self.label}: {self.text}"
 
 
 def hero(steps: Sequence[Step], deciding: str = "") -> tuple[str, str]:
@@ -40,8 +67,10 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     comparison : its paired difference says what may be chance
     """
     steps = findings.steps
+    if len(steps) < 2:
+        return ""
     before, after = _ends(steps, comparison.best.horizon)
-    if len(steps) < 2 or before != before:
+    if before != before:
         return ""
     horizon, metric = hero(steps, comparison.best.horizon)
     unit, added = ROLLOUT_UNITS[metric], [step for step in steps[1:] if step.added != CALIBRATED]
@@ -51,11 +80,7 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     if after != after:
         return f"{done.capitalize()} makes predictions over {horizon} s run away {where}."
     ends = f"{number(before, 2)} to {number(after, 2)} {unit}"
-    told = difference(comparison.differences, CORRECTED, NOMINAL, "rollout", metric, horizon)
-    doubt = {
-        "no difference": ", which may be chance",
-        "too short to tell": ", on too few rows to exclude chance",
-    }.get("" if told is None else told.verdict, "")
+    doubt = f", {why}" if (why := _chance(findings, comparison)) else ""
     if gets_worse(steps, comparison.best.horizon):
         return f"{done.capitalize()} makes {what} worse {where}, from {ends}{doubt}."
     if after >= before * (1.0 - _LEVEL):
@@ -70,13 +95,194 @@ def also_worse(findings: Findings, comparison: Comparison) -> str:
     return f"By more than chance, these errors grow: {listing(grown)}." if grown else ""
 
 
-def opening(findings: Findings, comparison: Comparison) -> list[str]:
-    """How the terminal begins: headline, why, what it did to the error, and which model to trust; bad news first."""
-    did, said = outcome(findings, comparison), [findings.headline, " ".join(findings.reasons)]
-    told = [did, also_worse(findings, comparison)]
-    first = [*told, *said] if gets_worse(findings.steps, comparison.best.horizon) else [*said, *told]
+def settled(findings: Findings, comparison: Comparison) -> bool:
+    """Whether nothing is missing: every axis was judged, and the corrected model changes no tenth of the error."""
+    whole = findings.verdict == "nothing missing" and not findings.criterion.unjudged
+    return whole and _changed(findings.steps, comparison.best.horizon) < _TENTH
+
+
+def headline(findings: Findings, comparison: Comparison) -> str:
+    """The verdict in a sentence: that of the findings, where the facts bear it."""
+    nothing = findings.verdict == "nothing missing"
+    if findings.headline and (not nothing or settled(findings, comparison)):
+        return findings.headline
+    if not nothing:
+        return _names_first(findings)
+    unjudged = findings.criterion.unjudged
+    if unjudged:
+        where = [axis for axis in AXES if axis not in unjudged]
+        rest = f" In {listing(where)}, nothing is missing that this log can show." if where else ""
+        return f"No force was judged in {listing(unjudged)}: the velocity there may be wrong.{rest}"
+    if settled(findings, comparison):
+        return _SETTLED
+    horizon, metric = hero(findings.steps, comparison.best.horizon)
+    by = f"changes the {metric} error of {horizon} s predictions{_by(_ends(findings.steps, comparison.best.horizon))}"
+    if findings.added:
+        return f"No name is sure, and yet model.yaml {by}."
+    return f"No new effect is needed: numbers of the vehicle file are off, and putting them right {by}."
+
+
+def section_title(findings: Findings, comparison: Comparison) -> str:
+    """The title over the effects of a run, by the surest of them."""
+    if findings.verdict in _TITLES:
+        return _TITLES[findings.verdict]
+    return "Nothing is missing that this log can show" if settled(findings, comparison) else "What may be missing"
+
+
+def answer(findings: Findings, comparison: Comparison, nominal: Vehicle | None = None) -> tuple[Line, ...]:
+    """What an open verdict still says, in three lines: which model predicts best, which names are in play, what to do.
+
+    None where the verdict is not open: something is missing for sure, or nothing is.
+
+    Parameters
+    ----------
+    nominal : the vehicle as its file has it, which may be what is to be looked at next
+    """
+    if findings.verdict == "missing" or settled(findings, comparison):
+        return ()
+    return (
+        Line("Predicts best", _predicts_best(findings, comparison)),
+        Line("In play", _in_play(findings)),
+        Line("Next step", _next_step(findings, nominal)),
+    )
+
+
+def also_likely(findings: Findings) -> str:
+    """Beside what is missing, what probably is, too, as a sentence; empty where nothing is."""
+    names = [with_odds(item) for item in named(findings, "likely")] if findings.verdict == "missing" else []
+    return f"Probably also {listing(names)}." if names else ""
+
+
+def recommendation(findings: Findings, comparison: Comparison) -> str:
+    """Which model to trust, and why that goes with what is missing."""
+    best = comparison.best
+    if not (findings.missing and best.sentence and best.model == NOMINAL):
+        return best.sentence
+    return f"{best.sentence} What is missing hardly matters on these rows."
+
+
+def opening(findings: Findings, comparison: Comparison, nominal: Vehicle | None = None) -> list[str]:
+    """How the terminal begins: headline, why, what it did to the error, and which model to trust; bad news first.
+
+    Where the verdict is open, the lines of the `answer` stand below the headline.
+    """
+    lines, why = answer(findings, comparison, nominal), " ".join(findings.reasons)
+    worse = gets_worse(findings.steps, comparison.best.horizon)
+    did, grown, said = outcome(findings, comparison), also_worse(findings, comparison), headline(findings, comparison)
     again = findings.folds.in_words(bool(findings.added)) if findings.folds else ""
-    return [text for text in (*first, again, comparison.best.sentence) if text]
+    if lines:
+        first = [*[did] * worse, said, *(line.in_words for line in lines), why, grown, again]
+        return [text for text in first if text]
+    told, meant = [did, grown], [said, also_likely(findings), why]
+    first = [*told, *meant] if worse else [*meant, *told]
+    return [text for text in (*first, again, recommendation(findings, comparison)) if text]
+
+
+def _names_first(findings: Findings) -> str:
+    """The headline that the candidates make."""
+    sure, likely, rest = (named(findings, verdict) for verdict in ("missing", "likely", "possible"))
+    if sure:
+        return f"The model is missing {listing([effect_words(item) for item in sure])}."
+    if likely:
+        return f"Probably missing: {listing([with_odds(item) for item in likely])}."
+    if rest:
+        return "Undecided: something is missing, but this log cannot tell what."
+    return "Undecided: this log cannot tell whether something is missing."
+
+
+def _predicts_best(findings: Findings, comparison: Comparison) -> str:
+    """Which model errs least on unseen rows, and by how much; where no number says it, what the comparison says."""
+    best, steps = comparison.best, findings.steps
+    horizon, metric = hero(steps, best.horizon)
+    models = {model.name: model.rollout[horizon].of(metric) for model in comparison.models if horizon in model.rollout}
+    before, own = models.get(NOMINAL, float("nan")), models.get(best.model, float("nan"))
+    if not best.model or not isfinite(before) or not own <= before:
+        return best.sentence or outcome(findings, comparison) or "only the nominal model was judged."
+    what, unit = f"{metric} error of {horizon} s predictions", ROLLOUT_UNITS[metric]
+    if best.model != NOMINAL:
+        which = f"the {best.model} model{' (model.yaml)' * (best.model == CORRECTED)}"
+        less = f"{share_removed(1.0 - own / before)} less than the nominal model's {number(before, 2)} {unit}"
+        return f"{which}, with a {what} of {number(own, 2)} {unit} on unseen rows, {less}."
+    after = models.get(CORRECTED, float("nan"))
+    beside = ""
+    if len(steps) > 1 and isfinite(after):
+        doubt = f", {why}" if (why := _chance(findings, comparison)) else ""
+        beside = f"; model.yaml reaches {number(after, 2)} {unit}{doubt}"
+    return f"the nominal model, with a {what} of {number(before, 2)} {unit} on unseen rows{beside}."
+
+
+def _in_play(findings: Findings) -> str:
+    """The names in play with their odds, the surest first, and what may stand in their place."""
+    held = in_order(findings.added)
+    names = [_with_rivals(item) for item in held[:_IN_PLAY]]
+    names += [f"{len(held) - _IN_PLAY} more"] * (len(held) > _IN_PLAY)
+    own = [item.symbol for item in findings.calibrated]
+    if own:
+        names.append(f"the file's own numbers, calibrated ({listing(own)})")
+    if findings.unnamed:
+        names.append("a force without a name")
+    if names:
+        return f"{listing(names)}. model.yaml has {'it' if len(names) == 1 else 'them'}."
+    perhaps = [with_odds(c) for c in in_order(findings.candidates) if c.verdict == "possible" and not c.cannot_tell]
+    if perhaps:
+        return f"perhaps {listing(perhaps[:_IN_PLAY])}; model.yaml has none of it."
+    if findings.rests:
+        return f"no name; in {listing([rest.axis for rest in findings.rests])} a force lasts that nothing explains."
+    if findings.criterion.unjudged:
+        return f"nothing in {listing(findings.criterion.unjudged)} was judged."
+    return "no name; model.yaml is the nominal model."
+
+
+def _with_rivals(item: FoundEffect) -> str:
+    """A name with its odds and its rivals."""
+    others = twins_and_rival(item)
+    inside = ", ".join(filter(None, (odds(item), f"or {others}" * bool(others))))
+    return f"{effect_words(item)} ({inside})" if inside else effect_words(item)
+
+
+def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
+    """The one thing to do that would tell: a channel, a manoeuvre, or a line of the vehicle file or of the map."""
+    unjudged = findings.criterion.unjudged
+    if unjudged:
+        channels = listing([_SPEEDS[axis] for axis in unjudged])
+        return f"log {channels} by another sensor, or give positions: what is logged may be wrong, so none was judged."
+    for advice in findings.advice[:1]:
+        why = f" ({advice.why.rstrip('.')})" if advice.why else ""
+        return f"record this: {advice.manoeuvre.rstrip('.')}{why}."
+    wrong = [one for item in findings.added if nominal for one in file_numbers(item, nominal) if one.filed()]
+    for one in wrong[:1]:
+        return f"check {one.symbol} in the vehicle file: it says {one.filed()}, this log asks for about {one.amount()}."
+    for item in findings.calibrated[:1]:
+        filed, after = number(item.before, 3), number(item.after, 3)
+        return f"check {item.symbol} in the vehicle file: it says {filed}, this log asks for about {after}."
+    for sensor in [one for one in findings.sensors if one.verdict == "present"][:1]:
+        return f"put the {words(sensor.error)} right in the channel map, and search again."
+    return "record a second log on another day and search both: what is true comes out again."
+
+
+def _by(ends: tuple[float, float]) -> str:
+    """How much an error changes, as the end of a sentence; empty where it is the other errors that do."""
+    before, after = ends
+    if not (isfinite(after) and before > 0.0) or abs(1.0 - after / before) < _LEVEL:
+        return ""
+    return f" by {percent(abs(1.0 - after / before))}"
+
+
+def _changed(steps: Sequence[Step], deciding: str) -> float:
+    """Share by which the last step changed an error of the lead horizon, the largest of all; 1 where it runs away."""
+    if len(steps) < 2:
+        return 0.0
+    horizon, _ = hero(steps, deciding)
+    ends = [(steps[0].rollout(horizon).of(name), steps[-1].rollout(horizon).of(name)) for name in ROLLOUT_UNITS]
+    known = [(before, after) for before, after in ends if isfinite(before) and before > 0.0]
+    return max((abs(1.0 - after / before) if isfinite(after) else 1.0 for before, after in known), default=0.0)
+
+
+def _chance(findings: Findings, comparison: Comparison) -> str:
+    """Why the change of the lead error may be nothing, as a clause; empty where it is more than chance."""
+    horizon, metric = hero(findings.steps, comparison.best.horizon)
+    told = difference(comparison.differences, CORRECTED, NOMINAL, "rollout", metric, horizon)
+    return _CHANCE.get("" if told is None else told.verdict, "")
 
 
 def _ends(steps: Sequence[Step], deciding: str) -> tuple[float, float]:

@@ -2,13 +2,13 @@
 
 LIGHT = """
   --paper: #f6f7f8; --card: #ffffff; --ink: #1b2329; --muted: #5d6a75; --grid: #dfe4e8; --surface: #ffffff;
-  --measured: #b3bec7; --before: #d55e00; --after: #0072b2; --between: #a9bccb;
+  --measured: #b3bec7; --before: #d55e00; --after: #0072b2; --between: #a9bccb; --likely: #8fc1e0;
   --tint: #eaf3f9; --line: #dfe4e8; --shade: #1b232926;
   --heat1: #d3dbe2; --heat2: #f3c987; --heat3: #f0a04b; --heat4: #d96c1e; --heat5: #a53f0f; --heat6: #5f1f09;
 """
 DARK = """
   --paper: #12171c; --card: #1a2127; --ink: #e6ebef; --muted: #9aa8b4; --grid: #313c46; --surface: #1a2127;
-  --measured: #6b7986; --before: #ee7f2d; --after: #56b4e9; --between: #4f6779;
+  --measured: #6b7986; --before: #ee7f2d; --after: #56b4e9; --between: #4f6779; --likely: #2f6f9c;
   --tint: #1d2f3c; --line: #2d3842; --shade: #e6ebef26;
   --heat1: #3d4954; --heat2: #75502f; --heat3: #ad6524; --heat4: #e08a35; --heat5: #f8bd77; --heat6: #fff1d6;
 """
@@ -111,8 +111,13 @@ figure.card:has(> .plots.one) {{ grid-template-columns: repeat(auto-fit, minmax(
 .columns > .card {{ margin: 0; min-width: 0; }}
 .scroll + h3, .facts + h3 {{ margin-top: 1.6em; }}
 .columns > .card:only-child svg {{ max-width: 560px; }}
-.effect {{ border-left: 5px solid var(--after); }}
-.effect.doubted {{ border-left-style: dashed; }}
+.effect {{ border-left: 5px solid var(--line); }}
+.effect.missing {{ border-left-color: var(--after); }}
+.effect.likely {{ border-left-color: var(--likely); }}
+.effect.possible {{ border-left: 5px dashed var(--after); }}
+.answer {{ display: grid; grid-template-columns: max-content minmax(0, 1fr); gap: 6px 16px; margin: 0 0 14px; }}
+.answer dt {{ font-weight: 600; color: var(--after); }}
+.answer dd {{ margin: 0; max-width: 50em; }}
 .equation {{
   display: inline-block; font-family: var(--mono); font-size: .95rem; background: var(--tint); border-radius: 7px;
   padding: 5px 11px; margin: 5px 0; overflow-wrap: anywhere;
@@ -175,6 +180,7 @@ tbody tr:last-child td {{ border-bottom: 0; }}
   color: var(--muted); white-space: nowrap;
 }}
 .tag.missing {{ background: var(--after); border-color: var(--after); color: var(--card); font-weight: 600; }}
+.tag.likely {{ background: var(--likely); border-color: var(--likely); color: var(--ink); font-weight: 600; }}
 .tag.possible {{ border-color: var(--after); color: var(--after); }}
 .board {{ display: grid; grid-template-columns: minmax(280px, 1fr) 1.6fr; gap: 10px 30px; }}
 .board canvas {{ display: block; width: 100%; touch-action: pan-y; }}
@@ -206,6 +212,8 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   main {{ padding: 18px 12px 48px; }}
   .card {{ padding: 14px; }}
   .numbers {{ column-gap: 14px; }}
+  .answer {{ grid-template-columns: minmax(0, 1fr); gap: 0; }}
+  .answer dd {{ margin-bottom: 8px; }}
   h2 {{ margin-top: 1.5em; }}
   .effect p {{ font-size: .92rem; line-height: 1.45; }}
   .plots.three svg {{ max-width: 330px; }}

@@ -47,7 +47,7 @@ def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[Renderab
         ("meaning", effect.meaning),
         ("symbols", "; ".join(_symbol(p) for p in effect.parameters)),
         ("in the file", f"under {_section(effect)}; {_reported(effect)}"),
-        ("typical", f"{', '.join(amount)} on {vehicle.name}"),
+        ("typical", f"{', '.join(amount)} on {vehicle.name}{found.assumed and f', of {found.assumed}'}"),
         (
             "shown best by",
             f"{found.trial.text}{_when(effect)}: {number(found.size)} {unit} of {found.axis_name} force (root mean "
@@ -55,6 +55,7 @@ def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[Renderab
         ),
         ("taken for", _alike(found)),
         *([("needs", f"the channels {listing(effect.channels)}")] if effect.channels else []),
+        *([("needs", f"{listing(effect.requires)} in the vehicle file")] if effect.requires else []),
         *([("includes", listing(effect.includes))] if effect.includes else []),
     ]
     values = ",".join(f"{value:.4g}" for value in found.amount.values())
@@ -71,7 +72,7 @@ def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[Renderab
             "u_r, v_r: velocity relative to the water; c_i: command of a thruster in -1..1; T_i: its force; t: minutes "
             "since the log began; forces and moments are positive ahead, to starboard, and turning to starboard."
         ),
-        Prose(f"Hide it in a log, and see it found: {line}"),
+        Prose(f"Hide it in a log{' once the file states that' * bool(found.assumed)}, and see it found: {line}"),
     ]
 
 

@@ -12,14 +12,25 @@ from ...discovery.found_effects import FoundEffect, FoundTerm
 from ...discovery.lawful.price_of_law import Passivity
 from ...discovery.search.bootstrap import Interval
 from ...physics.frames import AXES
-from ...physics.in_words import listing, number, percent, share_removed, unit_text, words
+from ...physics.in_words import listing, number, percent, unit_text, words
+from ...physics.vehicle import Vehicle
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
-from ..page.outcome import also_worse, gets_worse, opening, outcome
+from ..claims import (
+    REMOVED,
+    SURE_IN_SHORT,
+    FileNumber,
+    file_numbers,
+    in_order,
+    odds,
+    removed,
+    sure_caption,
+    verdict_word,
+)
+from ..page.outcome import also_worse, answer, gets_worse, headline, opening, outcome, recommendation, section_title
 from ..wording import (
     CALIBRATED,
     LEAD,
     OWN_NUMBERS,
-    added_to,
     effect_words,
     energy_lines,
     energy_verdict,
@@ -31,31 +42,50 @@ from ..wording import (
     within,
 )
 from .comparison_screen import trust_style
-from .layout import ASIDE, BAD, FOUND, GOOD, UNSURE, Fitting, Prose, bullets, glossary, plain_table, section, stacked
+from .layout import (
+    ASIDE,
+    BAD,
+    FOUND,
+    GOOD,
+    LIKELY,
+    UNSURE,
+    Fitting,
+    Prose,
+    bullets,
+    glossary,
+    plain_table,
+    section,
+    stacked,
+)
 
-VERDICT_STYLES = {"missing": FOUND, "possible": UNSURE, "cannot tell": UNSURE, "no evidence": ASIDE}
-HEADLINE_STYLES = {"missing": FOUND, "nothing missing": GOOD, "undecided": UNSURE}
+VERDICT_STYLES = {
+    "missing": FOUND,
+    "likely": LIKELY,
+    "possible": UNSURE,
+    "cannot tell": UNSURE,
+    "no evidence": ASIDE,
+}
+HEADLINE_STYLES = {"missing": FOUND, "likely": LIKELY, "nothing missing": GOOD, "undecided": UNSURE}
 
-_OF_AN_AXIS = "on the axis where it is most"
-"""Of what the errors of a table of effects are shares."""
-_SURE = "sure: share of resamples that need it"
-"""What the confidence of an effect is."""
+_GAPS = ((" ", " "), ("\n", " "), ("\n", "\n"))
+"""What parts the words of a table of effects, from wide to narrow; see `_effects_in`."""
 _ALONE = "calibrated alone"
 """The name of the model of a calibration in the table of steps."""
 _WORSE = 1.05
 """Share of the error before from which it is said to be larger: less may be chance on one part of a log."""
 
 
-def opening_lines(findings: Findings, comparison: Comparison) -> list[Prose]:
+def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) -> list[Prose]:
     """How the terminal begins, in the colours of what is said: see `page.outcome.opening`."""
     done = BAD if gets_worse(findings.steps, comparison.best.horizon) else GOOD
+    opens = findings.verdict == "nothing missing" and answer(findings, comparison, nominal)
     styles = {
-        findings.headline: HEADLINE_STYLES.get(findings.verdict, ""),
+        headline(findings, comparison): HEADLINE_STYLES["undecided" if opens else findings.verdict],
         outcome(findings, comparison): done,
         also_worse(findings, comparison): UNSURE,
-        comparison.best.sentence: trust_style(comparison),
+        recommendation(findings, comparison): trust_style(comparison),
     }
-    return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison)]
+    return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison, nominal)]
 
 
 def steps_table(
@@ -119,16 +149,25 @@ def error_left(steps: Sequence[Step], deciding: str = "") -> str:
     return " ".join([told, *risen(steps, horizon)])
 
 
-def candidates_table(candidates: Sequence[FoundEffect], *, most: int = 12) -> RenderableType:
-    """The `most` best-ranked effects with verdict, value and 95 % interval, error removed and confidence."""
+def candidates_table(
+    candidates: Sequence[FoundEffect], nominal: Vehicle, *, most: int = 12, short: bool = False
+) -> RenderableType:
+    """The `most` best effects with verdict, odds, value and 95 % interval, and the error that each removes.
+
+    Parameters
+    ----------
+    nominal : the vehicle as its file has it: values are those of a corrected file, beside what this one says
+    short : say in one line what the columns are
+    """
     rest = len(candidates) - most
-    caption = f"error removed: {_OF_AN_AXIS}; {_SURE}; and {rest} more in findings.json" if rest > 0 else ""
-    return _effects("Effects, best first", candidates[:most], caption=caption)
+    more = f"; and {rest} more in findings.json" if rest > 0 else ""
+    caption = SURE_IN_SHORT if short else _caption(candidates)
+    return _effects("Effects, best first", in_order(candidates)[:most], nominal, f"{caption}{more}")
 
 
-def added_table(candidates: Sequence[FoundEffect]) -> RenderableType:
-    """The effects that a person added by name, with their fitted values."""
-    return _effects("Effects added, fitted together", candidates, caption=f"error removed: {_OF_AN_AXIS}; {_SURE}")
+def added_table(candidates: Sequence[FoundEffect], nominal: Vehicle) -> RenderableType:
+    """The effects that a person added by name, with their fitted values; see `candidates_table`."""
+    return _effects("Effects added, fitted together", in_order(candidates), nominal, _caption(candidates))
 
 
 def unnamed_table(terms: Sequence[FoundTerm]) -> Table:
@@ -169,11 +208,18 @@ def energy_text(passivity: Passivity | None) -> RenderableType | None:
     return section(f"Energy: {energy_verdict(passivity)}", Prose(" ".join(energy_lines(passivity))))
 
 
-def missing_in_words(candidates: Sequence[FoundEffect]) -> RenderableType | None:
-    """What each effect of the corrected model means, in a sentence; None when there is none."""
-    told = [item for item in candidates if item.sentence and item.in_model]
-    pairs = [(effect_words(item), unit_text(item.sentence)) for item in told]
-    return section("What is missing, in words", glossary(pairs)) if pairs else None
+def missing_in_words(findings: Findings, comparison: Comparison, nominal: Vehicle) -> RenderableType | None:
+    """What each effect of the corrected model means, in a sentence; None when there is none.
+
+    Of a number that the vehicle file has, what is wrong with it stands first.
+    """
+    pairs = []
+    for item in in_order(findings.added):
+        wrong = [f"{one.told(minus='-')}." for one in file_numbers(item, nominal) if one.filed()]
+        if told := " ".join([*wrong, unit_text(item.sentence)]).strip():
+            pairs.append((effect_words(item), told))
+    title = section_title(findings, comparison)
+    return section(f"{title}, in words", glossary(pairs)) if pairs else None
 
 
 def sensors_list(sensors: Sequence[SensorError]) -> RenderableType | None:
@@ -197,32 +243,40 @@ def advice_list(advice: Sequence[Advice]) -> RenderableType | None:
     return section("What to record next", bullets(lines)) if lines else None
 
 
-def _effects(title: str, candidates: Sequence[FoundEffect], *, caption: str) -> RenderableType:
+def _caption(candidates: Sequence[FoundEffect]) -> str:
+    """What the columns of a table of effects are."""
+    return f"{sure_caption(candidates)}; force error removed: {REMOVED}"
+
+
+def _effects(title: str, candidates: Sequence[FoundEffect], nominal: Vehicle, caption: str) -> RenderableType:
     """Effects with values: each interval beside its value where there is room, or else below it."""
-    return Fitting([_effects_in(title, candidates, caption, gap) for gap in (" ", "\n")])
+    return Fitting([_effects_in(candidates, nominal, plain_table(title, caption), *gaps) for gaps in _GAPS])
 
 
-def _effects_in(title: str, candidates: Sequence[FoundEffect], caption: str, gap: str) -> Table:
-    told = [c for c in candidates if not c.cannot_tell and c.verdict != "no evidence" and added_to(c)]
-    added = "damping, coupling, mass and trim add to the vehicle file's" if told else ""
-    table = plain_table(title, "; ".join(filter(None, (added, caption))))
+def _effects_in(
+    candidates: Sequence[FoundEffect], nominal: Vehicle, table: Table, gap: str, gap_in_heading: str
+) -> Table:
+    """The table with its columns and rows.
+
+    Parameters
+    ----------
+    gap, gap_in_heading : what stands between a value and its interval, and between two words of the last heading
+    """
     table.add_column("effect", min_width=14)
     table.add_column("verdict", no_wrap=True)
-    table.add_column("value (95 %)", overflow="fold")
-    table.add_column("error\nremoved", justify="right", no_wrap=True)
     table.add_column("sure", justify="right", no_wrap=True)
+    table.add_column("value (95 %)", overflow="fold")
+    table.add_column(f"force{gap_in_heading}error\nremoved", justify="right", no_wrap=True)
     for item in candidates:
-        unseen = item.cannot_tell
-        verdict = "cannot tell" if unseen else item.verdict
-        terms = item.terms if verdict != "no evidence" else ()
-        others = twins(item)
+        verdict, others = verdict_word(item), twins(item)
+        numbers = file_numbers(item, nominal) if verdict != "no evidence" else ()
         effect = effect_words(item) + (f"\n(or {', '.join(others)})" if others else "")
         table.add_row(
             Text(effect),
             Text(verdict, style=VERDICT_STYLES.get(verdict, "")),
-            Text("\n".join(_value(term, gap) for term in terms)),
-            "" if unseen else share_removed(item.error_drop),
-            "" if unseen else percent(item.confidence),
+            odds(item),
+            Text("\n".join(_value(one, gap) for one in numbers)),
+            removed(item),
         )
     return table
 
@@ -263,11 +317,12 @@ def _horizon(steps: Sequence[Step], deciding: str) -> str:
     return pick_horizon([key for step in steps for key in step.rollout_rmse], deciding or LEAD)
 
 
-def _interval(ends: Interval | None) -> str:
+def _interval(ends: Interval | tuple[float, float] | None) -> str:
     return interval(ends, minus="-", blank="")
 
 
-def _value(term: FoundTerm, gap: str) -> str:
-    value = f"{term.symbol} = {within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip()
-    ends = _interval(term.ci95)
-    return f"{value}{gap}({ends})" if ends else value
+def _value(one: FileNumber, gap: str) -> str:
+    """A number with its interval, and below it what the vehicle file says."""
+    ends = _interval(one.ci95)
+    filed = f"\nthe file says {one.filed(minus='-')}" if one.filed() else ""
+    return f"{one.symbol} = {one.amount(minus='-')}{f'{gap}({ends})' if ends else ''}{filed}"

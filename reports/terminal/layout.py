@@ -14,7 +14,7 @@ from rich.text import Text
 
 from ...physics.printable import printable, shortened
 
-GOOD, BAD, UNSURE, FOUND, ASIDE = "green", "bold red", "yellow", "bold cyan", "dim"
+GOOD, BAD, UNSURE, FOUND, LIKELY, ASIDE = "green", "bold red", "yellow", "bold cyan", "cyan", "dim"
 """Colours by what they mean; without colours (`NO_COLOR`, a pipe) the words beside them say the same."""
 _WIDEST = 1000
 """Columns in which every table stands without folding, to learn how wide it is by itself."""

@@ -3,8 +3,8 @@
 In a cell nu = c + h e, |e| <= 1, the perceptron lies between two affine functions of e (a linear relaxation of each
 ReLU or tanh, as in Zhang et al. 2018, carried forwards), and the power of the vehicle's damping is its Taylor
 polynomial with the largest second derivative in the cell. Their sum, nu^T M a(nu) + P(nu), is bounded by its value at
-c, its slope, and what is quadratic in h. A cell whose bound is too large is halved; in the end all are small enough,
-or one violates.
+c, its slope, and what is quadratic in h; the power of cross-flow drag by that of each strip at its least speed. A cell
+whose bound is too large is halved; in the end all are small enough, or one violates.
 """
 
 from dataclasses import dataclass
@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from torch import nn
 
+from ...physics.cross_flow import power_bounds
 from ...physics.frames import Array
 from ...physics.laws.damping_power import Envelope
 from ...physics.matrices import active_terms, mass_matrix
-from ...physics.vehicle import Vehicle
+from ...physics.vehicle import Vehicle, hull_of
 from .network_model import NetworkModel
 from .relaxations import Relaxation, relu_lines, tanh_lines
 
@@ -90,6 +91,8 @@ def _bound(
             middle, half = cells[:, start : start + _BATCH]
             slope, offset, slack = _affine(perceptron, middle, half)
             value, upper = _power(mass, terms, middle, half, slope, offset, slack, force)
+            crossing = np.zeros((2, middle.shape[0])) if model.pure else _crossing(model.vehicle, middle, half)
+            value, upper = value + crossing[0], upper + crossing[1]
             if (value > limit).any():
                 return Bounded(False, middle[int(np.argmax(value))])
             left.append(cells[:, start : start + _BATCH][:, upper > limit])
@@ -173,6 +176,17 @@ def _power(
         gradient = gradient - np.sign(middle) * force * half
     loose = (most * slack).sum(-1)
     return value - loose, value + np.abs(gradient).sum(-1) + curved + loose
+
+
+def _crossing(vehicle: Vehicle, middle: Array, half: Array) -> Array:
+    """Power of cross-flow drag [W] at the middle of cells, and an upper bound on it in them, (2, k)."""
+    coefficient = vehicle.values["cross_flow"]
+    if not coefficient:
+        return np.zeros((2, middle.shape[0]))
+    hull = hull_of(vehicle)
+    here, _ = power_bounds(hull.length, hull.draught, middle, 0.0 * half)
+    least, most = power_bounds(hull.length, hull.draught, middle, half)
+    return -coefficient * np.stack([here, least if coefficient > 0.0 else most])
 
 
 def _monomials(vehicle: Vehicle) -> list[tuple[float, tuple[int, int, int], Array]]:

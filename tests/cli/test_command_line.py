@@ -390,8 +390,8 @@ def check_interval(term: dict[str, Any]) -> None:
 def check_findings(findings: dict[str, Any]) -> None:
     keys = ("verdict", "missing", "candidates", "unnamed", "steps", "failures", "advice", "data")
     check_keys(findings, "schema", *keys)
-    assert findings["schema"] == "undertow.findings/1"
-    assert findings["verdict"] in ("missing", "nothing missing", "undecided")
+    assert findings["schema"] == "undertow.findings/2"
+    assert findings["verdict"] in ("missing", "likely", "nothing missing", "undecided")
     assert set(findings["missing"]) <= set(undertow.EFFECTS and {effect.name for effect in undertow.EFFECTS})
     for candidate in findings["candidates"]:
         check_keys(candidate, "effect", "sentence", "family", "verdict", "confidence", "error_drop")

@@ -63,7 +63,7 @@ def spoil(path: Path, *keys: str | int, value: Any) -> None:
             "findings",
             ["schema"],
             "undertow.findings/9",
-            r"expected schema 'undertow.findings/1', got 'undertow.findings/9",
+            r"expected schema 'undertow.findings/2', got 'undertow.findings/9",
         ),
         ("findings", ["candidates"], "all", r"expected a list under 'candidates', got 'all'"),
         (

@@ -8,11 +8,11 @@ import pytest
 from undertow.discovery.discover import find_missing
 from undertow.physics.effects import EFFECTS
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.typical_effects import typical_effect
+from undertow.physics.worlds.typical_effects import typical_effect, with_hull
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.inputs import read_inputs
 
-HULL = load_vehicle("blueboat")
+HULL = with_hull(load_vehicle("blueboat"), np.random.default_rng(1))
 
 
 def found_in(path: Path, hidden: dict[str, float], seed: int, duration: float = 180.0):

@@ -54,9 +54,10 @@ def test_quadratic_damping_is_named_where_it_was(run: str):
     found = discovered(run)
     named = set(found.findings.missing)
     assert "surge_quadratic_damping" in named
-    # E_2 cannot tell the Munk moment from a coupling, and without either its yaw damping is anything: nothing is named.
+    # E_2 cannot tell the Munk moment from a coupling, and without either its yaw damping is anything: it is in play.
     yaw = next(c for c in found.findings.candidates if c.effect == "yaw_quadratic_damping")
-    assert yaw.verdict == ("possible" if run == "E_2" else "missing")
+    assert yaw.verdict != "no evidence"
+    assert run == "E_2" or yaw.verdict == "missing"
     assert terms(found)["X_uu"].value == pytest.approx(-8.0, rel=0.05)
 
 

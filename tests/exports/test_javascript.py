@@ -15,7 +15,7 @@ from undertow.physics.simulation import rollout
 from undertow.physics.thrusters import neutral_command
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.physics.worlds.typical_effects import typical_effect
+from undertow.physics.worlds.typical_effects import typical_effect, with_hull
 from undertow.physics.worlds.world import simulate_world
 
 EVERY = 100
@@ -61,7 +61,7 @@ def in_javascript(cases: dict[str, tuple[Vehicle, dict[str, float]]], motion: Mo
 
 @pytest.fixture(scope="module", params=["blueboat", "blueboat_paper", "otter", "cybership2"])
 def boat(request: pytest.FixtureRequest) -> Vehicle:
-    return load_vehicle(request.param)
+    return with_hull(load_vehicle(request.param), np.random.default_rng(1))
 
 
 @pytest.fixture(scope="module")

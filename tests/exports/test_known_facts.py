@@ -2,17 +2,21 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 from exported import boat, facts
 from networks import learnt
+from sample_run import edit, write_sample
 
+from undertow.comparison.models_by_name import load_model
 from undertow.exports.formats.base import Given
 from undertow.exports.formats.registry import format_named
 from undertow.exports.known_facts import KnownNumber, remarks
 from undertow.physics.errors import RequestError
 from undertow.workflows.export import export, known_facts
+from undertow.workflows.run_folder.run_files import DATA, RUN_SCHEMA, seal
 
 BREAK = "\u2028"
 """What JavaScript holds for the end of a line."""
@@ -85,3 +89,25 @@ def test_of_a_pure_network_only_what_it_sees_of_the_vehicle_is_told():
     assert {"mass", "X_u", "lag"} <= {one.symbol for one in beside.numbers}
     assert [note for note in beside.notes if note.startswith("source of damping")]
     assert "in the place" not in beside.notes[-1]
+
+
+def test_a_number_of_a_run_says_how_sure_it_is_and_its_interval_is_that_of_the_whole_value(tmp_path: Path):
+    folder = write_sample(tmp_path / "run", seconds=30.0)
+
+    def own_number(findings: dict[str, Any]) -> None:
+        item = findings["candidates"][0] | {"effect": "surge_linear_damping"}
+        item["terms"] = [item["terms"][0] | {"symbol": "X_u", "value": -2.0, "ci95": [-3.0, -1.0], "unit": "N s/m"}]
+        findings["candidates"][0] = item
+
+    edit(folder / "findings.json", own_number)
+    model = (folder / "model.yaml").read_text()
+    (folder / "model.yaml").write_text(model.replace("X_u: -15.0", "X_u: -17.0"))
+    seal(folder, {"schema": RUN_SCHEMA}, DATA)
+    told = {one.symbol: one for one in known_facts(load_model(folder), folder).numbers}
+    assert (told["X_u"].amount, told["X_u"].interval, told["X_u"].sure) == (
+        *("-17 N s/m", "-18.0 to -16.0"),
+        "missing (> 99 %)",
+    )
+    assert told["Y_vv"].sure == "likely (87 %)"
+    assert told["mass"].sure == ""
+    assert "95 % interval -77.0 to -71.0; likely (87 %)" in told["Y_vv"].told

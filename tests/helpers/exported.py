@@ -19,9 +19,11 @@ from undertow.exports.program.vectors import drawn, driven, error
 from undertow.physics.laws.audit.trial import possible_commands, reachable
 from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
+from undertow.physics.worlds.typical_effects import with_hull
 
 EVERYTHING = {
     "fouling_rate": 0.02,
+    "cross_flow": 0.9,
     "current_north": 0.1,
     "current_rate_east": 0.05,
     "y_g": 0.01,
@@ -53,7 +55,7 @@ BOATS: dict[str, Callable[[], Vehicle]] = {
     "as it is": lambda: load_vehicle("blueboat"),
     **{name: partial(load_vehicle, name) for name in shipped_vehicles() if name != "blueboat"},
     "table, everything": lambda: load_vehicle("otter").with_values(EVERYTHING),
-    "propeller, everything": lambda: load_vehicle("blueboat_paper").with_values(EVERYTHING),
+    "propeller, everything": lambda: _stated(load_vehicle("blueboat_paper")).with_values(EVERYTHING),
     "delay of whole steps": lambda: load_vehicle("cybership2").with_values(_WATER),
     "lag alone": lambda: load_vehicle("otter").with_values({"lag": 0.4}),
     "nothing late": lambda: load_vehicle("blueboat_paper").with_values(_AT_ONCE),
@@ -63,6 +65,11 @@ BOATS: dict[str, Callable[[], Vehicle]] = {
 EXACT, SINGLE = 1e-9, 1e-4
 STATES, _ROLLOUTS, _SECONDS = 1000, 100, 30.0
 """Random states and commands, rollouts, and length of each [s], in which a boat is compared."""
+
+
+def _stated(vehicle: Vehicle) -> Vehicle:
+    """A boat whose file states the size of its hull."""
+    return with_hull(vehicle, np.random.default_rng(1))
 
 
 def _uneven(vehicle: Vehicle) -> Vehicle:

@@ -1,4 +1,4 @@
-"""A made-up run: a boat with quadratic drag and a weak thruster, a nominal model without."""
+"""A made-up run: a boat with quadratic drag and a weak thruster, a nominal model without; one name is only likely."""
 
 import copy
 import json
@@ -17,6 +17,10 @@ from undertow.discovery.findings import Removal
 from undertow.residuals.series_table import SeriesTable
 
 RATE = 10
+LIKELY = "sway_quadratic_damping"
+"""The effect of the sample that is only likely."""
+ODDS = (0.999, 0.985, 0.971, 0.87)
+"""How sure the effects of the sample are, in their order."""
 NOMINAL = {"X_u": -15.0, "X_uu": 0.0, "N_r": -6.0, "N_rr": 0.0, "Y_v": -40.0, "Y_vv": 0.0, "stbd": 1.0}
 TRUTH = {**NOMINAL, "X_uu": -8.0, "N_rr": -8.0, "Y_vv": -80.0, "stbd": 0.8}
 EFFECTS = {
@@ -129,6 +133,7 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
             "value": value,
             "unit": unit,
             "ci95": [value - 0.04 * abs(value), value + 0.04 * abs(value)],
+            "in_model": value,
         }
         sentence = f"The boat shows {effect.replace('_', ' ')} that the nominal model does not have."
         candidates.append(
@@ -136,9 +141,16 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
                 "effect": effect,
                 "sentence": sentence,
                 "family": family,
-                "verdict": "missing",
-                "confidence": 0.999 - 0.02 * rank,
+                "verdict": "likely" if effect == LIKELY else "missing",
+                "confidence": ODDS[rank],
                 "error_drop": 0.55 / (rank + 1) ** 1.3,
+                "claim": {
+                    "gain": 60.0 / (rank + 1),
+                    "identity": 8.0 - 2.0 * rank,
+                    "rival": "sway_linear_damping" if effect == LIKELY else "",
+                    "worth": {"force": 0.5 / (rank + 1) ** 1.3, "rollout": 0.8 / (rank + 1)},
+                    "null_excluded": True,
+                },
                 "indistinguishable_from": ["input_delay"] if rank == 1 else [],
                 "equation": equation,
                 "terms": [term],
@@ -173,14 +185,15 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
             }
         )
     findings = {
-        "schema": "undertow.findings/1",
+        "schema": "undertow.findings/2",
         "verdict": "missing",
         "headline": "The model lacks quadratic drag in surge, sway and yaw, and the starboard thruster is weak (81 %).",
         "criterion": {
             "materiality": 0.02,
             "material": "a held-out gain in every block, and 2 % of the force scale of its axis",
         },
-        "missing": list(EFFECTS),
+        "missing": [effect for effect in EFFECTS if effect != LIKELY],
+        "likely": [LIKELY],
         "candidates": candidates,
         "unnamed": [{"axis": "yaw", "form": "u|r|", "value": -1.2, "ci95": [-1.5, -0.9]}],
         "steps": steps,
@@ -254,6 +267,22 @@ def edit(path: Path, change: Any) -> None:
     content = json.loads(path.read_text())
     change(content)
     path.write_text(json.dumps(content))
+
+
+def as_first_version(folder: Path) -> Path:
+    """Rewrite the findings of a run as an earlier version wrote them: nothing likely, and shares of resamples."""
+
+    def strip(findings: dict[str, Any]) -> None:
+        findings["schema"] = "undertow.findings/1"
+        findings["missing"] += findings.pop("likely")
+        for item in findings["candidates"]:
+            item.pop("claim", None)
+            item["confidence"] = 0.999
+            if item["verdict"] == "likely":
+                item["verdict"] = "missing"
+
+    edit(folder / "findings.json", strip)
+    return folder
 
 
 LAWS = ("positive mass", "dissipation", "rest stays at rest", "bounded speed", "mirror symmetry")

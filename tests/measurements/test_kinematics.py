@@ -65,6 +65,27 @@ ERRORS = {
 }
 
 
+def straight(seconds: float = 200.0) -> Motion:
+    """A boat that bends to starboard by less than a quarter of a circle."""
+    time = np.arange(0.0, seconds, 0.1)
+    rate = 0.004 + 0.01 * np.sin(0.1 * time)
+    heading = np.concatenate([[0.0], np.cumsum(0.05 * (rate[1:] + rate[:-1]))])
+    speeds = np.column_stack([np.full_like(time, 1.2), np.zeros_like(time), rate])
+    north, east = body_to_earth(heading, speeds[:, 0], speeds[:, 1])
+    place = np.column_stack([np.cumsum(north), np.cumsum(east)]) * 0.1
+    noise = np.random.default_rng(3).standard_normal((time.size, 2)) * [0.002, 0.002]
+    speeds[:, 2] += noise[:, 1]
+    return Motion(time, place, heading + noise[:, 0], speeds, np.zeros((time.size, 2)), ("port", "stbd"))
+
+
+def test_a_gyro_bias_is_told_where_the_boat_turns_too_little_for_the_rest():
+    found = kinematics_of([spoilt(straight(), "gyro_bias", 0.006)])
+    assert "gyro_bias" in found.present
+    assert found.values["gyro_bias"][0] == pytest.approx(0.006, abs=5e-4)
+    assert not {"gyro_scale", "compass_sine"} & set(found.values)
+    assert "gyro_bias" not in kinematics_of([straight()]).present
+
+
 @pytest.mark.parametrize("noise", ["clean", "field"])
 @pytest.mark.parametrize("name", list(ERRORS))
 def test_an_error_of_a_sensor_is_found_and_taken_away(name: str, noise: str):

@@ -8,13 +8,14 @@ from undertow.physics.effects import EFFECTS
 from undertow.physics.forces import ForceEquation, relative_velocity
 from undertow.physics.frames import body_to_earth
 from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds.typical_effects import with_hull
 
 CURRENT = {"current_north": 0.3, "current_east": -0.2}
 
 
 def with_everything(name: str) -> Vehicle:
     """A shipped vehicle with some of every kind of effect."""
-    own = load_vehicle(name)
+    own = with_hull(load_vehicle(name), np.random.default_rng(1))
     symbols = {p.symbol: p.step for effect in EFFECTS for p in effect.parameters if "{" not in p.symbol}
     known = {symbol: own.value(symbol) + step for symbol, step in symbols.items() if symbol in own.values}
     return own.with_values(known | CURRENT)

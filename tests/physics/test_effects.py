@@ -15,6 +15,7 @@ from undertow.physics.matrices import mass_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.terms import parse_form
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles, vehicle_from_dict
+from undertow.physics.worlds.typical_effects import with_hull
 
 
 def lively(seed: int = 3, n: int = 60) -> Motion:
@@ -44,6 +45,11 @@ def absent(effect: Effect, vehicle: Vehicle) -> dict[str, float]:
     return nulls | ({"mass": vehicle.mass} if "mass" in nulls else {})
 
 
+def boat() -> Vehicle:
+    """The BlueBoat with a hull of some size, which cross-flow drag asks for."""
+    return with_hull(load_vehicle("blueboat"), np.random.default_rng(1))
+
+
 def bare() -> Vehicle:
     """The BlueBoat without a damping, coupling, added mass or offset."""
     data = load_vehicle("blueboat").model_dump(mode="json") | {"added_mass": {}, "damping": {}, "x_g": 0.0}
@@ -60,7 +66,7 @@ def test_null_value_means_absent(effect: Effect) -> None:
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
 def test_any_other_value_is_felt(effect: Effect) -> None:
-    vehicle, motion = load_vehicle("blueboat"), lively()
+    vehicle, motion = boat(), lively()
     before = modelled_acceleration(vehicle, motion)
     after = modelled_acceleration(vehicle.with_values(sizes(effect, vehicle)), motion)
     assert np.abs(after - before).max() > 1e-3
@@ -78,7 +84,7 @@ def test_a_body_without_hydrodynamics_does_not_feel_the_current() -> None:
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
 def test_parameters_live_in_the_vehicle_file(effect: Effect, tmp_path: Path) -> None:
-    vehicle = load_vehicle("blueboat")
+    vehicle = boat()
     wanted = sizes(effect, vehicle)
     path = tmp_path / "vehicle.yaml"
     vehicle.with_values(wanted).save(path)

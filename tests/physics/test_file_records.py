@@ -109,7 +109,10 @@ LAW = written(WHOLE)["passivity"]
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"verdict": "bad"}, "expected one of 'missing', 'nothing missing' or 'undecided' under 'verdict', got 'bad'"),
+        (
+            {"verdict": "bad"},
+            "expected one of 'missing', 'likely', 'nothing missing' or 'undecided' under 'verdict', got 'bad'",
+        ),
         ({"missing": "yaw_trim"}, "expected a list under 'missing', got 'yaw_trim'"),
         ({"missing": [3]}, r"expected a text under 'missing[0]', got 3"),
         ({"candidates": [{"verdict": "possible"}]}, "candidates[0] lacks 'effect', 'confidence', 'error_drop'"),
@@ -122,7 +125,7 @@ LAW = written(WHOLE)["passivity"]
             {"passivity": written(WHOLE)["passivity"] | {"envelope": {"u": 3}}},
             "expected [lower, upper] about rest for each of u, v and r under",
         ),
-        ({"schema": "undertow.audit/1"}, "expected schema 'undertow.findings/1', got 'undertow.audit/1'"),
+        ({"schema": "undertow.audit/1"}, "expected schema 'undertow.findings/2', got 'undertow.audit/1'"),
     ],
 )
 def test_what_is_no_record_is_refused_in_words(change: dict[str, Any], message: str):

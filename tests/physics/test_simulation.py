@@ -13,6 +13,7 @@ from undertow.physics.integration import SPEED_LIMIT, Driven, integrate
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import Legs, rollout, rollouts, simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds.typical_effects import with_hull
 
 
 def commanded(vehicle: Vehicle, seconds: float, step: float) -> Motion:
@@ -23,6 +24,11 @@ def commanded(vehicle: Vehicle, seconds: float, step: float) -> Motion:
     n = t.size
     velocity = np.tile([0.5, 0.0, 0.1], (n, 1))
     return Motion(t, np.zeros((n, 2)), np.full(n, 0.3), velocity, commands, names)
+
+
+def boat() -> Vehicle:
+    """The BlueBoat with a hull of some size, which cross-flow drag asks for."""
+    return with_hull(load_vehicle("blueboat"), np.random.default_rng(1))
 
 
 def changed(vehicle: Vehicle, effect: Effect) -> Vehicle:
@@ -40,7 +46,7 @@ def changed(vehicle: Vehicle, effect: Effect) -> Vehicle:
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
 def test_simulated_motion_obeys_the_force_equation(effect: Effect) -> None:
     """The regression's acceleration along a simulated motion is the motion's own derivative, for every effect."""
-    vehicle = changed(load_vehicle("blueboat"), effect)
+    vehicle = changed(boat(), effect)
     motion = simulate_motion(vehicle, commanded(vehicle, 5.0, 0.01))
     derivative = np.gradient(motion.velocity, motion.time_step, axis=0, edge_order=2)
     error = np.abs(modelled_acceleration(vehicle, motion) - derivative)
@@ -50,7 +56,7 @@ def test_simulated_motion_obeys_the_force_equation(effect: Effect) -> None:
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
 def test_every_effect_changes_the_motion(effect: Effect) -> None:
-    vehicle = load_vehicle("blueboat")
+    vehicle = boat()
     commands = commanded(vehicle, 4.0, 0.05)
     before, after = simulate_motion(vehicle, commands), simulate_motion(changed(vehicle, effect), commands)
     assert np.abs(after.velocity - before.velocity).max() > 1e-3

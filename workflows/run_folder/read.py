@@ -1,6 +1,7 @@
 """Read a run folder whole, and say clearly what is wrong with it when it cannot be shown."""
 
 import hashlib
+import math
 import re
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -126,7 +127,7 @@ def read_run(folder: PathLike, moved: Moved = UNMOVED) -> RunFolder:
         digests[name] = hashlib.sha256(found).hexdigest()[:12]
         return found
 
-    findings = read_record(content("findings.json"), Findings, folder / "findings.json")
+    findings = read_findings(content("findings.json"), folder / "findings.json")
     if not findings.steps:
         path = folder / "findings.json"
         raise RequestError(f"{path}: expected at least one entry in 'steps' (the nominal model), got none; {REMEDY}")
@@ -164,6 +165,23 @@ def read_record(content: bytes, kind: type[Read], path: Path) -> Read:
         When it holds none.
     """
     return kind.read(_bounded(content, path), path, REMEDY)
+
+
+def read_findings(content: bytes, path: Path) -> Findings:
+    """The findings that a file holds; of an earlier version nobody knows how sure they are.
+
+    What stands there as confidence is a share of resamples, which says nothing of the odds of a name.
+
+    Raises
+    ------
+    RequestError
+        as `read_record` does.
+    """
+    plain = _bounded(content, path)
+    findings = Findings.read(plain, path, REMEDY)
+    if plain.get("schema") not in Findings.FORMER:
+        return findings
+    return findings.but(candidates=tuple(item.but(confidence=math.nan) for item in findings.candidates))
 
 
 def _bounded(content: bytes, path: Path) -> Any:
@@ -271,6 +289,6 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
 def _found(path: Path) -> Findings | None:
     """What a run found; None where that is not there."""
     try:
-        return read_record(read_bytes(path, MOST_TEXT), Findings, path)
+        return read_findings(read_bytes(path, MOST_TEXT), path)
     except (OSError, ValueError, RequestError):
         return None

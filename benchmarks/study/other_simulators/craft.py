@@ -204,7 +204,7 @@ class Plant:
 
 
 class _Actuators:
-    """From commands to forces, step by step: delay, lag, the thruster's law, and its faults in the catalogue's order."""
+    """From commands to forces, step by step: delay, lag, the thruster's law, and its faults in their order."""
 
     def __init__(self, plant: Plant) -> None:
         craft = plant.craft
@@ -325,8 +325,10 @@ def damping(values: Numbers) -> Callable[[float, Planar, Sequence[float]], Loads
 
 
 def moved_by(s: State, water: tuple[float, float]) -> tuple[Loads, Loads, tuple[float, float]]:
-    """Kinematics of a planar state: rates of x, y, psi; u, v, r relative to the water; and the derivative of the
-    water's velocity in axes that turn with the boat (Fossen 2021, eq. 10.148)."""
+    """Rates of x, y, psi; u, v, r relative to the water; derivative of the water's velocity in axes of the boat.
+
+    The last is that of a steady current in axes that turn (Fossen 2021, section 10.3).
+    """
     _, _, psi, u, v, r = s
     co, si = cos(psi), sin(psi)
     kin = u * co - v * si, u * si + v * co, r

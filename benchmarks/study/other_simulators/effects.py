@@ -1,4 +1,4 @@
-"""Effects of the catalogue as other people's simulators make them: how large, and their values as findings tell them."""
+"""Effects of the catalogue in other people's simulators: how large they are, and their values as findings tell them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ class Hidden:
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """What is large for a craft: speeds that one row in ten exceeds [m/s, m/s, rad/s], and drag at these [N, N, N m]."""
+    """What is large for a craft: speeds that one row in ten exceeds [m/s, rad/s], and drag at these [N, N m]."""
 
     speed: tuple[float, float, float]
     drag: tuple[float, float, float]
@@ -75,23 +75,34 @@ def _set(key: str, symbol: str, value: float) -> Hidden:
     return Hidden(key, lambda plant: setattr(plant, symbol, value), {symbol: value})
 
 
-def _drag(s: Sizes, rng: np.random.Generator, name: str) -> Hidden:
-    """Drag by a share of what the file has at speeds that are large."""
+def _drag(craft: Craft, s: Sizes, rng: np.random.Generator, name: str) -> Hidden:
+    """Drag by a share of what the file has at speeds that are large, as far as a hull of this length can have it.
+
+    Bounds: a section of the depth of a barge (0.06 L) with a drag coefficient of 2.4 across and 0.3 along, and forces
+    of turning drift that the mass of hull and water can make.
+    """
     (u, v, r), (X, Y, N) = s.speed, s.drag
     one, two = float(rng.uniform(0.3, 0.7)), float(rng.uniform(0.4, 1.0))
     side, other = _either(rng, 0.3, 0.6), _either(rng, 0.15, 0.35)
+    p, across = craft.file.values, 0.5 * 1025.0 * 2.4 * 0.06 * craft.length**2
+    along, about = max(across / 8.0, -p["X_uu"]), max(across * craft.length**3 / 32.0, -p["N_rr"])
+    mass = p["mass"] - p["Y_vdot"]
+
+    def bounded(value: float, most: float) -> float:
+        return min(max(value, -most), most)
+
     made = {
         "surge_linear_damping": {"X_u": -one * X / u},
-        "surge_quadratic_damping": {"X_uu": -two * X / u**2},
+        "surge_quadratic_damping": {"X_uu": -min(two * X / u**2, along)},
         "sway_linear_damping": {"Y_v": -one * Y / v},
-        "sway_quadratic_damping": {"Y_vv": -two * Y / v**2},
+        "sway_quadratic_damping": {"Y_vv": -min(two * Y / v**2, max(across, -p["Y_vv"]))},
         "yaw_linear_damping": {"N_r": -one * N / r},
-        "yaw_quadratic_damping": {"N_rr": -two * N / r**2},
+        "yaw_quadratic_damping": {"N_rr": -min(two * N / r**2, about)},
         "yaw_speed_damping": {"N_ur": -two * N / (u * r)},
-        "sway_yaw_coupling": {"Y_r": side * Y / r, "N_v": other * N / v},
-        "munk_moment": {"N_uv": side * N / (u * v)},
-        "sway_lift": {"Y_ur": side * Y / (u * r)},
-        "surge_turn_drag": {"X_vr": side * X / (v * r)},
+        "sway_yaw_coupling": {"Y_r": side * Y / r, "N_v": bounded(other * N / v, mass * u)},
+        "munk_moment": {"N_uv": bounded(side * N / (u * v), mass)},
+        "sway_lift": {"Y_ur": bounded(side * Y / (u * r), mass)},
+        "surge_turn_drag": {"X_vr": bounded(side * X / (v * r), mass)},
     }
     return _derived(name, **made[name])
 
@@ -103,7 +114,7 @@ def _mass(craft: Craft, rng: np.random.Generator, name: str) -> Hidden:
         "sway_added_mass": ("Y_vdot", -float(rng.uniform(0.3, 0.8)) * m),
         "yaw_added_mass": ("N_rdot", -float(rng.uniform(0.3, 0.8)) * inertia),
         "mass_offset": ("mass", _either(rng, 0.15, 0.3) * m),
-        "cg_offset": ("x_g", _either(rng, 0.03, 0.08) * craft.length),
+        "cg_offset": ("x_g", _either(rng, 0.03, 0.08) * min(craft.length, _FARTHEST / 0.08)),
         "lateral_cg": ("y_g", _either(rng, 0.015, 0.04) * craft.length),
     }
     symbol, value = made[name]
@@ -133,7 +144,7 @@ def _engine(craft: Craft, s: Sizes, rng: np.random.Generator, name: str) -> Hidd
     """A fault of all thrusters."""
     if name == "thrust_scale":
         return _scaled(rng)
-    slow = float(np.clip(craft.pace, 1.0, 4.0))
+    slow = min(craft.pace, 3.0)
     loss = float(rng.uniform(0.15, 0.4)) * max(craft.full) / max(s.speed[0], 1e-3)
     made = {
         "thruster_arm": ("arm_scale", 1.0 + _either(rng, 0.1, 0.25)),
@@ -172,6 +183,8 @@ def _current(s: Sizes, rng: np.random.Generator) -> Hidden:
     return Hidden("steady_current", lambda plant: setattr(plant, "water", lambda t, x, y: (north, east)), known)
 
 
+_FARTHEST = 1.8
+"""Distance of the centre of gravity [m], which vehicle files bound at two metres."""
 _MASSES = ("surge_added_mass", "sway_added_mass", "yaw_added_mass", "mass_offset", "cg_offset", "lateral_cg")
 _ENGINES = (
     *("thrust_scale", "thruster_arm", "battery_sag", "reverse_thrust_loss", "thrust_dead_zone", "thruster_lag"),
@@ -192,7 +205,7 @@ def effect(name: str, craft: Craft, sizes: Sizes, rng: np.random.Generator) -> H
         return _weak(craft, rng)
     if name == "steady_current":
         return _current(sizes, rng)
-    return _drag(sizes, rng, name)
+    return _drag(craft, sizes, rng, name)
 
 
 CLASHES = (

@@ -23,25 +23,40 @@ FIRST = {"tuning": 400_000, "reporting": 450_000}
 """First seeds: what is chosen is chosen on the first, and reported on the second."""
 Make = Callable[[np.random.Generator], Craft]
 Sensor = Callable[[Craft, Sizes, np.random.Generator], Sense]
-CROSS_FLOW = ("cross_flow_drag", "sway_quadratic_damping", "yaw_quadratic_damping")
-"""A file that has strips as quadratic drag in sway and yaw is right in pure sway and pure turning alone."""
+CROSS_FLOW = (
+    *("cross_flow_drag", "sway_quadratic_damping", "yaw_quadratic_damping"),
+    *("sway_linear_damping", "yaw_linear_damping"),
+)
+"""A file that has strips as quadratic drag in sway and yaw is right in pure sway and pure turning alone; in drift and
+turn together strips add about |r| v and |v| r, whose means are linear drag in sway and yaw."""
 
 
 @dataclass(frozen=True, slots=True)
 class Simulator:
-    """A simulator: who makes its boats, and names that are a fair part of what its file cannot hold, with the reason."""
+    """A simulator: who makes its boats, names that are a fair part of what its file cannot hold, and the reason.
+
+    `nameless` says what acts in all of its boats that no file can hold; with it rollouts of 10 s part by a tenth and
+    more. What other files cannot hold makes less than a hundredth.
+    """
 
     make: Make
     part: tuple[str, ...] = ()
     why: str = ""
+    nameless: str = ""
 
 
+_STRIPS = "strips are no quadratic drag in drift and turn together"
+_WEIGHT = (
+    "the payload's weight acts as a constant force ahead, which is surge_trim, and aside as the hull rolls in turns"
+)
+_ROLLED = ("sway_added_mass", "sway_lift", "mass_offset", "sway_yaw_coupling")
+"""The hull rolls with its acceleration to a side, v' + u r, so that weight aside is like a mass in both terms."""
 SIMULATORS: dict[str, Simulator] = {
     "Otter": Simulator(
-        otter,
-        CROSS_FLOW,
-        "the payload's weight acts as a constant force ahead, which is surge_trim; strips are no quadratic drag in drift "
-        "and turn together; roll and pitch are left out",
+        otter, (*CROSS_FLOW, *_ROLLED), f"{_WEIGHT}; {_STRIPS}", "cross-flow of strips, and weight of a hull that rolls"
+    ),
+    "Otter with a payload": Simulator(
+        partial(otter, cross_flow=False), _ROLLED, _WEIGHT, "weight of a hull that rolls"
     ),
     "Otter in the plane": Simulator(
         partial(otter, cross_flow=False, statics=False), (), "roll, pitch and heave are left out"
@@ -49,7 +64,7 @@ SIMULATORS: dict[str, Simulator] = {
     "WAM-V": Simulator(wam_v),
     "CSAD": Simulator(csad, (), "its model does not turn the rigid body's momentum with a current"),
     "Gunnerus": Simulator(gunnerus, (), "its added mass is not symmetric"),
-    "strips": Simulator(strip_boat, CROSS_FLOW, "strips are no quadratic drag in drift and turn together"),
+    "strips": Simulator(strip_boat, CROSS_FLOW, _STRIPS, "cross-flow of strips"),
     "Nomoto": Simulator(nomoto),
 }
 
@@ -68,7 +83,7 @@ class Kind:
     part : effects that are a fair part of the cause, beside those of the simulator
     sensors : errors of sensors or of the record that are the cause
     sensor : makes the sensor err
-    nameless : cause outside the catalogue
+    nameless : cause outside the catalogue, of `NAMELESS` or of the simulator itself
     sampled : commands are recorded at a tenth of the rate at which they act
     why : reason of what is true; honest : what an honest answer is
     make : another maker of boats than the simulator's
@@ -97,9 +112,10 @@ def _slow(craft: Craft) -> float:
     return min(craft.pace, 3.0)
 
 
-EVERYWHERE = tuple(SIMULATORS)
-MOVABLE = tuple(name for name in SIMULATORS if name != "WAM-V")
-"""Simulators whose water can move."""
+EVERYWHERE = ("Otter in the plane", "WAM-V", "CSAD", "Gunnerus", "Nomoto")
+"""Simulators whose files hold them whole, for kinds that are about something else."""
+MOVABLE = tuple(name for name in EVERYWHERE if name != "WAM-V")
+"""Of these, those whose water can move."""
 _HIDDEN = "what is drawn is put into the simulator's own equations or into the loads that it is given"
 _RIGHT = "the boat is that of the file but for what is drawn; the sensor is wrong"
 _NO_NAME = "no effect of the catalogue is what acts: a part of it, a term, undecided, or nothing"
@@ -109,16 +125,22 @@ def _by_simulator() -> dict[str, Kind]:
     found: dict[str, Kind] = {}
     for name, simulator in SIMULATORS.items():
         rest = f"; {simulator.why}" if simulator.why else ""
-        one = (name,)
+        one, beside = (name,), simulator.nameless
         found[f"{name}: nothing hidden"] = Kind(
             "nothing",
             one,
             f"the file is the simulator's own numbers{rest}",
             "nothing missing, or what the file cannot hold",
         )
-        found[f"{name}: one effect"] = Kind("one", one, f"{_HIDDEN}{rest}", "its name, or the names it looks like", 1)
-        found[f"{name}: two effects"] = Kind("two", one, f"{_HIDDEN}{rest}", "both names, or one and a rest", 2)
-        found[f"{name}: crowd of three"] = Kind("crowd", one, f"{_HIDDEN}{rest}", "the largest of them, and a rest", 3)
+        found[f"{name}: one effect"] = Kind(
+            "one", one, f"{_HIDDEN}{rest}", "its name, or the names it looks like", 1, nameless=beside
+        )
+        found[f"{name}: two effects"] = Kind(
+            "two", one, f"{_HIDDEN}{rest}", "both names, or one and a rest", 2, nameless=beside
+        )
+        found[f"{name}: crowd of three"] = Kind(
+            "crowd", one, f"{_HIDDEN}{rest}", "the largest of them, and a rest", 3, nameless=beside
+        )
     return found
 
 
@@ -174,21 +196,26 @@ KINDS: dict[str, Kind] = {
             "the file has linear drag alone; strips in pure sway and pure turning are quadratic drag",
         ),
         *(_NO_NAME, 1, True),
-        part=("sway_linear_damping", "yaw_linear_damping", "yaw_speed_damping"),
+        part=("yaw_speed_damping",),
         nameless="cross-flow of strips",
         make=partial(strip_boat, told=False),
     ),
 }
 """Every kind by name."""
-HULL_IN_FILE = Kind(
-    *("one", ("strips",), "the file has the hull's length and draught; its strips are the catalogue's cross-flow drag"),
-    "cross_flow_drag with its coefficient",
-    true=("cross_flow_drag",),
-    make=partial(strip_boat, told=False, hull=True),
-)
-"""Joins `KINDS` as "strips with the hull in the file" where vehicle files may have a hull; see `with_hulls`."""
+_HULLS = {
+    f"{name} with the hull in the file": Kind(
+        *("one", (name,), "the file has the hull's length and draught; its strips are the catalogue's cross-flow drag"),
+        "cross_flow_drag with its coefficient",
+        true=("cross_flow_drag",),
+        make=make,
+    )
+    for name, make in (
+        ("strips", partial(strip_boat, told=False, hull=True)),
+        ("Otter", partial(otter, statics=False, hull=True)),
+    )
+}
 
 
 def with_hulls() -> dict[str, Kind]:
-    """All kinds and that whose vehicle file has `hull: {length, draught}`, for a product that reads such files."""
-    return {**KINDS, "strips with the hull in the file": HULL_IN_FILE}
+    """All kinds and those whose vehicle file has `hull: {length, draught}`, for a product that reads such files."""
+    return {**KINDS, **_HULLS}

@@ -1,4 +1,4 @@
-"""Causes outside the catalogue, as other people's simulators or waters have them: each is made for a craft and sizes."""
+"""Causes outside the catalogue, as other simulators or waters have them: each is made for a craft and its sizes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from math import cos, exp, hypot, pi, sin, tanh
 
 import numpy as np
 
-from .craft import Craft, Force, Loads, Planar, Plant, Simple
+from .craft import Craft, Loads, Planar, Plant, Simple
 from .effects import Change, Hidden, Sizes
 
 Load = Callable[[float, Planar, Sequence[float]], Loads]

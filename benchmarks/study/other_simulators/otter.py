@@ -42,13 +42,21 @@ def thrust(n: float) -> float:
     return (K_AHEAD if n > 0.0 else K_ASTERN) * n * abs(n)
 
 
-def otter(rng: np.random.Generator, *, cross_flow: bool = True, statics: bool = True, drawn: bool = True) -> Craft:
+def otter(
+    rng: np.random.Generator,
+    *,
+    cross_flow: bool = True,
+    statics: bool = True,
+    drawn: bool = True,
+    hull: bool = False,
+) -> Craft:
     """An Otter under a payload that is drawn, or the one of the source (25 kg at 0.05 m ahead).
 
     Parameters
     ----------
     cross_flow : strips resist sway and turning; the file has them as Y_vv and N_rr, which is all that it can hold
     statics : the payload's weight acts, with its constant force ahead that the file does not know
+    hull : the file has `hull: {length, draught}` for the catalogue's cross-flow drag, and nothing else of the strips
     """
     payload, ahead = (float(rng.uniform(10.0, 40.0)), float(rng.uniform(0.0, 0.12))) if drawn else (25.0, 0.05)
     place = np.array([ahead, 0.0, -0.35])
@@ -58,10 +66,20 @@ def otter(rng: np.random.Generator, *, cross_flow: bool = True, statics: bool = 
     about = about - HULL * skew(cg) @ skew(cg) - payload * skew(place) @ skew(place)
     origin = about - mass * skew(cg) @ skew(cg)  # the source shifts twice
     numbers: dict[str, float] = {
-        **{"mass": mass, "inertia_z": float(origin[2, 2]), "x_g": float(cg[0]), "y_g": 0.0, "z_g": float(cg[2])},
-        **{"I_x": float(origin[0, 0]), "I_y": float(origin[1, 1]), "I_xz": float(origin[0, 2])},
-        **{"X_udot": -0.1 * HULL, "Y_vdot": -1.5 * HULL, "Z_wdot": -HULL, "K_pdot": -0.2 * float(about[0, 0])},
-        **{"M_qdot": -0.8 * float(about[1, 1]), "N_rdot": -1.7 * float(about[2, 2])},
+        "mass": mass,
+        "inertia_z": float(origin[2, 2]),
+        "x_g": float(cg[0]),
+        "y_g": 0.0,
+        "z_g": float(cg[2]),
+        "I_x": float(origin[0, 0]),
+        "I_y": float(origin[1, 1]),
+        "I_xz": float(origin[0, 2]),
+        "X_udot": -0.1 * HULL,
+        "Y_vdot": -1.5 * HULL,
+        "Z_wdot": -HULL,
+        "K_pdot": -0.2 * float(about[0, 0]),
+        "M_qdot": -0.8 * float(about[1, 1]),
+        "N_rdot": -1.7 * float(about[2, 2]),
     }
     draught = mass / RHO / (2.0 * 0.4 * PONTOON * LENGTH)
     c_d = float(np.interp(PONTOON / (2.0 * draught), *_HOERNER)) if cross_flow else 0.0
@@ -73,19 +91,31 @@ def otter(rng: np.random.Generator, *, cross_flow: bool = True, statics: bool = 
     damped = {"X_u": -24.4 * GRAVITY / (6.0 * 0.5144), "Y_v": -float(M[1, 1]), "N_r": N_r}
     soft = [2.0 * z * sqrt(centred[k] * M[k, k]) for z, k in ((0.3, 2), (0.2, 3), (0.4, 4))]
     weight = payload * GRAVITY if statics else 0.0
-    plane = damped | {
-        "Y_vv": -size * LENGTH / 20.0 * 21.0,
-        "N_rr": 10.0 * N_r - size * LENGTH / 20.0 * float(np.sum(np.abs(places) ** 3)),
-    }
-    file = vehicle_from_dict(_file(numbers, plane), "Otter")
+    plane = (
+        damped | {"N_rr": 10.0 * N_r}
+        if hull
+        else damped
+        | {
+            "Y_vv": -size * LENGTH / 20.0 * 21.0,
+            "N_rr": 10.0 * N_r - size * LENGTH / 20.0 * float(np.sum(np.abs(places) ** 3)),
+        }
+    )
+    shape = {"hull": {"length": LENGTH, "draught": draught}} if hull else {}
+    file = vehicle_from_dict(_file(numbers, plane) | shape, "Otter")
     still = _at_rest(stiff, weight, place)
     law = _equations(
         damped | {"N_rr": 10.0 * N_r}, soft, stiff.tolist(), (weight, ahead, -0.35), (size, places.tolist())
     )
     own = {"surge_trim": ("surge_trim", -weight * sin(still[4]))} if statics else {}
+    own |= {"cross_flow_drag": ("cross_flow", c_d)} if hull else {}
     return Craft(
         *("Otter", file, numbers, law, (thrust, thrust), ((N_MIN, N_MAX), (N_MIN, N_MAX))),
-        **{"step": STEP, "pace": 1.0, "length": LENGTH, "exact": ALL - set(own), "lag": LAG, "stages": 2},
+        step=STEP,
+        pace=1.0,
+        length=LENGTH,
+        exact=ALL - set(own),
+        lag=LAG,
+        stages=2,
         places=(0, 1, 5, 6, 7, 11),
         rest=(*still, *[0.0] * 6),
         own=own,

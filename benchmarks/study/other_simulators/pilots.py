@@ -15,15 +15,19 @@ OPEN, CLOSED = ("rich", "zigzag", "gentle"), ("lawn-mower", "waypoints")
 PROGRAMMES = (*OPEN, *CLOSED)
 _LEFT = 0.4
 """Share of full command that is left for steering."""
+_STILL = 1.0
+"""Time for which nothing is asked at first [s], so that propellers and record begin at rest."""
 
 
 def pilot_of(name: str, craft: Craft, seconds: float, noise: Sequence[float], rng: np.random.Generator) -> Pilot:
     """A pilot of a programme; autopilots see the motion with the noise of the log (place, heading, speed, rate)."""
     if name in OPEN:
         return _held(name, craft, seconds, rng)
-    sight = _Sight.drawn(name, craft, rng)
+    sight = _Sight.drawn(name, craft, seconds, rng)
 
     def pilot(t: float, seen: Sequence[float]) -> list[float]:
+        if t < _STILL:
+            return [0.0] * len(craft.laws)
         sizes = (noise[0], noise[0], noise[1], noise[2], noise[2], noise[3])
         return sight(t, [x + size * float(rng.standard_normal()) for x, size in zip(seen, sizes, strict=True)])
 
@@ -36,6 +40,8 @@ def _held(name: str, craft: Craft, seconds: float, rng: np.random.Generator) -> 
     aside = _telegraph(len(orders), craft.pace, rng)
 
     def pilot(t: float, seen: Sequence[float]) -> list[float]:
+        if t < _STILL:
+            return [0.0] * len(craft.laws)
         row = min(round(t / SLOT), len(orders) - 1)
         return craft.command(shared(craft, float(orders[row, 0]), float(orders[row, 1]), float(aside[row])))
 
@@ -83,15 +89,16 @@ class _Sight:
     before: float = field(default=-1.0)
 
     @classmethod
-    def drawn(cls, name: str, craft: Craft, rng: np.random.Generator) -> "_Sight":
-        """Tracks and gains that suit a craft."""
+    def drawn(cls, name: str, craft: Craft, seconds: float, rng: np.random.Generator) -> "_Sight":
+        """Tracks and gains that suit a craft; the log has time for eight legs and more."""
         speed, moment, inertia, drag = _abilities(craft)
-        ahead = max(3.0 * craft.length, 2.0 * speed * craft.pace)
+        ahead = max(1.5 * craft.length, 2.0 * speed * craft.pace)
         natural = float(rng.uniform(0.6, 1.2)) / craft.pace
         turning = float(rng.uniform(0.8, 1.2)) * 2.0 * natural
         rate = max(turning * inertia - drag, 0.1 * drag) / moment
         gain = natural**2 * inertia / moment
-        track = (_lawn if name == "lawn-mower" else _scattered)(ahead, rng)
+        leg = min(max(0.08 * speed * seconds, 2.0 * ahead), 9.0 * ahead)
+        track = (_lawn if name == "lawn-mower" else _scattered)(ahead, leg, rng)
         speeds = [float(x) for x in rng.uniform(0.35, 0.75, 8)]
         return cls(craft, track, ahead, 0.8 * ahead, (gain, 0.05 * gain * natural, rate), speeds)
 
@@ -132,10 +139,10 @@ def _abilities(craft: Craft) -> tuple[float, float, float, float]:
     return speed, moment, p["inertia_z"] - p["N_rdot"], -p["N_r"]
 
 
-def _lawn(ahead: float, rng: np.random.Generator) -> list[tuple[float, float]]:
+def _lawn(ahead: float, leg: float, rng: np.random.Generator) -> list[tuple[float, float]]:
     """Parallel legs, in a direction that is drawn."""
     long, apart, turned = (
-        float(rng.uniform(5.0, 9.0)) * ahead,
+        float(rng.uniform(0.8, 1.2)) * leg,
         float(rng.uniform(2.0, 3.0)) * ahead,
         rng.uniform(-pi, pi),
     )
@@ -146,11 +153,11 @@ def _lawn(ahead: float, rng: np.random.Generator) -> list[tuple[float, float]]:
     return [(a * cos(turned) - b * sin(turned), a * sin(turned) + b * cos(turned)) for a, b in corners]
 
 
-def _scattered(ahead: float, rng: np.random.Generator) -> list[tuple[float, float]]:
+def _scattered(ahead: float, leg: float, rng: np.random.Generator) -> list[tuple[float, float]]:
     """Waypoints on a walk that turns by up to 140 degrees at each."""
     points, course = [(0.0, 0.0)], float(rng.uniform(-pi, pi))
     for _ in range(40):
-        leg = float(rng.uniform(3.0, 7.0)) * ahead
-        points.append((points[-1][0] + leg * cos(course), points[-1][1] + leg * sin(course)))
+        far = float(rng.uniform(0.6, 1.2)) * leg
+        points.append((points[-1][0] + far * cos(course), points[-1][1] + far * sin(course)))
         course += float(rng.choice([-1.0, 1.0]) * rng.uniform(0.3, 2.4))
     return points

@@ -28,6 +28,8 @@ _MASS = ("mass_offset", "cg_offset", "surge_added_mass", "sway_added_mass")
 COMMON = frozenset((*_THRUST, *_SHAPE, *_DRAG, *_FIXED, "yaw_added_mass", "steady_current"))
 """Effects that every simulator here can make: whoever gives it loads decides what they are."""
 ALL = COMMON | {*_MASS, "lateral_cg"}
+_SWIFT = {"sway_quadratic_damping", "yaw_quadratic_damping", "munk_moment", "sway_lift", "surge_turn_drag"}
+"""Effects that no number which a hull can have makes felt at the speeds of a model basin."""
 
 
 def inverse(matrix: list[list[float]]) -> list[list[float]]:
@@ -61,12 +63,19 @@ def csad(rng: np.random.Generator) -> Craft:
     nu_c' has a third component, of u and v, which is kept. Three thrusters are fixed to the hull, 16 N each.
     """
     numbers = {
-        **{"mass": 127.51217, "inertia_z": 61.768936},
-        **{"X_udot": -1.484425838729, "Y_vdot": -11.632231, "N_rdot": -8.3942728, "Y_rdot": -0.59218287},
+        "mass": 127.51217,
+        "inertia_z": 61.768936,
+        "X_udot": -1.484425838729,
+        "Y_vdot": -11.632231,
+        "N_rdot": -8.3942728,
+        "Y_rdot": -0.59218287,
     }
     damped = {
-        **{"X_u": -(68.713256245077 + 16.433281209944), "Y_v": -(538.44958 + 128.774182)},
-        **{"N_r": -(225.60416 + 50.508194), "Y_r": -43.089149, "N_v": -43.089149},
+        "X_u": -(68.713256245077 + 16.433281209944),
+        "Y_v": -(538.44958 + 128.774182),
+        "N_r": -(225.60416 + 50.508194),
+        "Y_r": -43.089149,
+        "N_v": -43.089149,
     }
     thrusters = [
         pushing("port", -1.0, -0.25, 0.0, -16.0, 16.0),
@@ -110,7 +119,9 @@ def csad(rng: np.random.Generator) -> Craft:
         },
         "C/S Arctic Drillship",
     )
-    return Craft("CSAD", file, numbers, equations, **newtons(thrusters), step=0.05, pace=1.5, length=2.6, exact=COMMON)
+    return Craft(
+        "CSAD", file, numbers, equations, **newtons(thrusters), step=0.05, pace=1.5, length=2.6, exact=COMMON - _SWIFT
+    )
 
 
 def gunnerus(rng: np.random.Generator) -> Craft:
@@ -121,13 +132,22 @@ def gunnerus(rng: np.random.Generator) -> Craft:
     """
     load = float(rng.uniform(0.95, 1.05))
     numbers = {
-        **{"mass": 574127.69 * load, "inertia_z": 41237080.0 * load, "x_g": 0.0},
-        **{"X_udot": -26599.247217212105, "Y_vdot": -132619.44, "N_rdot": -13320142.0},
-        **{"Y_rdot": 473277.78, "N_vdot": 571162.06},
+        "mass": 574127.69 * load,
+        "inertia_z": 41237080.0 * load,
+        "x_g": 0.0,
+        "X_udot": -26599.247217212105,
+        "Y_vdot": -132619.44,
+        "N_rdot": -13320142.0,
+        "Y_rdot": 473277.78,
+        "N_vdot": 571162.06,
     }
     damped = {
-        **{"X_u": -1117.598305149, "X_uu": -1671.60006965, "Y_v": -22288.64, "Y_vv": -23611.351393},
-        **{"N_r": -1949686.56, "N_rr": -365427333.8257},
+        "X_u": -1117.598305149,
+        "X_uu": -1671.60006965,
+        "Y_v": -22288.64,
+        "Y_vv": -23611.351393,
+        "N_r": -1949686.56,
+        "N_rr": -365427333.8257,
     }
     thrusters = [pushing(n, -14.0, y, 0.0, -20000.0, 30000.0) for n, y in (("port", -8.0), ("stbd", 8.0))]
 
@@ -181,8 +201,13 @@ def wam_v(rng: np.random.Generator) -> Craft:
     payload, place = float(rng.uniform(0.0, 60.0)), float(rng.uniform(-0.5, 0.8))
     mass, x, y = 211.0 + payload, 2.373776, 1.027135
     numbers = {
-        **{"mass": mass, "inertia_z": 446.0 + 31.0 * (x * x + y * y) + payload * place**2},
-        **{"x_g": (payload * place - 31.0 * x) / mass, "y_g": 0.0, "X_udot": 0.0, "Y_vdot": 0.0, "N_rdot": 0.0},
+        "mass": mass,
+        "inertia_z": 446.0 + 31.0 * (x * x + y * y) + payload * place**2,
+        "x_g": (payload * place - 31.0 * x) / mass,
+        "y_g": 0.0,
+        "X_udot": 0.0,
+        "Y_vdot": 0.0,
+        "N_rdot": 0.0,
     }
     damped = {"X_u": -100.0, "X_uu": -150.0, "Y_v": -100.0, "Y_vv": -100.0, "N_r": -800.0, "N_rr": -800.0}
     grid = np.unique(np.concatenate([np.linspace(-1.0, 1.0, 81), [-0.005, 0.0, 0.005, 0.015]])).round(6)
@@ -216,7 +241,10 @@ def wam_v(rng: np.random.Generator) -> Craft:
     law: Law = logistic_thrust
     return Craft(
         *("WAM-V", file, numbers, equations, (law, law), ((-1.0, 1.0), (-1.0, 1.0))),
-        **{"step": 0.05, "pace": 2.0, "length": 4.9, "exact": able},
+        step=0.05,
+        pace=2.0,
+        length=4.9,
+        exact=able,
     )
 
 
@@ -274,16 +302,24 @@ def strip_boat(rng: np.random.Generator, *, told: bool = True, hull: bool = Fals
     top = float(rng.uniform(0.25, 0.4)) * sqrt(GRAVITY * length)
     way, c_d = float(rng.uniform(2.0, 5.0)) * sqrt(length), float(rng.uniform(0.6, 1.2))
     numbers = {
-        **{"mass": mass, "inertia_z": inertia, "x_g": float(rng.uniform(-0.03, 0.03)) * length, "y_g": 0.0},
-        **{"X_udot": -0.08 * mass, "Y_vdot": -float(rng.uniform(0.5, 1.0)) * mass},
-        **{"N_rdot": -float(rng.uniform(0.4, 0.8)) * inertia, "Y_rdot": 0.0},
+        "mass": mass,
+        "inertia_z": inertia,
+        "x_g": float(rng.uniform(-0.03, 0.03)) * length,
+        "y_g": 0.0,
+        "X_udot": -0.08 * mass,
+        "Y_vdot": -float(rng.uniform(0.5, 1.0)) * mass,
+        "N_rdot": -float(rng.uniform(0.4, 0.8)) * inertia,
+        "Y_rdot": 0.0,
     }
     m11, m22 = mass - numbers["X_udot"], mass - numbers["Y_vdot"]
     sway, full, arm = way * float(rng.uniform(0.3, 0.6)), 0.5 * m11 * top / way, 0.35 * beam
     rate = float(rng.uniform(0.5, 1.0)) * top / length
     own = {
-        **{"X_u": -0.4 * m11 / way, "X_uu": -0.6 * m11 / way / top, "Y_v": -m22 / sway},
-        **{"N_r": -arm * full / rate, "N_uv": float(rng.uniform(0.6, 0.9)) * (m22 - m11)},
+        "X_u": -0.4 * m11 / way,
+        "X_uu": -0.6 * m11 / way / top,
+        "Y_v": -m22 / sway,
+        "N_r": -arm * full / rate,
+        "N_uv": float(rng.uniform(0.6, 0.9)) * (m22 - m11),
     }
     size = 0.5 * WATER * c_d * draught
     kept = {k: v for k, v in own.items() if k != "N_uv"} | (as_quadratic(length, size) if told and not hull else {})
@@ -302,7 +338,10 @@ def strip_boat(rng: np.random.Generator, *, told: bool = True, hull: bool = Fals
     return Craft(
         *("strips", file, numbers, equations),
         **newtons(thrusters),
-        **{"step": 0.05, "pace": max(1.0, way / 5.0), "length": length, "exact": ALL},
+        step=0.05,
+        pace=max(1.0, way / 5.0),
+        length=length,
+        exact=ALL,
         own={"cross_flow_drag": ("cross_flow", c_d)} if hull else {},
     )
 
@@ -340,8 +379,12 @@ def nomoto(rng: np.random.Generator) -> Craft:
     T_v, drift = float(rng.uniform(0.4, 0.8)) * T, float(rng.uniform(0.2, 0.4)) * length
     full = 0.5 * float(rng.uniform(0.6, 1.0)) * m11 * top / (4.0 * T)
     numbers = {
-        **{"mass": mass, "inertia_z": mass * (0.25 * length) ** 2, "x_g": 0.0},
-        **{"X_udot": mass - m11, "Y_vdot": mass - m22, "N_rdot": -0.6 * mass * (0.25 * length) ** 2},
+        "mass": mass,
+        "inertia_z": mass * (0.25 * length) ** 2,
+        "x_g": 0.0,
+        "X_udot": mass - m11,
+        "Y_vdot": mass - m22,
+        "N_rdot": -0.6 * mass * (0.25 * length) ** 2,
     }
     X_uu = -2.0 * full / top**2
     damped = {"X_u": 0.0, "X_uu": X_uu, "Y_v": -m22 / T_v, "N_r": -m33 / T, "Y_r": -m22 * drift / T_v}

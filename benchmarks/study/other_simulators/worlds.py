@@ -1,7 +1,7 @@
 """One world of another simulator: drawn, driven, logged, with what is true of it and how much each cause matters."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from undertow.physics.errors import VehicleError
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import rollout
+from undertow.physics.vehicle import Vehicle
 
 from ..foreign_sensors import CHANNELS, NOISES, Record, Sense, Truth, recorded, write
 from ..verb import Logged
@@ -147,7 +148,7 @@ def _drawn(name: str, kind: Kind, seed: int, draw: int) -> Logged:
     return Logged(
         *(STUDY, name, seed, world.craft.file),
         lambda path: world.written(course, path),
-        lambda path: other.written(other.driven(1), path, 1),
+        lambda path: _again(other, path),
         note=note,
         true=frozenset(true),
         part=frozenset(part - true),
@@ -157,6 +158,22 @@ def _drawn(name: str, kind: Kind, seed: int, draw: int) -> Logged:
         dominant=apart.dominant,
         matters=apart.matters,
     )
+
+
+def _again(world: World, path: Path) -> Path:
+    """Write another run of a boat, the first that does not run away.
+
+    Raises
+    ------
+    RuntimeError
+        where all do.
+    """
+    for run in range(1, _DRAWS):
+        try:
+            return world.written(world.driven(run), path, run)
+        except ArithmeticError:
+            continue
+    raise RuntimeError(f"seed {world.seed}: another run of the boat always runs away")
 
 
 def _simulator(name: str, kind: Kind, seed: int) -> str:
@@ -199,17 +216,16 @@ def _rerun(world: World, draw: int) -> World:
     programme = str(rng.choice([p for p in PROGRAMMES if p != world.book.programme]))
     book = world.book
     command = 10.0 if programme in CLOSED else book.command_rate
-    rate = max(book.rate, command)
-    return World(
-        world.seed, world.craft, world.hidden, world.senses,
-        Logbook(programme, book.noise, min(book.seconds, 300.0 * max(1.0, world.craft.pace / 3.0)), rate, command, book.sampled),
-    )  # fmt: skip
+    seconds = min(book.seconds, 300.0 * max(1.0, world.craft.pace / 3.0))
+    again = replace(book, programme=programme, seconds=seconds, rate=max(book.rate, command), command_rate=command)
+    return replace(world, book=again)
 
 
 def _check(course: Course, sizes: Sizes) -> None:
     """Raise ArithmeticError where a motion is wild: not the boat that the file speaks of."""
     most = np.quantile(np.abs(course.planar[:, 3:]), 0.99, axis=0)
-    if np.any(most > _WILD * np.array(sizes.speed)):
+    u, v, r = sizes.speed
+    if np.any(most > _WILD * np.array([u, max(v, 0.2 * u), r])):  # a current carries a boat aside
         raise ArithmeticError("the boat runs away")
 
 
@@ -222,16 +238,17 @@ class Shares:
     by_cause: dict[str, float]
 
 
-def shares(world: World, course: Course) -> Shares:
+def shares(world: World, course: Course, file: Vehicle | None = None) -> Shares:
     """What each named cause is worth: how much less the file's boat would part from a boat without it.
 
-    Squared differences of u, v and r are summed as shares of their mean squares.
+    Squared differences of u, v and r are summed as shares of their mean squares. Another `file` than the craft's own
+    may be asked about.
     """
     steps = round(HORIZON / course.step)
     rows = np.linspace(0, len(course.states) - 1 - steps, STARTS).astype(int)
     every = max(1, round(GRID / course.step))
     rows = rows // every * every
-    ours = file_rollouts(world.craft, course, rows, every)
+    ours = file_rollouts(file or world.craft.file, course, rows, every)
     window = rows[:, None] + every * np.arange(ours.shape[1])
     real = course.planar[window][:, :, 3:]
     whole = np.maximum((real**2).mean(axis=(0, 1)), 1e-12)
@@ -240,7 +257,7 @@ def shares(world: World, course: Course) -> Shares:
     by_cause: dict[str, float] = {}
     keys = [*world.craft.own, *(cause.key for cause in world.hidden if cause.named)]
     for key in keys:
-        if key == "cross_flow_drag":  # the simulator cannot be without it, nor is anything hidden beside it
+        if key == "cross_flow_drag":  # nothing is hidden beside it
             by_cause[key] = 1.0
             continue
         bare = world.plant(key).replayed(course, rows.tolist(), steps)[:, ::every, 3:]
@@ -251,21 +268,20 @@ def shares(world: World, course: Course) -> Shares:
     return Shares(matters, dominant, by_cause)
 
 
-def file_rollouts(craft: Craft, course: Course, rows: Sequence[int] | Array, every: int) -> Array:
-    """u, v, r (starts, steps + 1, 3) of the file's boat from states of a run, on each `every`-th instant of its grid."""
-    commands = np.concatenate([course.commands, course.commands[-1:]])
-    held = np.concatenate([commands[:1], 0.5 * (commands[:-1] + commands[1:])])  # a row has the mean about its stamp
-    if every > 1:
-        inner = np.concatenate(
-            [np.repeat(commands[:1], every, axis=0), commands, np.repeat(commands[-1:], every, axis=0)]
-        )
-        sums = np.cumsum(np.concatenate([np.zeros((1, inner.shape[1])), inner]), axis=0)
-        begin = every // 2 + np.arange(len(commands))
-        held = (sums[begin + every] - sums[begin]) / every
-    time = every * course.step * np.arange(len(course.states[::every]))
+def file_rollouts(file: Vehicle, course: Course, rows: Sequence[int] | Array, every: int) -> Array:
+    """u, v, r (starts, steps + 1, 3) of the file's boat from states of a run, on each `every`-th of its instants."""
+    halves = np.repeat(course.commands, 2, axis=0)
+    halves = np.concatenate([np.repeat(halves[:1], every, axis=0), halves, np.repeat(halves[-1:], every + 2, axis=0)])
+    sums = np.cumsum(np.concatenate([np.zeros((1, halves.shape[1])), halves]), axis=0)
+    first = 2 * np.arange(0, len(course.states), every)
     motion = Motion(
-        time, course.planar[::every, :2], np.unwrap(course.planar[::every, 2]), course.planar[::every, 3:],
-        held[::every], tuple(t.name for t in craft.file.thrusters), "truth",
-    )  # fmt: skip
+        time=course.time[::every],
+        position=course.planar[::every, :2],
+        heading=np.unwrap(course.planar[::every, 2]),
+        velocity=course.planar[::every, 3:],
+        commands=(sums[first + 2 * every] - sums[first]) / (2 * every),
+        thrusters=tuple(unit.name for unit in file.thrusters),
+        source="truth",
+    )
     steps = round(HORIZON / (every * course.step))
-    return rollout(craft.file, motion, np.asarray(rows) // every, steps, placed=False).states[:, :, 1:]
+    return rollout(file, motion, np.asarray(rows) // every, steps, placed=False).states[:, :, 1:]

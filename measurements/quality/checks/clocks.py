@@ -9,6 +9,7 @@ import numpy as np
 from ....physics.frames import Array
 from ...canonical import Channel
 from ...statistics.robust import CI
+from ..fault_size import delayed, share_by_model
 from ..finding import Channels, Check, Finding, Fix, Reach
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..record import RATE, Record, Stretch
@@ -242,11 +243,15 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         return [
             Finding(check="clocks", verdict="ok", sentence=text, value=seconds, unit="s", ci95=ends, channels=channels)
         ]
+    share = share_by_model(records, delayed(seconds)) if far else None
+    size = "" if share is None else f" (moved there, they explain {share} of what the vehicle leaves of surge and yaw)"
+    certain = far and (share is None or share.overwhelming)
     return [
         Finding(
             check="clocks",
-            verdict="defect" if far else "warning",
-            sentence=f"the motion leads the command by {-seconds:.2f} s: the boat cannot know, the stamps are late",
+            verdict="defect" if certain else "warning",
+            sentence=f"the motion leads the command by {-seconds:.2f} s: the boat cannot know, the stamps are "
+            f"late{size}",
             value=seconds,
             unit="s",
             ci95=ends,

@@ -5,9 +5,11 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from ....physics.motion import Motion
 from ...compass import compass_of
 from ...preparation.derive import smooth
 from ...statistics.robust import CI
+from ..fault_size import Share, blocks_of, share_explained, squared_held_out
 from ..finding import Check, Finding
 from ..record import Record
 
@@ -30,8 +32,9 @@ class Deviation(Check):
         having = [r for r in records if "psi" in r.log.channels and {"x", "y", "v"} & set(r.log.channels)]
         if not having:
             return []
-        motions = [stretch.motion for record in having for stretch in record.stretches]
-        compass = compass_of([smooth(motion, _SLOW) for motion in motions if motion.duration > _SETTLES])
+        every = [stretch.motion for record in having for stretch in record.stretches]
+        motions = [smooth(motion, _SLOW) for motion in every if motion.duration > _SETTLES]
+        compass = compass_of(motions)
         channels = ("psi",)
         if not np.isfinite(compass.error) or compass.lazy:
             return [
@@ -44,7 +47,7 @@ class Deviation(Check):
         names = ("constant", "sin", "cos")
         values = (compass.constant, compass.sine, compass.cosine)
         parts = {name: float(np.degrees(value)) for name, value in zip(names, values, strict=True)}
-        if not compass.plain or ends[0] < _LEAST:
+        if not compass.plain or ends[0] < _LEAST or not _beside_drift(motions).overwhelming:
             verdict = "ok" if compass.sound else "cannot tell"
             return [
                 Finding(
@@ -76,3 +79,17 @@ class Deviation(Check):
                 short=f"the compass deviates by {size:.0f} degrees",
             )
         ]
+
+
+def _beside_drift(motions: Sequence[Motion]) -> Share:
+    """Share of the sway beside the hull's drift that a deviation of the compass explains, held out.
+
+    A ship that turns all the while drifts on all her runs, and on each heading as she turns there.
+    """
+    surge, sway, rate = np.concatenate([motion.velocity for motion in motions]).T
+    heading = np.concatenate([motion.heading for motion in motions])
+    drift = [rate, surge * rate, rate * np.abs(rate)]
+    turned = [surge, surge * np.sin(heading), surge * np.cos(heading)]
+    block = blocks_of([motion.time.size for motion in motions])
+    without, beside = (squared_held_out(sway, np.column_stack(table), block) for table in (drift, [*drift, *turned]))
+    return share_explained(without, beside, block)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ....physics.frames import Array
 from ...statistics.quantiles import fisher
+from ..fault_size import Share, blocks_of, share_explained
 from ..finding import Check, Finding, Reach
 from ..quick_motion import LEAST, STEP, Part, parts_of, unexplained
 from ..record import Record
@@ -42,6 +43,8 @@ _FITFUL, _PIECES, _BURST = 0.2, 20, 0.1
 """Share of all that is left, its own noise apart, below which the quietest quarter of straight lines is still, how many
 lines it takes to see that, and the share of the boat's accelerations from which fits are sure: waves leave 0.33 or more
 in the quietest quarter, records cut at a third 0.00 to 0.26."""
+_SLOWLY = (0.01, 0.2)
+"""Slower than the waves that a small boat meets, and quicker than a current turns [Hz]."""
 _CUT = "their record is cut at a limit, and the thrusters worked beyond it"
 
 
@@ -96,11 +99,13 @@ class Limited(Check):
             cause = "much less while they stand elsewhere: " + _CUT
         else:
             cause = "they push nowhere else: their record is cut at a limit, or waves throw the boat about as much"
+        size = _beyond(having)
         return [
             Finding(
                 check=self.name,
-                verdict="warning" if alone else "defect",
-                sentence=f"{told}, and {cause}",
+                verdict="warning" if alone or not size.overwhelming else "defect",
+                sentence=f"{told}, and {cause} (of the slow motion, the vehicle leaves {size} of what its thrust "
+                "makes, in power)",
                 value=share,
                 unit="1",
                 channels=tuple(names[k] for k, sure in zip(at, surely.any(axis=1), strict=True) if sure),
@@ -111,6 +116,19 @@ class Limited(Check):
                 reach=Reach.LOG,
             )
         ]
+
+
+def _beyond(records: Sequence[Record]) -> Share:
+    """The power of what the vehicle leaves of the slow motion, over that of its thrust there, of the axis with more.
+
+    Thrusters that worked beyond their record leave much of it, whatever they did; waves are quicker, and leave little.
+    """
+    parts = parts_of(records, _SLOWLY)[2]
+    block = blocks_of([part.left.shape[0] for part in parts])
+    left = np.concatenate([part.left for part in parts]) ** 2
+    thrust = np.concatenate([part.pushes.sum(axis=1) for part in parts]) ** 2
+    both = [share_explained(thrust[:, axis], thrust[:, axis] - left[:, axis], block) for axis in range(2)]
+    return max(both, key=lambda one: one.low)
 
 
 def _stand_by_stand(part: Part) -> tuple[Part, NDArray[np.bool_]]:

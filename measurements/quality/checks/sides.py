@@ -10,11 +10,12 @@ from ...alignment import LEAST_CORRELATION, band_passed
 from ...canonical import command_kind
 from ...statistics.robust import CI
 from ..expected_answers import SIDE, Expected, as_expected, expected_of, side_of, told_of
+from ..fault_size import delayed, misplaced, share_by_model
 from ..finding import Check, Finding, Reach
 from ..likely_places import likely_reversed, likely_swapped
 from ..place_remedies import all_of, are, called, map_line, or_vehicle, swapped
 from ..record import RATE, Record
-from ..response import Answer, Trials
+from ..response import Answer, Trials, trials
 from .swapped_channels import may_be_exchanged
 
 _STEP = 1.0 / RATE
@@ -68,11 +69,51 @@ class Sides(Check):
                 for check in ("direction", "sides")
             ]
         turned, moved = (likely and one(records, expected, likely) for one in (likely_reversed, likely_swapped))
+        if told and not as_expected(told, expected) and (small := _too_small(records, expected, told)):
+            return small
         found = [turned or _direction(records, expected, told, unsure)]
         if len(names) > 1 and _turns_apart(records):
             text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
             return [*found, Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))]
         return [*found, moved or _sides(records, expected, told, unsure)] if len(names) > 1 else found
+
+
+def _too_small(
+    records: Sequence[Record], expected: Mapping[str, Expected], told: Mapping[str, Answer]
+) -> list[Finding]:
+    """The warnings that thrusters answer another way than the vehicle's, where that explains too little to be sure.
+
+    None where the vehicle with its thrusters turned round, or moved to the other side, surely explains much of what it
+    leaves of the log as it is; nor without a vehicle, which alone says how much that is.
+    """
+    turned = frozenset(n for n, a in told.items() if not expected[n].ahead_as(a))
+    moved = frozenset(n for n, a in told.items() if a.side and SIDE[a.side] * expected[n].side < 0)
+    if not turned | moved:
+        return []
+    late = float(np.median([one.best.seconds for one in trials(records)]))
+    share = share_by_model(records, misplaced(turned, moved), delayed(late))
+    if share is None or share.overwhelming:
+        return []
+    names = tuple(sorted(turned | moved))
+    text = (
+        f"{all_of(names)} may push another way than the vehicle file says, or sit on the other side; but put so into "
+        f"it, that explains only {share} of what it leaves of surge and yaw"
+    )
+    checks = ("direction", "sides") if len(expected) > 1 else ("direction",)
+    return [
+        Finding(
+            check=check,
+            verdict="warning",
+            sentence=text,
+            value=share.value,
+            unit="1",
+            channels=names,
+            consequence="if they do, the motion is predicted the wrong way",
+            remedy="drive each thruster alone, ahead and astern, and look at the log again",
+            short=f"{all_of(names)} may push another way",
+        )
+        for check in checks
+    ]
 
 
 def _turns_apart(records: Sequence[Record]) -> bool:

@@ -4,34 +4,39 @@ from collections.abc import Sequence
 
 from ....discovery.found_effects import FoundEffect, FoundTerm
 from ....physics.in_words import listing, percent, share_removed, unit_text
+from ....physics.vehicle import Vehicle
+from ...claims import REMOVED, file_numbers, in_order, odds, removed, sure_caption, verdict_word
 from ...run_contents import RunFolder
-from ...wording import added_to, effect_words, interval, risen, twins, within
+from ...wording import effect_words, interval, risen, twins, within
 from ..coefficients import coefficient_rows
 from ..figures.figures import coefficients, ranked_effects
 from ..markup import Html, element, figure, folded, lines, render, table
-from ..outcome import hero
+from ..outcome import hero, section_title
 from .base import Chapter, Section
+
+_COLOURS = (
+    ("missing", "solid blue ones are missing"),
+    ("likely", "light blue ones are likely"),
+    ("possible", "those with a rim alone are possible and stand in the corrected model"),
+)
+"""What the colours of the ranking mean."""
+_BEGINS = {"missing": "The model is missing this", "likely": "Probably missing", "possible": "Possible"}
+"""How the line begins that says how sure a card is."""
 
 
 def missing_effects(run: RunFolder) -> Section:
     """The effects to add as sentences with equations, the ranking of all candidates, and terms without a name."""
     findings = run.findings
-    candidates, unnamed = findings.candidates, findings.unnamed
-    chosen = findings.added
-    doubted = [item for item in chosen if item.verdict != "missing"]
-    undecided = (
-        "What may be missing" if findings.verdict == "undecided" else "Nothing is missing that this log can show"
-    )
+    candidates, unnamed = in_order(findings.candidates), findings.unnamed
+    chosen = in_order(findings.added)
     horizon, _ = hero(findings.steps, run.comparison.best.horizon)
-    cards = [_effect(item, risen(findings.steps, horizon, item)) for item in chosen]
+    cards = [_effect(item, run.nominal, risen(findings.steps, horizon, item)) for item in chosen]
     parts = [element("div", *cards, cls="columns")] * bool(chosen)
     drawings = []
     if candidates:
-        caption = (
-            "The share of held-out error that each effect removes beside the others, on the axis where that is most, "
-            "and how sure that is. Blue effects are in the corrected model"
-            + (", those with a rim alone are in it without being certain." if doubted else ".")
-        )
+        colours = [text for verdict, text in _COLOURS if any(item.verdict == verdict for item in chosen)]
+        key = f" Of the bars, {listing(colours)}." if colours else ""
+        caption = f"Force error removed: {REMOVED}. {sure_caption(candidates).capitalize()}.{key}"
         drawings.append(figure([ranked_effects(candidates)], caption))
     rows = coefficient_rows(candidates, [item.effect for item in chosen], run.nominal, run.corrected)
     if rows:
@@ -42,64 +47,72 @@ def missing_effects(run: RunFolder) -> Section:
         drawings.append(figure([coefficients(rows)], caption))
     parts.append(element("div", *drawings, cls="columns"))
     if candidates:
-        parts.append(folded("Every effect that was tried, best first", *_tried(candidates)))
+        parts.append(folded("Every effect that was tried, best first", *_tried(candidates, run.nominal)))
     if unnamed:
         parts.append(element("div", *_unnamed(unnamed), cls="card"))
-    return Section("What is missing" if len(chosen) > len(doubted) else undecided, render(*parts))
+    return Section(section_title(findings, run.comparison), render(*parts))
 
 
-def _effect(item: FoundEffect, worse: Sequence[str]) -> Html:
-    values = [element("div", element("b", _value(term)), f"  (95 %: {interval(term.ci95)})") for term in item.terms]
-    removed, sure = share_removed(item.error_drop), percent(item.confidence)
-    others = twins(item)
+def _effect(item: FoundEffect, nominal: Vehicle, worse: Sequence[str]) -> Html:
+    numbers, known, others = file_numbers(item, nominal), odds(item), twins(item)
+    begins = _BEGINS.get(item.verdict, verdict_word(item).capitalize())
     return element(
         "div",
         element("h3", effect_words(item).capitalize()),
+        element("p", element("span", f"{begins}: {known}" if known else begins, cls=f"tag {item.verdict}")),
+        *(element("p", element("b", f"{one.told()}.")) for one in numbers if one.filed()),
         element("p", unit_text(item.sentence)),
         *[element("div", item.equation, cls="equation")] * bool(item.equation),
-        *values,
-        *[element("p", f"{added_to(item)} value.", cls="facts")] * bool(added_to(item)),
-        element(
-            "p", f"Removes {removed} of an axis's held-out error, beside the others; confidence {sure}.", cls="facts"
-        ),
+        *(element("div", element("b", one.told())) for one in numbers if not one.filed()),
+        *[element("p", worth, cls="facts") for worth in [_worth(item)] if worth],
         *(element("p", text, cls="warn") for text in worse),
         *[element("p", f"This log cannot tell it from {listing(others)}.", cls="warn")] * bool(others),
-        cls="card effect" if item.verdict == "missing" else "card effect doubted",
+        cls=f"card effect {item.verdict}".replace(" evidence", ""),
     )
 
 
-def _tried(candidates: Sequence[FoundEffect]) -> list[Html]:
+def _worth(item: FoundEffect) -> str:
+    """What an effect removes of the unseen error."""
+    if not (force := removed(item)):
+        return ""
+    rollout = None if item.claim is None else item.claim.worth.rollout
+    ahead = "" if rollout is None else f", and {share_removed(rollout)} of the error of 10 s predictions"
+    return f"Removes {force} of an axis's force error on unseen rows, beside the others{ahead}."
+
+
+def _tried(candidates: Sequence[FoundEffect], nominal: Vehicle) -> list[Html]:
     """What has evidence, or cannot be judged; then what has none, folded away."""
     without = [item for item in candidates if item.verdict == "no evidence"]
     others = [item for item in candidates if item.verdict != "no evidence"]
-    parts = [_candidates(others)] * bool(others)
+    parts = [_candidates(others, nominal)] * bool(others)
     if without:
         summary = element("summary", f"{len(without)} effects without evidence")
-        parts.append(element("details", summary, _candidates(without)))
-    return parts
+        parts.append(element("details", summary, _candidates(without, nominal)))
+    return [*parts, element("p", f"{sure_caption(candidates).capitalize()}.", cls="facts")]
 
 
-def _candidates(candidates: Sequence[FoundEffect]) -> Html:
+def _candidates(candidates: Sequence[FoundEffect], nominal: Vehicle) -> Html:
     rows = []
     for item in candidates:
-        unseen, terms, verdict = item.cannot_tell, item.terms, item.verdict
+        numbers, verdict = file_numbers(item, nominal), item.verdict
         rows.append(
             (
                 effect_words(item),
                 element(
                     "span",
-                    "cannot tell" if unseen else verdict,
-                    cls=f"tag {verdict}" if verdict in ("missing", "possible") else "tag",
+                    verdict_word(item),
+                    cls=f"tag {verdict}" if verdict != "no evidence" else "tag",
                 ),
-                render(*lines(map(_value, terms))),
-                render(*lines(interval(term.ci95) for term in terms)),
-                "" if unseen else share_removed(item.error_drop),
-                "" if unseen else percent(item.confidence),
+                odds(item),
+                render(*lines(f"{one.symbol} = {one.amount()}" for one in numbers)),
+                render(*lines(interval(one.ci95) for one in numbers)),
+                render(*lines(one.filed() for one in numbers)),
+                removed(item),
                 render(*lines(twins(item))),
             )
         )
-    head = ("effect", "verdict", "value", "95 % interval", "error removed", "confidence", "not to be told from")
-    return table(head, rows, "llllrrl")
+    head = (*("effect", "verdict", "sure", "value", "95 % interval", "in the file"), "force error removed")
+    return table((*head, "not to be told from"), rows, "llrllrrl")
 
 
 def _unnamed(terms: Sequence[FoundTerm]) -> list[Html]:
@@ -120,10 +133,6 @@ def _unnamed(terms: Sequence[FoundTerm]) -> list[Html]:
         element("p", note, cls="facts"),
         table(("axis", "form", "value [SI]", "95 % interval", "selected in"), body, "llrrr"),
     ]
-
-
-def _value(term: FoundTerm) -> str:
-    return f"{term.symbol} = {within(term.value, term.ci95)} {unit_text(term.unit)}".rstrip()
 
 
 MISSING_EFFECTS = Chapter(30, missing_effects)

@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 
 from ....physics.frames import AXES
-from ....physics.in_words import listing, percent, unit_text, words
+from ....physics.in_words import percent, unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ...run_contents import RunFolder
 from ...wording import risen, step_words, typeset
 from ..figures.figures import step_bars
 from ..markup import Html, element, lines, render
-from ..outcome import also_worse, hero, outcome
+from ..outcome import Line, also_likely, also_worse, answer, gets_worse, hero, outcome, recommendation
+from ..outcome import headline as verdict_in_words
 from .base import Chapter, Section
 
 ARROW = "\N{RIGHTWARDS ARROW}"
@@ -26,12 +27,14 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     """The verdict, below it why and what became of the error, in words and as big figures; then how sure that is."""
     findings, steps = run.findings, run.findings.steps
     before, after, horizon, metric, _ = hero_errors(run)
-    missing = [words(name) for name in findings.missing]
-    lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
-    became = " ".join(filter(None, (outcome(findings, run.comparison), also_worse(findings, run.comparison))))
+    answered = answer(findings, run.comparison, run.nominal)
+    worse = gets_worse(steps, run.comparison.best.horizon)
+    did = outcome(findings, run.comparison) if worse or not answered else ""
+    grown, probably = also_worse(findings, run.comparison), also_likely(findings)
+    became = " ".join(filter(None, (did, grown, probably) if worse else (probably, did, grown)))
     sentences = [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
-    best = run.comparison.best.sentence
-    if best:
+    best = recommendation(findings, run.comparison)
+    if best and not answered:
         sentences.append(unit_text(best))
     for place in findings.failures[: 0 if best else 1]:
         share = f"{percent(place.share_of_error)} of the {place.axis} error"
@@ -54,7 +57,8 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     )
     return render(
         *(element("p", unit_text(text), cls="card warning") for text in findings.warnings),
-        element(title, findings.headline or lacking),
+        element(title, verdict_in_words(findings, run.comparison)),
+        *[element("dl", *(_line(line) for line in answered), cls="answer")] * bool(answered),
         *(element("p", text, cls="lead") for text in (unit_text(" ".join(findings.reasons)), became) if text),
         element("div", *figures, what, cls="card numbers"),
         *[element("p", " ".join(sentences), cls="lead")] * bool(sentences),
@@ -115,6 +119,10 @@ def legend(roles: Sequence[str] = ("measured", "before", "after")) -> Html:
     return element(
         "div", *(element("span", element("i"), text, cls=role) for role, text in LEGEND if role in roles), cls="key"
     )
+
+
+def _line(line: Line) -> Html:
+    return render(element("dt", line.label), element("dd", unit_text(f"{line.text[:1].upper()}{line.text[1:]}")))
 
 
 def _big(value: float, unit: str, cls: str, label: str) -> Html:

@@ -16,7 +16,8 @@ def what_convinces(run: RunFolder) -> Section | None:
         "to the model, averaged over the same rows. Where the line runs through the discs, the model has what it "
         "lacked. Each is drawn over the signal over which that is seen best; what depends on several scatters."
     )
-    return Section("The force that is missing", figure(force_drawings(found), caption, cls="three"))
+    title = "The force that is missing" if run.findings.missing else "The force that the nominal model lacks"
+    return Section(title, figure(force_drawings(found), caption, cls="three"))
 
 
 WHAT_CONVINCES = Chapter(15, what_convinces)

@@ -9,7 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from ....discovery.found_effects import FoundEffect
-from ....physics.in_words import MINUS, finite, number, percent, share_removed, unit_text, words
+from ....physics.in_words import MINUS, finite, number, percent, unit_text, words
+from ...claims import odds, removed
 from ..coefficients import CoefficientRow
 from ..markup import Html
 from .figure_data import rollouts
@@ -172,33 +173,40 @@ def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
 
 
 def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
-    """The best-ranked effects that the log can judge, with the share of held-out error each removes, and how sure."""
+    """The best-ranked effects that the log can judge, with the share of unseen error each removes, and how sure.
+
+    A missing effect is solid, a likely one lighter, a possible one that stands in the corrected model has a rim alone.
+    """
     shown = [item for item in candidates if not item.cannot_tell][:most]
     left, width, height = 190, 460, 34 + 24 * len(shown)
-    colours = {"missing": ROLES["after"], "possible": ROLES["between"]}
-    drops = np.nan_to_num(np.array([item.error_drop for item in shown]))
+    drops = np.nan_to_num([item.error_drop if item.claim is None else item.claim.worth.force for item in shown])
     with matplotlib.rc_context(STYLE):
         figure = canvas(width, height)
         axes = panel(figure, left, 30, width - left - 112, height - 34)
-        doubted = [item.in_model and item.verdict != "missing" for item in shown]
-        fill = [colours.get(item.verdict, ROLES["grid"]) for item in shown]
-        fill = [ROLES["surface"] if open_ else colour for open_, colour in zip(doubted, fill, strict=True)]
-        rim = [ROLES["after"] if open_ else colour for open_, colour in zip(doubted, fill, strict=True)]
+        fill, rim = zip(*map(_bar_colours, shown), strict=True) if shown else ((), ())
         bars = np.arange(len(shown)), np.maximum(drops, 0.0)
         axes.barh(*bars, height=0.56, color=fill, edgecolor=rim, linewidth=1.6)
         for index, item in enumerate(shown):
             edge: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
             bold: Look = {**edge, "weight": "bold" if item.in_model else "normal"}
             axes.annotate(words(item.effect), (0, index), (-8, 0), **bold)
-            axes.annotate(share_removed(drops[index]), (1, index), (48, 0), **bold)
-            sure = percent(item.confidence, blank="")
-            axes.annotate(sure, (1, index), (110, 0), color=ROLES["muted"], **edge)
+            axes.annotate(removed(item), (1, index), (48, 0), **bold)
+            axes.annotate(odds(item), (1, index), (110, 0), color=ROLES["muted"], **edge)
         axes.set(ylim=(len(shown) - 0.5, -0.5), xlim=(0.0, max(drops.max(initial=0.0), 1e-9)), xticks=[], yticks=[])
         axes.grid(visible=False)
         axes.spines["bottom"].set_visible(False)
-        for place, text in ((-64, "error removed"), (-2, "sure")):
+        for place, text in ((-64, "force error removed"), (-2, "sure")):
             figure.text(1 + place / width, 1 - 18 / height, text, ha="right", color=ROLES["muted"], size=11)
-        return drawn(figure, "effects ranked by the held-out error they remove")
+        return drawn(figure, "effects by verdict and odds, with the unseen force error they remove")
+
+
+def _bar_colours(item: FoundEffect) -> tuple[str, str]:
+    """Filling and rim of a bar."""
+    if item.verdict in ("missing", "likely"):
+        colour = ROLES["after" if item.verdict == "missing" else "likely"]
+        return colour, colour
+    plain = ROLES["between" if item.verdict == "possible" else "grid"]
+    return (ROLES["surface"], ROLES["after"]) if item.in_model else (plain, plain)
 
 
 def coefficients(rows: Sequence[CoefficientRow]) -> Html:

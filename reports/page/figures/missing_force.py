@@ -138,7 +138,7 @@ def means(values: Array, force: Array) -> tuple[Array, Array]:
 
 def convincing(findings: Findings, series: pd.DataFrame, nominal: Vehicle) -> list[MissingForce]:
     """What lacks on each axis for which something was added that explains a good part of it, most first."""
-    if not findings.missing or "X_residual" not in series:
+    if not findings.added or "X_residual" not in series:
         return []
     unjudged = findings.criterion.unjudged
     every = [missing_force(series, nominal, axis, "", unjudged) for axis in range(3) if AXES[axis] not in unjudged]

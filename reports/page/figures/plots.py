@@ -123,7 +123,7 @@ class Plots(Drawings):
         return axes
 
     def _axis(self, what: str) -> int:
-        name = what or next(iter(self.findings.missing), "surge")
+        name = what or next(iter((*self.findings.missing, *self.findings.likely)), "surge")
         if name in AXES:
             return AXES.index(name)
         found = next((c for c in self.findings.candidates if c.effect == name), None)

@@ -61,8 +61,8 @@ class FindingsPlots(Drawings):
         return _errors(names, [dict(step.rollout_rmse) for step in steps], (quantity, horizon), colours, ax)
 
     def coefficients(self, ax: "Axes | None" = None) -> "Axes":
-        """The numbers that the log asks for of each missing effect, each over its value, with 95 % intervals."""
-        terms = [term for c in self.findings.candidates if c.effect in self.findings.missing for term in c.terms]
+        """The numbers that the log asks for of each missing or likely effect, over its value, with 95 % intervals."""
+        terms = [term for c in self.findings.candidates if c.verdict in ("missing", "likely") for term in c.terms]
         ends = [(t.value, t.value) if t.ci95 is None else (t.ci95.lower, t.ci95.upper) for t in terms]
         rows = [CoefficientRow(t.symbol, t.unit, np.nan, t.value, end) for t, end in zip(terms, ends, strict=True)]
         return draw_coefficients(rows, ax)

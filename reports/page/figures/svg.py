@@ -28,6 +28,7 @@ ROLES = {
     "before": "#060606",
     "after": "#070707",
     "between": "#080808",
+    "likely": "#090909",
     # Error from small to large, on maps: steps of lightness, so that they can be told apart without colour.
     **{f"heat{step}": f"#0{step}0{step}1{step}" for step in range(1, 7)},
 }

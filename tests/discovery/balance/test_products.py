@@ -9,15 +9,16 @@ from undertow.discovery.balance.column_cache import Remembered
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.physics.forces import modelled_acceleration, modelled_force, relative_velocity
 from undertow.physics.matrices import mass_matrix
-from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.vehicle import Hull, load_vehicle
+from undertow.physics.worlds.world import simulate_world, with_hull
 
-HULL = load_vehicle("blueboat")
+HULL = with_hull(load_vehicle("blueboat"), np.random.default_rng(1))
 LOG = simulate_world(HULL, {"steady_current": (0.2, -0.1)}, duration=40.0, noise="field", seed=3).motion()
 WINDY = replace(LOG, air=np.column_stack([np.full(LOG.time.size, 3.0), np.linspace(-2.0, 2.0, LOG.time.size)]))
 MOVES = {
     "nothing": {},
     "hull": {"X_uu": -4.0, "N_ur": -0.5, "Y_ur": 2.0, "X_udot": -5.0, "x_g": 0.1, "surge:u^2|r|": 0.7},
+    "across": {"cross_flow": 0.9, "fouling_rate": 0.1, "current_north": 0.2},
     "water": {"current_north": 0.3, "current_east": -0.2, "X_uu": -4.0},
     "wake": {"memory_sway": 8.0, "memory_yaw": 2.0, "memory_time": 1.5, "current_east": 0.1},
     "wind": {"wind_x": 0.4, "wind_y": 0.8, "wind_n": 0.1, "wind_force_north": 2.0, "yaw_trim": 0.3},
@@ -43,6 +44,16 @@ def test_the_balance_is_that_of_the_force_equation(weak: WeakForm, changes: dict
     relative = np.stack(relative_velocity(vehicle, WINDY.heading, tuple(WINDY.velocity.T)), axis=-1)
     expected = weak.derivative([relative @ mass_matrix(vehicle)]) - weak.average([modelled_force(vehicle, WINDY)])
     np.testing.assert_allclose(weak.balance(vehicle), expected, rtol=1e-9, atol=1e-9)
+
+
+def test_two_hulls_are_not_taken_for_one_another(weak: WeakForm):
+    """Products are remembered by what they depend on, and the force across a hull depends on its size."""
+    one = HULL.with_values({"cross_flow": 0.9})
+    other = one.model_copy(update={"hull": Hull(length=3.0, draught=0.3)})
+    both = [weak.balance(vehicle) for vehicle in (one, other, one)]
+    np.testing.assert_array_equal(both[0], both[2])
+    forces = [modelled_force(vehicle, WINDY) for vehicle in (one, other)]
+    np.testing.assert_allclose(both[0] - both[1], weak.average([forces[1] - forces[0]]), rtol=1e-8, atol=1e-9)
 
 
 def test_the_order_in_which_models_are_asked_does_not_matter(weak: WeakForm):

@@ -10,7 +10,7 @@ from undertow.discovery.search.output_error import polish
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
-from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.vehicle import Hull, Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 
 HIDDEN = {"X_uu": -20.0, "N_ur": -4.0, "reverse_scale": 0.6}
@@ -69,6 +69,16 @@ def test_linearised_rollouts_are_those_of_a_model_nearby(nominal: Vehicle, symbo
     exact = form.balance(near) - base
     linear = form.about(nominal).balances(near)[0] - base
     assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact)
+
+
+def test_linearised_rollouts_know_cross_flow_drag(nominal: Vehicle) -> None:
+    base = nominal.model_copy(update={"hull": Hull(length=1.4, draught=0.12)}).with_values({"cross_flow": 0.6})
+    form = Shooting([driven(base)], base)
+    start = form.balance(base)
+    for change in ({"cross_flow": 0.63}, {"cross_flow": 0.0}, {"N_r": nominal.value("N_r") - 0.1}):
+        near = base.with_values(change)
+        exact, linear = form.balance(near) - start, form.about(base).balances(near)[0] - start
+        assert np.linalg.norm(linear - exact) < (0.06 if all(change.values()) else 0.4) * np.linalg.norm(exact), change
 
 
 def test_linearised_rollouts_know_the_wake_memory(nominal: Vehicle) -> None:

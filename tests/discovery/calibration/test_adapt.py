@@ -150,6 +150,7 @@ def test_two_parameters_are_told_apart():
         (("steady_current",), "current_north, current_east"),
         (("wake_memory",), "memory_time"),
         (("apparent_wind",), "expected the channels wind_u and wind_v"),
+        (("cross_flow_drag",), "adapt: cross_flow_drag needs the size of the hull: give hull"),
         (("thruster_asymmetry[bow]",), r"has no such thruster; expected thruster_asymmetry\[port\]"),
         (("surge_drag",), "unknown effect 'surge_drag'"),
         ((), "expected effects by name, each once, got none"),

@@ -15,7 +15,6 @@ from undertow.discovery.evidence.record_errors import record_errors
 from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.search.bootstrap import Interval
 from undertow.discovery.settings import DiscoverySettings
-from undertow.discovery.withdrawn import withdrawn
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import read_log
 from undertow.measurements.preparation.dataset import WEAK
@@ -164,8 +163,6 @@ def test_of_several_logs_no_inertia_is_doubted_for_a_late_gyro():
 def test_an_offset_beside_a_model_that_is_not_certain_is_only_possible():
     discovery = find_missing([zigzag(0.06, effects={"yaw_quadratic_damping": 1.0})], HULL)
     assert [s.verdict for s in discovery.findings.sensors] == ["present"]
-    taken_back = withdrawn(discovery, "errs more").findings
-    assert (taken_back.verdict, [s.verdict for s in taken_back.sensors]) == ("undecided", ["possible"])
     search = discovery.basis.instant
     state = search.evaluate(HULL, ())
     intervals = {"command_offset": Interval(-0.07, -0.05)}

@@ -1,16 +1,17 @@
-"""What keeps an estimate of the corrected model from being called certain, and shares that are of the right axis."""
+"""Numbers that are a limit's and not the log's, what they cost a name, and shares that are of the right axis."""
 
 import numpy as np
 import pytest
 
+from undertow.discovery import verdicts as words
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import Candidate, Kind, candidates
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence import verdicts as words
-from undertow.discovery.evidence.limits import doubts, of_other_axes
+from undertow.discovery.evidence.limits import at_limits, of_other_axes
 from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.identifiability.visible import Identifiability
 from undertow.discovery.lawful.refit import lawful_refit
+from undertow.discovery.reason import Reason
 from undertow.discovery.search.bootstrap import Interval
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.vehicle import load_vehicle
@@ -27,20 +28,27 @@ def one(key: str) -> Candidate:
     return next(c for c in POOL if c.key == key)
 
 
-def test_an_estimate_at_its_physical_limit_is_in_doubt():
-    none_left = PAPER.with_values({"X_u": -2.9e-6})
-    found = doubts(POOL, PAPER, none_left, ("surge_linear_damping",), {"X_u": Interval(-2.4, 0.0)})
-    assert "X_u stands at its physical limit, 0 in all" in found["surge_linear_damping"]
+def test_an_estimate_at_its_physical_limit_is_the_limits():
     most = PAPER.with_values({"port_scale": 3.0})
-    assert "port_scale stands at its physical limit, 3" in str(doubts(POOL, PAPER, most, SCALES[1:2], {}))
+    found = at_limits(POOL, PAPER, most, SCALES[1:2], {})
+    assert list(found) == [SCALES[1]]
+    assert "port_scale stands at its physical limit, 3" in found[SCALES[1]]
+    assert at_limits(POOL, PAPER, PAPER.with_values({"port_scale": 2.0}), SCALES[1:2], {}) == {}
 
 
-def test_an_estimate_outside_its_own_interval_is_in_doubt():
+def test_damping_of_the_file_that_vanishes_is_at_no_limit():
+    """The file has a number for what is not there: nothing is left of it, and that is what the log asks for."""
+    none_left = PAPER.with_values({"X_u": -2.9e-6})
+    assert PAPER.value("X_u") < 0.0
+    assert at_limits(POOL, PAPER, none_left, ("surge_linear_damping",), {"X_u": Interval(-2.4, 0.0)}) == {}
+
+
+def test_an_estimate_outside_its_own_interval_is_told():
     estimate = PAPER.with_values({"thrust_scale": 2.2})
     assert "outside its own interval" in str(
-        doubts(POOL, PAPER, estimate, SCALES[:1], {"thrust_scale": Interval(2.6, 3.0)})
+        at_limits(POOL, PAPER, estimate, SCALES[:1], {"thrust_scale": Interval(2.6, 3.0)})
     )
-    assert doubts(POOL, PAPER, estimate, SCALES[:1], {"thrust_scale": Interval(2.1, 2.4)}) == {}
+    assert at_limits(POOL, PAPER, estimate, SCALES[:1], {"thrust_scale": Interval(2.1, 2.4)}) == {}
 
 
 @pytest.mark.parametrize(("key", "share", "doubted"), [
@@ -49,7 +57,7 @@ def test_an_estimate_outside_its_own_interval_is_in_doubt():
     ("sway_yaw_coupling", (0.0, 0.002, 0.01), False),
     ("thrust_scale", (0.0, 0.0, 0.0), False),
 ])  # fmt: skip
-def test_an_effect_that_matters_on_no_axis_on_which_it_acts_is_in_doubt(
+def test_an_effect_that_matters_on_no_axis_on_which_it_acts_is_asked_for_elsewhere(
     key: str, share: tuple[float, float, float], doubted: bool
 ):
     found = Evidence(key, Kind.EFFECT, True, 20.0, np.array(share), 0.1, 1.0, (), rollouts_object=False)
@@ -57,19 +65,19 @@ def test_an_effect_that_matters_on_no_axis_on_which_it_acts_is_in_doubt(
     assert of_other_axes([found], POOL, [], 0.007) == {}
 
 
-def test_a_centre_of_gravity_that_no_such_hull_has_is_in_doubt():
+def test_a_centre_of_gravity_that_no_such_hull_has_is_no_number_of_the_log():
     far = PAPER.with_values({"x_g": -0.9})
-    found = doubts(POOL, PAPER, far, ("cg_offset",), {"x_g": Interval(-0.91, -0.89)})
+    found = at_limits(POOL, PAPER, far, ("cg_offset",), {"x_g": Interval(-0.91, -0.89)})
     assert "17.82 kg m^2 of inertia about it at least" in found["cg_offset"]
     near = PAPER.with_values({"x_g": -0.1})
-    assert doubts(POOL, PAPER, near, ("cg_offset",), {"x_g": Interval(-0.11, -0.09)}) == {}
+    assert at_limits(POOL, PAPER, near, ("cg_offset",), {"x_g": Interval(-0.11, -0.09)}) == {}
 
 
 def test_a_common_scale_beside_all_thrusters_own_is_one_too_many():
     estimate = PAPER.with_values({"thrust_scale": 1.2, "port_scale": 1.1, "stbd_scale": 0.9})
-    assert set(doubts(POOL, PAPER, estimate, SCALES, {})) == set(SCALES)
-    assert doubts(POOL, PAPER, estimate, SCALES[:2], {}) == {}
-    assert doubts(POOL, PAPER, estimate, SCALES[1:], {}) == {}
+    assert set(at_limits(POOL, PAPER, estimate, SCALES, {})) == set(SCALES)
+    assert at_limits(POOL, PAPER, estimate, SCALES[:2], {}) == {}
+    assert at_limits(POOL, PAPER, estimate, SCALES[1:], {}) == {}
 
 
 def test_a_direction_that_no_data_show_does_not_move_the_refit():
@@ -97,15 +105,23 @@ def test_a_share_beyond_the_whole_is_told_in_words():
     assert told == "Without it, the model errs by more than all of the surge motion in this log."
 
 
-def test_what_is_in_doubt_stays_in_the_model_and_is_not_called_missing(monkeypatch: pytest.MonkeyPatch):
+def test_a_number_that_is_a_limits_stays_in_the_model_and_is_less_sure(monkeypatch: pytest.MonkeyPatch):
     motion = simulate_world(HULL, {"surge_quadratic_damping": -6.0}, duration=90.0, seed=31).motion(0.05)
-    monkeypatch.setattr(
-        "undertow.discovery.discover.doubts", lambda *_: {"surge_quadratic_damping": "X_uu stands at its limit"}
-    )
-    found = find_missing([motion], HULL)
-    (drag,) = [c for c in found.findings.candidates if c.effect == "surge_quadratic_damping"]
-    assert (drag.verdict, found.findings.missing, found.findings.verdict) == ("possible", (), "undecided")
-    assert drag.sentence.startswith("In the corrected model, but not certain: X_uu stands at its limit. (Drag")
+    name = "surge_quadratic_damping"
+    told = {name: "X_uu stands at its limit"}
+    plain, found = find_missing([motion], HULL), None
+    with monkeypatch.context() as patch:
+        patch.setattr("undertow.discovery.discover.at_limits", lambda *_: told)
+        found = find_missing([motion], HULL)
+    before, drag = (next(c for c in f.findings.candidates if c.effect == name) for f in (plain, found))
+    assert before.claim is not None
+    assert drag.claim is not None
+    assert "at_limit" not in before.claim.tests
+    assert drag.claim.tests["at_limit"] == 1.0
+    assert drag.confidence <= before.confidence
+    assert before.verdict == "missing"
+    if drag.verdict != "missing":
+        assert drag.reason is Reason.AT_LIMIT
     assert drag.terms[0].in_model == pytest.approx(-6.0, rel=0.1)
     assert found.corrected.value("X_uu") - HULL.value("X_uu") == pytest.approx(-6.0, rel=0.1)
 
@@ -116,12 +132,3 @@ def test_what_moves_alike_and_was_told_apart_all_the_same_is_said_to_be():
     assert "surge quadratic damping fits held-out data clearly better than any of the others alone" in text
     assert text.count("a mixture of them may fit as well as one") == 1
     assert str(_facts(told)).count("a mixture of them may fit as well as one") == 2
-
-
-def test_an_effect_that_is_hardly_beyond_the_value_in_the_file_is_in_doubt():
-    nominal = PAPER.value("X_uu")
-    less = PAPER.with_values({"X_uu": nominal - 2.0})
-    beside, far = Interval(nominal - 3.9, nominal - 0.1), Interval(nominal - 2.5, nominal - 1.5)
-    named = ("surge_quadratic_damping",)
-    assert "lies near the 95 % interval of X_uu" in doubts(POOL, PAPER, less, named, {"X_uu": beside})[named[0]]
-    assert doubts(POOL, PAPER, less, named, {"X_uu": far}) == {}

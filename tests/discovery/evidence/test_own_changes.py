@@ -9,6 +9,7 @@ from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.evidence.own_changes import own_changes
+from undertow.discovery.reason import Reason
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
 from undertow.physics.motion import Motion
@@ -32,7 +33,8 @@ def log_of(name: str, noise: str, sets_in: float | None, programme: str = "rich"
     return (begun if sets_in else World(other, programme, 200.0, 3)).run(NOISE[noise]).motion()
 
 
-def changes(motions: list[Motion], *names: str, blind: tuple[int, ...] = ()) -> dict[str, str]:
+def changes(motions: list[Motion], *names: str, blind: tuple[int, ...] = ()) -> dict[str, tuple[float, str]]:
+    """By what share of itself each effect differs in a part of the logs, and where."""
     pool = [c for c in candidates(HULL) if c.key in names]
     search = Search(WeakForm(motions, WeakSettings()), HULL, pool, SearchSettings())
     judge = WeakForm(motions, WeakSettings())
@@ -52,8 +54,10 @@ def test_what_is_there_all_the_time_has_one_size(name: str, noise: str):
 def test_what_sets_in_changes(name: str, sets_in: float, told: str, noise: str):
     said = changes([log_of(name, noise, sets_in)], name)
     assert set(said) == {name}
-    assert told in said[name]
-    assert " times its size in the model" in said[name]
+    share, words = said[name]
+    assert words.startswith(told)
+    assert words.endswith(" times its size in the model")
+    assert share > 0.9, "what sets in is, on the mean, less than it is then"
 
 
 def test_what_acts_on_one_side_of_the_water_changes_there():
@@ -61,7 +65,7 @@ def test_what_acts_on_one_side_of_the_water_changes_there():
         HULL, "rich", 240.0, 4, push=lambda t, x, c: np.array([-12.0 * x[3] * abs(x[3]), 0.0, 0.0]) * (x[0] > 5.0)
     )
     said = changes([shallow.run(NOISE["field"]).motion()], "surge_quadratic_damping")
-    assert "north of " in said["surge_quadratic_damping"]
+    assert said["surge_quadratic_damping"][1].startswith("north of ")
 
 
 def test_a_tether_is_no_wind():
@@ -73,7 +77,7 @@ def test_a_tether_is_no_wind():
         return np.array([cos * north + sin * east, cos * east - sin * north, 0.0])
 
     tied = Pushed(HULL, "rich", 240.0, 6, push=pull).run(NOISE["field"]).motion()
-    assert " m it differs by " in changes([tied], "mean_wind")["mean_wind"]
+    assert " m it differs by " in changes([tied], "mean_wind")["mean_wind"][1]
 
 
 @pytest.mark.parametrize("programme", ["zigzag", "gentle"])
@@ -87,7 +91,9 @@ def test_beside_what_changes_another_keeps_its_size():
     names = ("surge_quadratic_damping", "thruster_asymmetry[port]")
     both = apply_effects(HULL, HIDDEN[names[0]])
     world = World(both, "rich", 200.0, 3, becomes=apply_effects(both, HIDDEN[names[1]]), changes_at=90.0)
-    assert set(changes([world.run(NOISE["field"]).motion()], *names)) == {names[1]}
+    said = changes([world.run(NOISE["field"]).motion()], *names)
+    assert said[names[1]][0] > 1.0
+    assert said.get(names[0], (0.0, ""))[0] < 0.3, "what the other's change is not all of"
 
 
 def test_an_axis_that_is_not_trusted_tells_nothing():
@@ -97,7 +103,7 @@ def test_an_axis_that_is_not_trusted_tells_nothing():
 def test_of_several_logs_the_part_is_told():
     port = "thruster_asymmetry[port]"
     logs = [World(HULL, "rich", 200.0, 4).run(NOISE["field"]).motion(), log_of(port, "field", None)]
-    assert "from part 13 of 24 of the logs on" in changes(logs, port)[port]
+    assert changes(logs, port)[port][1].startswith("from part 13 of 24 of the logs on")
 
 
 def test_what_is_too_small_all_over_and_cannot_move_does_not_change():
@@ -107,10 +113,17 @@ def test_what_is_too_small_all_over_and_cannot_move_does_not_change():
     assert changes([log], "thrust_dead_zone") == {}
 
 
-@pytest.mark.parametrize("told", [{}, {"thruster_asymmetry[port]": "from minute 1.0 on it differs"}])
-def test_what_changes_is_not_called_missing(told: dict[str, str], monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(discover, "own_changes", lambda *_: told)
-    found = discover.find_missing([log_of("thruster_asymmetry[port]", "field", None)], HULL).findings
-    (said,) = (c for c in found.candidates if c.effect == "thruster_asymmetry")
-    assert (said.verdict, said.agrees) == (("possible", False) if told else ("missing", said.agrees))
-    assert ("from minute 1.0 on it differs" in said.sentence) is bool(told)
+def test_a_change_is_a_doubt_as_large_as_its_share(monkeypatch: pytest.MonkeyPatch):
+    port, motion = "thruster_asymmetry[port]", log_of("thruster_asymmetry[port]", "field", None)
+    plain = discover.find_missing([motion], HULL).findings
+    monkeypatch.setattr(discover, "own_changes", lambda *_: {port: (1.5, "from minute 1.0 on it differs")})
+    found = discover.find_missing([motion], HULL).findings
+    before, after = (next(c for c in f.candidates if c.effect == "thruster_asymmetry") for f in (plain, found))
+    assert before.claim is not None
+    assert after.claim is not None
+    assert before.verdict == "missing"
+    assert before.claim.tests.get("uneven", 0.0) < 0.1
+    assert after.claim.tests["uneven"] == 1.5
+    assert after.confidence <= before.confidence
+    if after.reason is Reason.UNEVEN and after.verdict == "possible":
+        assert "from minute 1.0 on it differs" in after.sentence

@@ -38,8 +38,8 @@ def test_a_gyro_that_disagrees_with_the_heading_is_told_and_blamed_on_no_effect(
     assert told.verdict == "possible"
     assert told.terms[0].value == pytest.approx(scale, abs=0.01)
     assert "which" in told.sentence
-    doubted = [e for e in findings.candidates if "times as fast" in e.sentence]
-    assert all(e.terms and e.confidence > 0.5 for e in doubted)  # of the model, and not of the catalogue
+    doubted = [(e.terms, e.claim.tests["record"]) for e in findings.candidates if e.claim and "record" in e.claim.tests]
+    assert all(terms and size == 1.0 for terms, size in doubted)  # of the model, and not of the catalogue
 
 
 def test_who_adds_by_name_is_told_of_it_too():

@@ -19,7 +19,7 @@ from undertow.physics.laws.damping_power import (
 from undertow.physics.matrices import damping_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.terms import monomials
-from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.vehicle import Hull, Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")
@@ -142,6 +142,23 @@ def test_couplings_that_do_no_work_are_never_rejected():
 def test_honest_cross_flow_is_proved_and_a_drive_is_not():
     assert certify(HULL.with_values({"yaw:u^2r": -5.0, "sway:v^3": -9.0, "surge:u|v|": -4.0}), BOX).holds
     assert not certify(HULL.with_values({"sway:v^3": 900.0}), BOX).holds
+
+
+def test_strips_of_the_hull_need_no_matrices_and_a_negative_coefficient_drives():
+    """Each strip loses energy by itself, at every state: no envelope is too large for the proof."""
+    strips = BARE.model_copy(update={"hull": Hull(length=1.4, draught=0.12)})
+    far = Envelope((-50.0, -50.0, -50.0), (50.0, 50.0, 50.0))
+    for vehicle in (strips.with_values({"cross_flow": 0.9}), strips.with_values({"cross_flow": 40.0, "Y_r": 3.0})):
+        proved = certify(vehicle, far)
+        assert proved.holds == (vehicle.value("Y_r") == 0.0)
+        assert (worst_dissipation(vehicle, far).power > 0.0) == (not proved.holds)
+    found = certify(strips.with_values({"cross_flow": -EDGE, "Y_v": -9.0}), BOX)
+    assert not found.holds
+    drives = strips.with_values({"cross_flow": -0.9})
+    found = certify(drives, BOX)
+    assert not found.holds
+    assert found.short == pytest.approx(damping_power(drives, np.array(found.state)))
+    assert worst_dissipation(drives, BOX).power == pytest.approx(found.short, rel=0.02)
 
 
 def test_the_search_finds_a_small_pocket():

@@ -38,6 +38,17 @@ def test_read_back_it_is_the_force_equation(name: str, tmp_path: Path):
             np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
+def test_it_says_what_the_forces_across_the_hull_are(tmp_path: Path):
+    """With every number, so that a reader can work them out: twenty strips at their middles."""
+    name = "table, everything"
+    text = " ".join(written(name, "latex", tmp_path / "boat.tex").read_text("utf-8").split())
+    told = text.partition(r"F\_Y, F\_N: half of 1025 kg/m\textasciicircum{}3 times the draught of 0.1951 m")[2]
+    assert "summed over 20 strips of the length of 2 m, each of width dx, at their middles x [N, N m]" in told
+    assert r"F_{Y}" in text
+    plain = written("as it is", "latex", tmp_path / "plain.tex").read_text("utf-8")
+    assert "strips" not in plain
+
+
 @pytest.mark.parametrize("name", BOATS)
 def test_a_typesetter_of_tex_takes_every_equation(name: str):
     for line in balances(boat(name)):

@@ -33,6 +33,7 @@ def test_they_make_the_same_vehicle_again(name: str, tmp_path: Path):
     again = read(vehicle, parameters["vehicle_name"])
     assert again.values == boat(name).values
     assert again.thrusters == boat(name).thrusters
+    assert again.hull == boat(name).hull
 
 
 def read(parameters: dict[str, Any], name: str) -> Vehicle:

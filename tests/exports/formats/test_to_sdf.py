@@ -244,6 +244,7 @@ def test_fortress_is_as_wrong_beside_a_term_of_the_same_form():
 def test_what_it_cannot_say_is_told_in_newtons():
     lines = "\n".join(to_sdf.EXPORT.left_out(Given(boat("table, everything"), facts("table, everything"))))
     said = ("wake_memory", "thruster_lag", "input_delay", "mean_wind", "apparent_wind", "yaw_trim", "battery_sag")
+    said += ("cross_flow_drag",)
     for effect in said:
         assert re.search(rf"{effect}.*\d N", lines), effect
     assert "straight lines to both ends in its place" in lines

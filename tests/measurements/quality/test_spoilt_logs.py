@@ -21,14 +21,14 @@ from undertow.measurements.clock import APART
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import read_log
 from undertow.measurements.quality.axes import mixed_up, track_of
-from undertow.measurements.quality.checks import drive
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding, Reach
 from undertow.measurements.quality.record import Record
 from undertow.measurements.quality.speed_unit import speed_unit
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.worlds.manoeuvres import programme
+from undertow.physics.worlds.world import NOISE, Orders, World, simulate_world
 from undertow.workflows.inputs import read_inputs
 
 BENCHMARKS = ROOT / "benchmarks"
@@ -272,32 +272,32 @@ def test_inspect_ends_with_1_for_a_defect_and_0_for_a_sound_log(case, study: Mod
     assert call("inspect", path).exit_code == 1
 
 
-# One of a pair that is held
+# One of a pair that stands still
 
 
 @pytest.mark.parametrize(
-    ("held", "verdict"),
+    ("held", "moved", "verdict", "words"),
     [
-        ({"newton_port": 12.0}, "defect"),  # at a push: its frozen record would be explained by half a dozen effects
-        ({"newton_port": 0.0}, "warning"),  # at rest: the boat was driven by the other alone
-        ({}, "ok"),
+        (12.0, True, "defect", "as if its thruster worked"),  # half a dozen effects would explain its frozen record
+        (0.0, True, "defect", "as if its thruster worked"),
+        (12.0, False, "warning", "held"),  # which of the two the log cannot tell, and that is no reason to refuse it
+        (0.0, False, "warning", "never changes"),  # at rest: the boat was driven by the other alone
+        (35.0, False, "warning", "never changes"),  # saturated
     ],
 )
-def test_a_thruster_that_is_held_beside_its_twin_is_asked_for(held: dict[str, float], verdict: str, tmp_path: Path):
+def test_a_record_that_stands_still_is_refused_only_where_its_thruster_moved_the_boat(
+    held: float, moved: bool, verdict: str, words: str, tmp_path: Path
+):
     hull = load_vehicle("blueboat")
-    log = simulate_world(hull, {}, programme="zigzag", duration=150.0, noise="field", seed=442)
-    names = [thruster.channel for thruster in hull.thrusters]
-    truth = log.commands.copy()
-    for name, value in held.items():
-        truth[:, names.index(name)] = value
-    # What the boat did is of no account here: the parts of the check that compare it with the record are silenced.
-    noisy = replace(log, commands=truth)
-    (record,) = [Record.of(read_log(noisy.write(tmp_path / "log.csv")), hull)]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(drive, "_stood_still", lambda *_: None)
-        (found,) = drive.Drive().examine([record])
-    assert found.verdict == verdict
-    assert ("held" in found.sentence) is (verdict == "defect")
+    truth = programme(hull, "zigzag", 150.0, 442)
+    record = truth.copy()
+    record[:, 0] = held
+    orders = Orders(truth if moved else record, 0.5)
+    log = World(hull, duration=150.0, seed=442, orders=orders).run(NOISE["field"])
+    path = replace(log, commands=record).write(tmp_path / "log.csv")
+    (found,) = [f for f in inspect_log(read_log(path), hull).quality if f.check == "drive"]
+    assert (found.verdict, found.channels) == (verdict, ("newton_port",))
+    assert words in found.sentence
 
 
 # Speeds that are derived

@@ -14,12 +14,18 @@ from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from undertow.physics.worlds import typical_effects
 from undertow.physics.worlds.hidden_effects import apply_effects, parse_effect
 from undertow.physics.worlds.manoeuvres import programme
-from undertow.physics.worlds.typical_effects import commanded_motion, materiality, random_hull, typical_effect
+from undertow.physics.worlds.typical_effects import (
+    commanded_motion,
+    materiality,
+    random_hull,
+    typical_effect,
+    with_hull,
+)
 
 
 @pytest.fixture(scope="module")
 def boat() -> Vehicle:
-    return load_vehicle("blueboat")
+    return with_hull(load_vehicle("blueboat"), np.random.default_rng(1))
 
 
 @pytest.mark.parametrize(

@@ -11,16 +11,29 @@ from verbs import done
 from undertow.comparison.facts import Best, Comparison
 from undertow.discovery.findings import Findings, Rise, Step
 from undertow.physics.in_words import NARROW
+from undertow.physics.vehicle import load_vehicle
+from undertow.reports.claims import SURE, source_marks
 from undertow.reports.page.chapters.models import models
 from undertow.reports.page.figures.model_figures import trust
 from undertow.reports.page.markup import Html, render
-from undertow.reports.page.outcome import gets_worse, hero, opening, outcome
+from undertow.reports.page.outcome import (
+    answer,
+    gets_worse,
+    headline,
+    hero,
+    opening,
+    outcome,
+    recommendation,
+    section_title,
+    settled,
+)
 from undertow.reports.page.page import page
 from undertow.reports.page.rivals import Rival
 from undertow.reports.terminal.findings_screen import error_left
 from undertow.workflows.run_folder.read import read_run
 
 NOTHING = Comparison(models=())
+BOAT = load_vehicle("blueboat").with_values({"X_u": -9.0})
 BEST = NOTHING.but(best=Best(model="nominal", sentence="Trust nominal: it keeps the laws of a hull."))
 
 
@@ -128,6 +141,8 @@ def test_discover_prints_which_model_to_trust(tmp_path: Path, monkeypatch: pytes
     assert sentence.replace(NARROW, " ") in said.replace(NARROW, " ")
     assert said.index("Trust ") < said.index("Effects, best first")
     assert "Adding it removes" in said.split("Trust ")[0]
+    marks, model = source_marks(read_run(tmp_path / "run").findings), load_vehicle(tmp_path / "run" / "model.yaml")
+    assert f"X_uu {marks['X_uu']}: identified by undertow from" in str(model.sources)
 
 
 def test_the_story_leads_with_the_horizon_that_decides(tmp_path: Path):
@@ -164,4 +179,114 @@ def test_reasons_stand_below_a_short_headline(tmp_path: Path):
     told = page(replace(run, findings=findings))
     assert "<h1>Undecided: it is short.</h1>" in told
     assert '<p class="lead">It has 9 s.' in told.replace("\n", "")
-    assert opening(findings, NOTHING)[:2] == ["Undecided: it is short.", "It has 9 s."]
+    assert opening(findings, NOTHING)[0] == "Undecided: it is short."
+    assert "It has 9 s." in opening(findings, NOTHING)
+
+
+def open_story(before: float, after: float, **more: object) -> Findings:
+    """An undecided run with two names in its model."""
+    likely, possible = (
+        {
+            "effect": name,
+            "verdict": verdict,
+            "confidence": sure,
+            "error_drop": 0.1,
+            "terms": [{"symbol": symbol, "value": -8.0, "unit": "N s/m", "ci95": [-9.0, -7.0], "in_model": -8.0}],
+            "claim": {"gain": 9.0, "identity": 1.0, "rival": rival, "worth": {"force": 0.3}, "null_excluded": True},
+        }
+        for name, verdict, sure, symbol, rival in (
+            ("surge_linear_damping", "possible", 0.63, "X_u", "surge_quadratic_damping"),
+            ("munk_moment", "possible", 0.4, "N_uv", ""),
+        )
+    )
+    content = {"verdict": "undecided", "missing": (), "candidates": (possible, likely), "headline": "Undecided: so."}
+    return story(before, after).but(**{**content, **more})
+
+
+def judged(best: str, **errors: float) -> Comparison:
+    models = [{"name": name, "rollout": {"10": {"position": error}}} for name, error in errors.items()]
+    told = Best(model=best, sentence=f"Trust {best}: it is so.", horizon="10")
+    return Comparison.model_validate({"models": models}).but(best=told)
+
+
+def test_an_open_verdict_is_an_answer_in_three_lines():
+    found = open_story(2.0, 0.5)
+    compared = judged("corrected", nominal=2.0, corrected=0.5)
+    first, second, third = (line.in_words.replace(NARROW, " ") for line in answer(found, compared, BOAT))
+    assert first == (
+        "Predicts best: the corrected model (model.yaml), with a position error of 10 s predictions of 0.50 m on "
+        "unseen rows, 75 % less than the nominal model's 2.0 m."
+    )
+    assert second == (
+        "In play: surge linear damping (63 %, or surge quadratic damping) and munk moment (40 %). model.yaml has them."
+    )
+    assert third == (
+        "Next step: check X_u in the vehicle file: it says \N{MINUS SIGN}9.00, this log asks for about "
+        "\N{MINUS SIGN}17.0 N s/m."
+    )
+    told = opening(found, compared, BOAT)
+    assert [text.split(":")[0] for text in told] == ["Undecided", "Predicts best", "In play", "Next step"]
+    assert not any("Trust" in text for text in told)
+
+
+def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file():
+    compared = judged("corrected", nominal=2.0, corrected=0.5)
+    advised = open_story(2.0, 0.5, advice=[{"manoeuvre": "20/20 zigzag", "why": "would tell drag from lag"}])
+    assert answer(advised, compared, BOAT)[2].text == "record this: 20/20 zigzag (would tell drag from lag)."
+    unjudged = advised.but(criterion={"force_scale": {"surge": 3.0, "sway": 0.0, "yaw": 1.0}})
+    assert answer(unjudged, compared, BOAT)[2].text.startswith("log the sway speed v by another sensor")
+    bare = open_story(2.0, 2.0, candidates=())
+    assert "record a second log" in answer(bare, judged("nominal", nominal=2.0), BOAT)[2].text
+
+
+def test_where_the_nominal_model_is_as_good_the_line_says_what_the_other_reaches():
+    compared = judged("nominal", nominal=2.0, corrected=1.9).but(differences=paired("no difference").differences)
+    line = answer(open_story(2.0, 1.9), compared)[0].text
+    assert line == (
+        "the nominal model, with a position error of 10 s predictions of 2.0 m on unseen rows; model.yaml reaches "
+        "1.9 m, which may be chance."
+    )
+
+
+def test_nothing_is_missing_is_not_said_of_an_axis_that_was_not_judged_nor_of_a_model_that_changes_the_error():
+    plain = {"verdict": "nothing missing", "headline": "Nothing material is missing.", "candidates": ()}
+    sound = open_story(2.0, 1.99, **plain)
+    compared = judged("nominal", nominal=2.0, corrected=1.99)
+    assert settled(sound, compared)
+    assert (headline(sound, compared), answer(sound, compared)) == ("Nothing material is missing.", ())
+    blind = sound.but(criterion={"force_scale": {"surge": 3.0, "sway": 0.0, "yaw": 1.0}})
+    changed = open_story(2.0, 1.6, **plain | {"candidates": open_story(2.0, 1.6).candidates})
+    own = {"symbol": "X_u", "before": -9.0, "after": -12.0, "wanted": -12.0, "unit": "N s/m"}
+    fitted = open_story(2.0, 1.6, **plain, calibrated=[own])
+    for found, said in (
+        (blind, "No force was judged in sway: the velocity there may be wrong. In surge and yaw, nothing is missing"),
+        (changed, "No name is sure, and yet model.yaml changes the position error of 10 s predictions by 20 %."),
+        (fitted, "No new effect is needed: numbers of the vehicle file are off, and putting them right changes the"),
+    ):
+        assert not settled(found, compared)
+        assert headline(found, compared).replace(NARROW, " ").startswith(said)
+        assert len(answer(found, compared)) == 3
+        assert section_title(found, compared) == "What may be missing"
+        assert not any(text.startswith("Nothing") for text in opening(found, compared))
+    assert "the file's own numbers, calibrated (X_u)" in answer(fitted, compared)[1].text
+
+
+def test_likely_names_have_their_odds_beside_what_is_missing_and_alone(tmp_path: Path):
+    run = read_run(write_sample(tmp_path / "run", seconds=30.0))
+    text = page(run).replace(NARROW, " ")
+    assert "Probably also sway quadratic damping (87 %)." in text
+    assert '<span class="tag likely">Probably missing: 87 %</span>' in text
+    assert '<span class="tag missing">The model is missing this: 97 %</span>' in text
+    assert "What is missing</h2>" in text
+    assert SURE in text
+    likely = tuple(item for item in run.findings.candidates if item.verdict == "likely")
+    alone = run.findings.but(verdict="likely", missing=(), candidates=likely, headline="")
+    assert headline(alone, NOTHING).replace(NARROW, " ") == "Probably missing: sway quadratic damping (87 %)."
+    assert "What is probably missing</h2>" in page(replace(run, findings=alone))
+
+
+def test_what_to_trust_goes_with_what_is_missing():
+    assert (
+        recommendation(story(2.0, 0.5), BEST) == f"{BEST.best.sentence} What is missing hardly matters on these rows."
+    )
+    assert recommendation(open_story(2.0, 0.5), BEST) == BEST.best.sentence

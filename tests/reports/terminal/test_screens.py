@@ -13,6 +13,7 @@ from undertow.measurements.alignment import Alignment
 from undertow.measurements.inspection import ChannelSummary, Inspection, Plan, Segment
 from undertow.measurements.preparation.dataset import PAPER
 from undertow.physics.vehicle import load_vehicle
+from undertow.reports.claims import REMOVED, SURE
 from undertow.reports.terminal.comparison_screen import comparison_table, trust_style
 from undertow.reports.terminal.failures_screen import failures_table
 from undertow.reports.terminal.findings_screen import (
@@ -30,6 +31,7 @@ from undertow.reports.terminal.findings_screen import (
 from undertow.reports.terminal.inspection_screen import inspection_screen
 from undertow.reports.terminal.layout import BAD, Prose, bullets, terminal
 
+BOAT = load_vehicle("blueboat")
 ERRORS = {"surge": 0.35, "sway": 0.23, "yaw": 0.486}
 ROLLOUT = {"2": {**ERRORS, "position": 0.4}, "10": {**ERRORS, "position": 2.26, "diverged": 1, "starts": 60}}
 DORMANT = "This log cannot tell: it holds no manoeuvre in which it would show. (Small commands give no thrust.)"
@@ -176,20 +178,20 @@ def test_what_is_left_of_the_error():
 
 
 def test_candidates_give_value_interval_and_twins():
-    text = printed(candidates_table(FINDINGS.candidates), 120)
+    text = printed(candidates_table(FINDINGS.candidates, BOAT), 120)
     assert "stbd_scale = 0.806 (0.790 to 0.820)" in text
     assert "thruster asymmetry (stbd)" in text
     assert "(or thrust scale, another thruster)" in text
     assert "41\N{NO-BREAK SPACE}%" in text
-    told = " ".join(printed(candidates_table(FINDINGS.candidates, most=1), 120).split())
-    assert "sure: share of resamples that need it; and 2 more in findings.json" in told
-    narrow = printed(candidates_table(FINDINGS.candidates), 70).splitlines()
+    told = " ".join(printed(candidates_table(FINDINGS.candidates, BOAT, most=1), 120).split())
+    assert f"sure: {SURE}; force error removed: {REMOVED}; and 2 more in findings.json" in told
+    narrow = printed(candidates_table(FINDINGS.candidates, BOAT), 70).splitlines()
     value = next(index for index, line in enumerate(narrow) if "stbd_scale = 0.806" in line)
     assert "(0.790 to 0.820)" in narrow[value + 1]
 
 
 def test_what_the_log_cannot_tell_has_no_numbers():
-    text = printed(candidates_table(FINDINGS.candidates))
+    text = printed(candidates_table(FINDINGS.candidates, BOAT))
     (line,) = [line for line in text.splitlines() if "dead zone" in line]
     assert line.split() == ["thrust", "dead", "zone", "cannot", "tell"]
     assert "7\N{NO-BREAK SPACE}%" in text
@@ -198,8 +200,8 @@ def test_what_the_log_cannot_tell_has_no_numbers():
 
 
 def test_missing_effects_and_advice_are_said_in_words():
-    assert "thruster asymmetry (stbd)  One thruster pushes" in printed(missing_in_words(FINDINGS.candidates))
-    assert missing_in_words(FINDINGS.candidates[1:]) is None
+    assert "thruster asymmetry (stbd)  One thruster pushes" in printed(missing_in_words(FINDINGS, COMPARISON, BOAT))
+    assert missing_in_words(FINDINGS.but(candidates=FINDINGS.candidates[1:]), COMPARISON, BOAT) is None
     assert "- sharp steps: would show lag; would show delay" in printed(advice_list(FINDINGS.advice))
     assert advice_list([]) is None
 
@@ -221,9 +223,9 @@ def test_terms_without_a_name_have_values():
 
 
 def test_added_effects_have_values_and_verdicts():
-    text = printed(added_table(FINDINGS.candidates), 120)
+    text = printed(added_table(FINDINGS.candidates, BOAT), 120)
     assert "stbd_scale = 0.806 (0.790 to 0.820)" in text
-    assert "missing      stbd_scale" in text
+    assert re.search(r"missing +>.99.% +stbd_scale", text)
 
 
 def test_failures_are_told_as_they_are_written():
@@ -318,8 +320,40 @@ def test_words_wrap_but_a_number_keeps_its_percent_sign():
 def test_an_interval_never_collapses_to_one_number():
     terms = [{"symbol": "X_uu", "value": -12.0042, "ci95": [-12.0213, -11.9871], "unit": "N s^2/m^2"}]
     candidate = FINDINGS.candidates[0].but(effect="surge_quadratic_damping", terms=terms)
-    text = printed(candidates_table([candidate]), 120)
+    text = printed(candidates_table([candidate], BOAT.with_values({"X_uu": 0.0})), 120)
     assert "X_uu = -12.004 N s²/m² (-12.021 to -11.987)" in text
+
+
+def test_a_number_of_the_file_is_told_whole_and_beside_what_the_file_says():
+    terms = [{"symbol": "X_u", "value": -8.0, "ci95": [-9.0, -7.0], "unit": "N s/m", "in_model": -8.0}]
+    candidate = FINDINGS.candidates[0].but(effect="surge_linear_damping", terms=terms)
+    boat, found = BOAT.with_values({"X_u": -9.0}), FINDINGS.but(candidates=(candidate,))
+    text = printed(candidates_table([candidate], boat), 120)
+    assert "X_u = -17.0 N s/m (-18.0 to -16.0)" in text
+    assert "the file says -9.00" in text
+    told = " ".join(printed(missing_in_words(found, COMPARISON, boat), 120).split())  # no-break spaces, too
+    assert "X_u is about -17.0 N s/m (95 %: -18.0 to -16.0), the file says -9.00. One thruster pushes" in told
+    new = printed(candidates_table([candidate], BOAT.with_values({"X_u": 0.0})), 120)
+    assert "X_u = -8.0 N s/m (-9.0 to -7.0)" in new
+    assert "the file" not in new
+
+
+def test_likely_effects_stand_between_missing_and_possible_ones_by_their_odds():
+    first = FINDINGS.candidates[0]
+    odds = (("possible", 0.41), ("likely", 0.83), ("missing", 0.96), ("likely", 0.91), ("missing", 1.0))
+    names = ("yaw_trim", "munk_moment", "sway_lift", "mass_offset", "cg_offset")
+    found = [
+        first.but(effect=name, verdict=verdict, confidence=sure, indistinguishable_from=(), terms=())
+        for name, (verdict, sure) in zip(names, odds, strict=True)
+    ]
+    rows = printed(candidates_table(found, BOAT), 120).replace("\N{NO-BREAK SPACE}", " ").splitlines()
+    assert [re.split(r"  +", row.strip())[:3] for row in rows if re.search(r" (missing|likely|possible) ", row)] == [
+        ["cg offset", "missing", "> 99 %"],
+        ["sway lift", "missing", "96 %"],
+        ["mass offset", "likely", "91 %"],
+        ["munk moment", "likely", "83 %"],
+        ["yaw trim", "possible", "41 %"],
+    ]
 
 
 def test_two_weak_thrusters_are_told_apart_in_the_steps():
@@ -349,7 +383,7 @@ def test_colours_say_what_the_words_say_and_go_where_nobody_wants_them(
     comparison = Comparison(models=(), best=Best(model="corrected", sentence="Trust corrected."))
 
     def shown() -> str:
-        for line in opening_lines(found, comparison):
+        for line in opening_lines(found, comparison, BOAT):
             terminal().print(line)
         return capsys.readouterr().out
 

@@ -10,6 +10,7 @@ from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.frames import Array
 from undertow.physics.laws.audit.search import Box, climb, spread
 from undertow.physics.laws.energy import TOLERANCE, full_force
+from undertow.physics.vehicle import Hull
 from undertow.residuals.models.bounds import bound_power
 from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
@@ -103,6 +104,21 @@ def test_no_sampled_state_exceeds_what_is_proved(activation: int, pure: bool) ->
     power = witness.power(np.column_stack([states, np.zeros(len(states))]))
     proved = [limit for limit in np.geomspace(0.25, 64.0, 33) if bound_power(model, BOX, limit).proved]
     assert power.max() <= proved[0] < 1.25 * max(highest(model, np.zeros(3)), 0.25), "the steps are of a fifth"
+
+
+def test_cross_flow_drag_takes_part_in_the_proof() -> None:
+    """On its knife edge, with drag across the hull that pays for much of what the network gives."""
+    hull = HULL.model_copy(update={"hull": Hull(length=2.0, draught=0.3)}).with_values({"cross_flow": 2.0})
+    network = perceptron(1, 64, size=0.5)
+    model, without = (NetworkModel(vehicle, network, 0.1) for vehicle in (hull, HULL))
+    force = np.zeros(3)
+    most, more = highest(model, force), highest(without, force)
+    assert 0.01 < most < 0.98 * more
+    assert bound_power(model, BOX, 1.02 * most, force).proved
+    found = bound_power(model, BOX, 0.98 * most, force)
+    assert not found.proved
+    assert found.against is not None
+    assert not bound_power(without, BOX, 1.02 * most, force).proved
 
 
 @EVERY_ACTIVATION

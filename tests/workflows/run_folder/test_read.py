@@ -41,7 +41,7 @@ def test_missing_folder_is_named(tmp_path):
         (
             "findings.json",
             '{"schema": "undertow.audit/1"}',
-            "expected schema 'undertow.findings/1', got 'undertow.audit/1'",
+            "expected schema 'undertow.findings/2', got 'undertow.audit/1'",
         ),
         ("findings.json", "{", "is not valid JSON"),
         ("findings.json", '{"schema": NaN}', "NaN is not JSON"),

@@ -114,7 +114,7 @@ def test_the_page_shows_the_force_of_the_axis_on_which_something_was_added(run: 
     found = convincing(run.findings, run.series, run.discovery.nominal)
     assert (found[0].axis, found[0].signal) == (0, "u")
     assert found[0].told > 0.95
-    assert convincing(run.findings.but(missing=()), run.series, run.discovery.nominal) == []
+    assert convincing(run.findings.but(candidates=()), run.series, run.discovery.nominal) == []
 
 
 def test_a_law_is_drawn_over_the_signal_by_which_it_is_known() -> None:

@@ -1,0 +1,104 @@
+"""List the numbers that decide a verdict, or a refusal, and where each comes from.
+
+A number is a constant of a module of discovery or of the checks of a log; those of the computation (caches, seeds,
+rounding, steps, how many trials) decide nothing: their sentences have words of `COMPUTATION`. A number is calibrated
+where its sentence names a script or a page of one, or where a script writes it (the odds), derived where its sentence
+says from what (words of `DERIVED`), and else a judgement of ours, until somebody says where it comes from.
+
+    python benchmarks/decisive_numbers.py [--every]
+"""
+
+import ast
+import json
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[1]
+MOST = 40
+ROOMS = ("discovery", "measurements/quality")
+ELSEWHERE = ("calibration", "experiment", "distillation", "factors", "lawful", "identifiability")
+"""Rooms of discovery that decide no verdict: they fit, plan, and say what a log can show."""
+COMPUTATION = re.compile(
+    r"bytes?\b|\bseed|rounding|cache|at hand|are kept|kept at|Newton|Gauss|halv|steps of|Fits? after|times that|"
+    r"columns? is taken|are tried|tried in full|at once|regulari|ridge|precision|how many draws|Resamples|numbers of",
+    re.IGNORECASE,
+)
+"""Words of the sentences of numbers that only say how something is computed."""
+DERIVED = re.compile(
+    r"degrees of freedom|by chance|standard errors|theor|sign test|Student|\bt\b of|quantile|per cent|95 %|"
+    r"one in|exp\(|all of it|doi:|chapter|more resamples are for it",
+    re.IGNORECASE,
+)
+"""Words by which a sentence derives its number."""
+
+
+class Number(NamedTuple):
+    """A constant: where it stands, its name, its value as it is written, its sentence, and where it comes from."""
+
+    path: str
+    name: str
+    value: str
+    sentence: str
+    origin: str
+
+
+def constants(path: Path) -> Iterator[Number]:
+    """The numeric constants of a module with their sentences."""
+    body = ast.parse(path.read_text("utf-8")).body
+    for node, after in zip(body, [*body[1:], None], strict=True):
+        if not isinstance(node, ast.Assign) or not any(
+            isinstance(c, ast.Constant) and isinstance(c.value, int | float) for c in ast.walk(node.value)
+        ):
+            continue
+        value, name = ast.unparse(node.value), ast.unparse(node.targets[0])
+        told = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
+        sentence = " ".join(str(after.value.value).split()) if told else ""  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
+        if re.match(r"^[-+\d(]|^1\.0 /|^float\(|^np\.radians", value) and len(value) < 80:
+            yield Number(path.relative_to(ROOT).as_posix(), name, value, sentence, origin(sentence))
+
+
+def origin(sentence: str) -> str:
+    """Where a number comes from, by its sentence."""
+    if COMPUTATION.search(sentence):
+        return "computation"
+    if re.search(r"benchmarks/\w+\.py|docs/\w+\.md", sentence):
+        return "calibrated"
+    return "derived" if DERIVED.search(sentence) else "judgement"
+
+
+def listed() -> list[Number]:
+    """All numbers, those of the odds among them."""
+    odds = json.loads((ROOT / "discovery" / "odds.json").read_text("utf-8"))
+    found = [
+        Number("discovery/odds.json", name, f"{weight:g}", "benchmarks/odds.py", "calibrated")
+        for name, weight in {"intercept": odds["intercept"], **odds["weights"]}.items()
+    ]
+    for room in ROOMS:
+        for path in sorted((ROOT / room).rglob("*.py")):
+            if not set(path.relative_to(ROOT).parts) & set(ELSEWHERE):
+                found += constants(path)
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the numbers by room and origin; with `--every` each of them."""
+    given = sys.argv[1:] if arguments is None else arguments
+    numbers = [number for number in listed() if number.origin != "computation"]
+    if "--every" in given:
+        for number in numbers:
+            print(f"{number.path}: {number.name} = {number.value} ({number.origin}): {number.sentence[:100]}")
+    for room in ROOMS:
+        own = [number.origin for number in numbers if number.path.startswith(room)]
+        counts = ", ".join(f"{own.count(word)} {word}" for word in ("calibrated", "derived", "judgement"))
+        print(f"{room}: {len(own)} numbers, {counts}")
+    ours = sum(number.origin == "judgement" for number in numbers)
+    told = "yes" if len(numbers) <= MOST and not ours else "no"
+    print(f"{len(numbers)} numbers decide, {ours} neither calibrated nor derived (at most {MOST} and none): {told}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,177 @@
+"""Claims in words: how sure a name is, its numbers as a vehicle file has them, and what the file says of them."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ..discovery.findings import Findings
+from ..discovery.found_effects import LIKELY, FoundEffect
+from ..physics.effects import BY_NAME, PARAMETERS
+from ..physics.errors import VehicleError
+from ..physics.in_words import MINUS, NARROW, finite, listing, number, percent, share_removed, unit_text, words
+from ..physics.vehicle import Vehicle
+from .wording import effect_words, interval, within
+
+SURE = "calibrated probability that the name is true, in worlds like those of the studies (docs/judgement.md)"
+"""What stands under "sure" in every table, on every card and in every picture."""
+SURE_IN_SHORT = "sure: calibrated probability that the name is true (docs/judgement.md)"
+"""The same where there is one line for it."""
+UNCALIBRATED = "not known: an earlier version wrote this run, before the odds of a name were calibrated"
+"""What stands there of the findings of an earlier version."""
+REMOVED = "share of the nominal model's force error on unseen rows, on the axis where it is most"
+"""What "force error removed" is."""
+_MOST = 0.999
+"""Probability that is written of more: nothing is ever certain."""
+
+
+def odds(found: FoundEffect) -> str:
+    """How sure a name is, such as "87 %"; empty where nobody knows.
+
+    Nothing is told of what the log cannot show, nor of a number that contradicts its own verdict: a name that is merely
+    possible has odds under those of a likely one, and what is larger there is another kind of number.
+
+    Examples
+    --------
+    >>> from undertow.discovery.found_effects import FoundEffect
+    >>> from undertow.physics.in_words import NARROW
+    >>> def sure(verdict, confidence):
+    ...     found = FoundEffect(effect="munk_moment", verdict=verdict, confidence=confidence, error_drop=0.1)
+    ...     return odds(found).replace(NARROW, " ")
+    >>> sure("likely", 0.871), sure("missing", 1.0), sure("possible", 0.999), sure("possible", 0.4)
+    ('87 %', '> 99 %', '', '40 %')
+    """
+    known = finite(found.confidence)
+    if math.isnan(known) or found.cannot_tell or (known >= LIKELY and found.verdict in ("possible", "no evidence")):
+        return ""
+    return percent(min(known, _MOST))
+
+
+def sure_caption(candidates: Iterable[FoundEffect]) -> str:
+    """What "sure" is, in a phrase."""
+    known = [item for item in candidates if not math.isnan(item.confidence)]
+    return f"sure: {SURE if known else UNCALIBRATED}"
+
+
+def with_odds(found: FoundEffect) -> str:
+    """An effect in words, and how sure it is."""
+    known = odds(found)
+    return f"{effect_words(found)} ({known})" if known else effect_words(found)
+
+
+def verdict_word(found: FoundEffect) -> str:
+    """The verdict, or that the log cannot tell."""
+    return "cannot tell" if found.cannot_tell else found.verdict
+
+
+def marked(found: FoundEffect) -> str:
+    """The verdict and how sure it is, such as "likely (87 %)"."""
+    known = odds(found)
+    return f"{verdict_word(found)} ({known})" if known else verdict_word(found)
+
+
+def removed(found: FoundEffect) -> str:
+    """Share of the unseen force error that an effect removes; empty where the log cannot show it."""
+    if found.cannot_tell:
+        return ""
+    return share_removed(found.error_drop if found.claim is None else found.claim.worth.force)
+
+
+def in_order(candidates: Iterable[FoundEffect]) -> list[FoundEffect]:
+    """Candidates by verdict, those of one verdict by their odds; what the log cannot show stands after what it can."""
+
+    def place(item: FoundEffect) -> tuple[int, bool, float]:
+        return item.rank, item.cannot_tell, -max(finite(item.confidence), 0.0)
+
+    return sorted(candidates, key=place)
+
+
+def named(findings: Findings, *verdicts: str) -> list[FoundEffect]:
+    """The candidates of some verdicts that stand in the corrected model, the surest first."""
+    return [item for item in in_order(findings.added) if item.verdict in verdicts]
+
+
+@dataclass(frozen=True, slots=True)
+class FileNumber:
+    """A number of an effect as a corrected vehicle file has it: the whole of it, not what is added.
+
+    Attributes
+    ----------
+    symbol, unit : its name and SI unit
+    value : what the log asks for [unit]
+    ci95 : 95 % interval [unit]; None where there is none
+    in_file : what the nominal vehicle's file says [unit]; None where it says nothing of it
+    """
+
+    symbol: str
+    unit: str
+    value: float
+    ci95: tuple[float, float] | None
+    in_file: float | None = None
+
+    def told(self, *, minus: str = MINUS) -> str:
+        """Value and unit; of a number that the file has, what it says, too."""
+        if self.in_file is not None:
+            return self._against_the_file(minus)
+        return f"{self.symbol} = {self.amount(minus=minus)}{self._ends(minus)}"
+
+    def amount(self, *, minus: str = MINUS) -> str:
+        """The value with its unit."""
+        return f"{within(self.value, self.ci95, minus=minus)} {unit_text(self.unit)}".rstrip()
+
+    def filed(self, *, minus: str = MINUS) -> str:
+        """What the file has; empty where it says nothing of it."""
+        return "" if self.in_file is None else number(self.in_file, minus=minus)
+
+    def _against_the_file(self, minus: str) -> str:
+        about = f"{self.symbol} is about {self.amount(minus=minus)}{self._ends(minus)}"
+        return f"{about}, the file says {self.filed(minus=minus)}"
+
+    def _ends(self, minus: str) -> str:
+        return f" (95{NARROW}%: {interval(self.ci95, minus=minus)})" if self.ci95 else ""
+
+
+def file_numbers(found: FoundEffect, nominal: Vehicle) -> list[FileNumber]:
+    """The numbers of an effect as a corrected file has them, beside what the nominal file says.
+
+    An effect of drag, coupling, mass or trim is found as an amount to add; a reader compares it with his file.
+    """
+    effect = BY_NAME.get(found.effect)
+    numbers = []
+    for term in found.terms:
+        own = vehicle_value(nominal, term.symbol) if effect is not None and effect.added else math.nan
+        null = PARAMETERS[term.symbol].null if term.symbol in PARAMETERS else 0.0
+        filed = None if math.isnan(own) or own == null else own
+        shift = filed or 0.0
+        ends = None if term.ci95 is None else (term.ci95.lower + shift, term.ci95.upper + shift)
+        numbers.append(FileNumber(term.symbol, term.unit, term.value + shift, ends, filed))
+    return numbers
+
+
+def vehicle_value(vehicle: Vehicle, symbol: str) -> float:
+    """A vehicle's value of a symbol; NaN when it has no such parameter."""
+    try:
+        return vehicle.value(symbol)
+    except VehicleError:
+        return math.nan
+
+
+def source_marks(findings: Findings) -> dict[str, str]:
+    """How sure each number of the corrected model is, by symbol: "missing (97 %)", ..., or "calibrated".
+
+    A vehicle file takes them into its `sources`, see `physics.sources.with_sources`.
+    """
+
+    def mark(item: FoundEffect) -> str:
+        return marked(item).replace(NARROW, " ")  # a file is typed and searched
+
+    marks = {item.symbol: "calibrated" for item in findings.calibrated}
+    marks |= {term.symbol or f"{term.axis}:{term.form}": "possible" for term in findings.unnamed}
+    return marks | {term.symbol: mark(item) for item in findings.added for term in item.terms}
+
+
+def twins_and_rival(found: FoundEffect) -> str:
+    """What may stand in the place of a name, as a phrase; empty where nothing came near, or the name is sure."""
+    others = [words(name) for name in found.indistinguishable_from if name != found.effect]
+    if found.claim is not None and found.claim.rival and found.verdict != "missing":
+        others.append(words(found.claim.rival))
+    return listing(list(dict.fromkeys(others)))

@@ -1,0 +1,245 @@
+"""Claims: the size of each test of a name, relative to the claim, and intervals as wide as what is not known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from undertow.discovery.candidates.candidate import Kind, candidates
+from undertow.discovery.claims import Tests as Asked
+from undertow.discovery.claims import claims, widened
+from undertow.discovery.evidence.invariance import Invariance
+from undertow.discovery.evidence.limits import clearance
+from undertow.discovery.evidence.other_forms import Beside, OtherForms
+from undertow.discovery.evidence.weighing import Evidence
+from undertow.discovery.findings import OtherForm
+from undertow.discovery.fold_findings import Folds
+from undertow.discovery.judgement import REASONS, features
+from undertow.discovery.reason import Reason
+from undertow.discovery.search.bootstrap import Interval
+from undertow.discovery.search.chance import Chance
+from undertow.physics.vehicle import Vehicle, load_vehicle
+
+HULL = load_vehicle("blueboat")
+POOL = candidates(HULL)
+DRAG, TRIM, LIFT = "surge_quadratic_damping", "surge_trim", "sway_lift"
+FILE = HULL.value("X_uu")
+FORM = OtherForm(axis="surge", follows="u^3", force=1.5, share=0.03, unit="N")
+NAMED = Evidence(
+    DRAG,
+    Kind.EFFECT,
+    True,
+    80.0,
+    np.array([0.2, 0.0, 0.0]),
+    0.5,
+    1.0,
+    (),
+    rollouts_object=False,
+    chance=Chance(better=0, of=999),
+    identity=40.0,
+    rival="hull_fouling",
+    worth=0.4,
+)
+"""A drag of which nothing is wrong."""
+
+
+def test_what_no_test_concerns_has_no_size():
+    assert Asked().sizes(NAMED) == {}
+    assert Asked().told(NAMED)[Reason.LOOK_ALIKES] == "hull fouling"
+
+
+@pytest.mark.parametrize(
+    ("tests", "name", "size"),
+    [
+        (Asked(limits={DRAG: "it stands at a limit"}), "at_limit", 1.0),
+        (Asked(record={DRAG: "commands are cut"}), "record", 1.0),
+        (Asked(sensors={DRAG: "an arm"}), "sensors", 1.0),
+        (Asked(elsewhere={DRAG: "next to nothing"}), "elsewhere", 1.0),
+        (Asked(unjudged={DRAG: "sway lift"}), "unjudged_rival", 1.0),
+        (Asked(changes={DRAG: (0.4, "from minute 1.0 on it differs")}), "uneven", 0.4),
+        (Asked(invariant={DRAG: Invariance((), 0.3, "X_uu is -8 slow and -12 fast")}), "uneven", 0.3),
+        (Asked(rests={DRAG: (0.05, "5 % lasts")}), "lasting_rest", 0.05 / 0.2),
+        (Asked(forms=OtherForms((FORM,), {DRAG: Beside(0.6, {"X_uu": 3.0}, told="beside u^3")})), "other_form", 0.6),
+        (Asked(forms=OtherForms((), {DRAG: Beside(margin=7.0)})), "substitute", 7.0),
+        (Asked(forms=OtherForms((), {DRAG: Beside(margin=-30.0)})), "substitute", -30.0),
+        (Asked(forms=OtherForms((), {DRAG: Beside(does=True)})), "substituted", 1.0),
+        (Asked(folds=Folds(count=4, named={DRAG: 3})), "folds", 0.25),
+        (Asked(untold=(DRAG,)), "untold", 1.0),
+        (Asked(names=5), "crowd", 4.0),
+        (Asked(terms=2), "terms", 2.0),
+        (Asked(rolls=True), "rolls", 1.0),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
+    assert tests.sizes(NAMED) == pytest.approx({name: size})
+    assert name in REASONS
+    other = replace(NAMED, key=LIFT)
+    everyones = {"crowd", "terms", "rolls"}
+    assert set(tests.sizes(other)) == {name} & everyones, "what is asked of a name is said of no other"
+
+
+@pytest.mark.parametrize(
+    ("evidence", "name", "size"),
+    [
+        (replace(NAMED, at_limit=True), "at_limit", 1.0),
+        (replace(NAMED, late=0.3), "out_of_step", 0.3),
+        (replace(NAMED, left=1.5), "left", 1.5),
+        (replace(NAMED, rollouts_object=True), "rollouts_object", 1.0),
+        (replace(NAMED, chance=Chance(better=7, of=999)), "chance", 7.0),
+        (replace(NAMED, confidence=0.92), "weak", 0.08),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_the_evidence_says_against_a_name_has_a_size(evidence: Evidence, name: str, size: float):
+    assert Asked().sizes(evidence) == pytest.approx({name: size})
+
+
+def test_a_name_that_no_fold_was_asked_for_misses_none():
+    assert Asked(folds=Folds(count=4, named={LIFT: 1})).sizes(NAMED) == {}
+    assert Folds(count=0).missed(DRAG) == 0.0
+
+
+def test_no_size_is_without_end_or_no_number():
+    """What explains next to nothing on its axis is divided by little, and a fit may end in no number."""
+    faint = replace(NAMED, share=np.zeros(3), late=np.nan, left=np.inf)
+    found = Asked(rests={DRAG: (5.0, "all of it")}).sizes(faint)
+    assert found == {"lasting_rest": 1e3, "left": 1e3, "out_of_step": 0.0}
+
+
+def test_of_two_differences_the_larger_is_told_with_its_words():
+    uneven = Asked(changes={DRAG: (0.2, "ahead")}, invariant={DRAG: Invariance((), 0.5, "slow and fast")})
+    assert uneven.sizes(NAMED) == {"uneven": 0.5}
+    assert uneven.told(NAMED)[Reason.UNEVEN] == "slow and fast"
+
+
+def test_every_test_that_has_a_size_tells_what_it_found():
+    """The sentence of a doubt is never without what it speaks of."""
+    every = Asked(
+        limits={DRAG: "at a limit"},
+        record={DRAG: "cut"},
+        sensors={DRAG: "an arm"},
+        elsewhere={DRAG: "elsewhere"},
+        unjudged={DRAG: "sway lift"},
+        changes={DRAG: (0.4, "it differs")},
+        rests={DRAG: (0.05, "5 % lasts")},
+        forms=OtherForms((FORM,), {DRAG: Beside(0.6, {"X_uu": 3.0}, 7.0, True, "in place of it", FORM)}),
+        folds=Folds(count=4, named={DRAG: 1}),
+        names=3,
+        terms=2,
+    )
+    told = every.told(replace(NAMED, late=0.7, out_of_step=0.2))
+    speaking = {reason for reason in REASONS.values() if "{told}" in reason.sentence} - {Reason.FILE_VALUE}
+    assert speaking <= set(told)
+    assert told[Reason.CROWD] == "3 names and 2 terms without one"
+    assert told[Reason.FOLDS] == "of 4 searches, each without one part of the log, 1 found it"
+    assert told[Reason.OUT_OF_STEP] == "0.20"
+
+
+def claimed(evidence: Evidence, interval: Interval | None, tests: Asked | None = None):
+    intervals = {} if interval is None else {"X_uu": interval}
+    return claims([evidence], POOL, HULL, intervals, tests or Asked())
+
+
+def test_a_claim_holds_the_numbers_of_its_evidence():
+    (claim,) = claimed(NAMED, Interval(FILE - 12.0, FILE - 8.0)).values()
+    assert (claim.gain, claim.identity, claim.rival) == (80.0, 40.0, "hull_fouling")
+    assert (claim.worth.force, claim.worth.rollout) == (0.4, None)
+    assert claim.null_excluded
+    assert claim.tests == {"file_value": pytest.approx(2.0 / 10.0)}
+    assert features(claim)["clear"] == pytest.approx(np.log(5.0))
+
+
+@pytest.mark.parametrize(
+    ("interval", "excluded", "size"),
+    [
+        (Interval(FILE - 12.0, FILE - 8.0), True, 0.2),
+        (Interval(FILE - 4.0, FILE + 1.0), False, 2.5 / 1.5),
+        (Interval(FILE - 4.0, FILE), False, 1.0),
+        (None, False, 1.0),
+    ],
+    ids=["far", "inside", "at its end", "unknown"],
+)
+def test_a_value_of_the_file_that_an_interval_holds_is_not_excluded(interval, excluded: bool, size: float):
+    claim = claimed(NAMED, interval)[DRAG]
+    assert claim.null_excluded is excluded
+    assert claim.tests["file_value"] == pytest.approx(size, rel=1e-5)
+
+
+def test_only_what_was_selected_or_joins_the_model_is_a_claim():
+    left_out = replace(NAMED, selected=False)
+    assert claimed(left_out, None) == {}
+    assert set(claimed(left_out, None, Asked(untold=(DRAG,)))) == {DRAG}
+    assert claimed(replace(NAMED, key="surge:u^2", kind=Kind.TERM), None) == {}
+
+
+def test_of_several_numbers_the_one_that_is_farthest_out_counts():
+    coupling = next(c for c in POOL if c.key == "sway_yaw_coupling")
+    near, far = (HULL.value(symbol) for symbol in coupling.symbols)
+    ends = (Interval(near - 1.0, near + 1.0), Interval(far + 4.0, far + 6.0))
+    intervals = dict(zip(coupling.symbols, ends, strict=True))
+    assert clearance(coupling, HULL, intervals) == pytest.approx(5.0)
+    assert clearance(coupling, HULL, {coupling.symbols[0]: ends[0]}) == pytest.approx(0.0)
+    assert clearance(coupling, HULL, {}) is None
+
+
+MIDDLE, HALF = FILE - 10.0, 2.0
+
+
+def wide(tests: Asked | None = None, apart=()) -> Interval:
+    """The interval of a drag of 10 +- 2 N s^2/m^2 beyond the file's, widened."""
+    own = {"X_uu": Interval(MIDDLE - HALF, MIDDLE + HALF)}
+    return widened(own, POOL, HULL, tests or Asked(), apart)["X_uu"]
+
+
+def half(interval: Interval) -> float:
+    assert 0.5 * (interval.lower + interval.upper) == pytest.approx(MIDDLE)
+    return 0.5 * (interval.upper - interval.lower)
+
+
+def test_an_interval_of_which_nothing_is_unknown_stays():
+    assert half(wide()) == pytest.approx(HALF)
+
+
+def test_what_is_left_and_what_parts_differ_by_are_added_in_squares():
+    form = OtherForms((FORM,), {DRAG: Beside(0.2, {"X_uu": -3.0})})
+    parts = {DRAG: Invariance((), 0.4, "", {"X_uu": 4.0})}
+    assert half(wide(Asked(forms=form))) == pytest.approx(np.hypot(HALF, 3.0))
+    assert half(wide(Asked(invariant=parts))) == pytest.approx(np.hypot(HALF, 4.0))
+    assert half(wide(Asked(forms=form, invariant=parts))) == pytest.approx(np.sqrt(HALF**2 + 9.0 + 16.0))
+
+
+def without(*values: float) -> list[Vehicle]:
+    """The model without each of some folds, by its drag."""
+    return [HULL.with_values({"X_uu": value}) for value in values]
+
+
+@pytest.mark.parametrize("scatter", [1.5, 2.0])
+def test_folds_that_scatter_widen_an_interval_by_the_jackknife(scatter: float):
+    """Of four values that lie so far from their mean, (3/4 of the sum of squares)^(1/2), 1.96 times to either side."""
+    apart = [MIDDLE + sign * scatter for sign in (-1.0, 1.0, -1.0, 1.0)]
+    assert half(wide(apart=without(*apart))) == pytest.approx(1.96 * np.sqrt(3.0) * scatter)
+    assert half(wide(apart=without(*apart, FILE))) == pytest.approx(1.96 * np.sqrt(3.0) * scatter), "FILE is silence"
+
+
+def test_folds_that_agree_or_are_too_few_widen_nothing():
+    assert half(wide(apart=without(MIDDLE, MIDDLE, MIDDLE, MIDDLE))) == pytest.approx(HALF)
+    assert half(wide(apart=without(MIDDLE - 1.0, MIDDLE + 1.0, FILE, FILE))) == pytest.approx(HALF)
+
+
+def test_an_interval_ends_at_the_limits_of_the_number():
+    """Damping never drives: what widens an interval does not carry it beyond nothing at all."""
+    form = OtherForms((FORM,), {DRAG: Beside(0.9, {"X_uu": 1e4})})
+    found = wide(Asked(forms=form))
+    limits = next(p for c in POOL if c.key == DRAG for p in c.parameters)
+    assert found.lower >= limits.lower
+    assert found.upper <= limits.upper
+    assert found.upper > MIDDLE + HALF
+
+
+def test_a_wide_interval_takes_the_verdict_of_a_name():
+    form = OtherForms((FORM,), {DRAG: Beside(0.9, {"X_uu": 15.0})})
+    tests = Asked(forms=form)
+    narrow, broad = Interval(MIDDLE - HALF, MIDDLE + HALF), wide(tests)
+    assert claimed(NAMED, narrow)[DRAG].null_excluded
+    assert not claimed(NAMED, broad, tests)[DRAG].null_excluded

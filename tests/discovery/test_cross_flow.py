@@ -1,0 +1,58 @@
+"""Cross-flow drag from files: named where the vehicle file states the hull, and no crash where it does not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import undertow
+from undertow.physics.errors import RequestError
+from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds.world import simulate_world, with_hull
+
+C_D = 0.7
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A log with hidden cross-flow drag, and two vehicle files: one that states the hull, one that does not."""
+    place = tmp_path_factory.mktemp("across")
+    bare = load_vehicle("blueboat_paper")
+    boat = with_hull(bare, np.random.default_rng(1))
+    boat.save(place / "boat.yaml")
+    bare.save(place / "bare.yaml")
+    simulate_world(boat, {"cross_flow_drag": C_D}, duration=180.0, noise="field", seed=5).write(place / "log.csv")
+    return place
+
+
+def test_it_is_named_exactly_where_the_file_states_the_hull(folder: Path) -> None:
+    run = undertow.discover(undertow.read_inputs(folder / "log.csv", folder / "boat.yaml"))
+    findings = run.findings
+    assert (findings.missing, findings.unnamed) == (("cross_flow_drag",), ())
+    (term,) = findings.candidates[0].terms
+    assert (term.symbol, term.unit) == ("cross_flow", "1")
+    assert term.value == pytest.approx(C_D, rel=0.02)
+    assert term.ci95 is not None
+    assert term.ci95.lower < C_D < term.ci95.upper
+    assert findings.passivity is not None
+    assert (findings.passivity.verdict, findings.passivity.proof) == ("pass", "vertex LMI")
+    corrected = run.discovery.corrected
+    corrected.save(folder / "model.yaml")
+    again: Vehicle = load_vehicle(folder / "model.yaml")
+    assert again.hull == corrected.hull == load_vehicle(folder / "boat.yaml").hull
+    assert again.value("cross_flow") == pytest.approx(C_D, rel=0.02)
+
+
+def test_without_a_hull_other_names_stand_in_and_nothing_crashes(folder: Path) -> None:
+    run = undertow.discover(undertow.read_inputs(folder / "log.csv", folder / "bare.yaml"))
+    assert "cross_flow_drag" not in {c.effect for c in run.findings.candidates}
+    assert run.findings.verdict != "nothing missing"
+    assert run.discovery.corrected.value("cross_flow") == 0.0
+
+
+def test_it_is_added_by_name_where_the_file_states_the_hull(folder: Path) -> None:
+    found = undertow.add(["cross_flow_drag"], undertow.read_inputs(folder / "log.csv", folder / "boat.yaml"))
+    assert found.discovery.corrected.value("cross_flow") == pytest.approx(C_D, rel=0.02)
+    bare = undertow.read_inputs(folder / "log.csv", folder / "bare.yaml")
+    with pytest.raises(RequestError, match=r"add: cross_flow_drag needs the size of the hull: give hull: \{leng"):
+        undertow.add(["cross_flow_drag"], bare)

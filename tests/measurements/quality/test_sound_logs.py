@@ -1,0 +1,96 @@
+"""Sound logs that were refused once: nothing is wrong with them, and the verbs go on."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from places import shared
+
+from undertow.measurements.inspection import inspect_log
+from undertow.measurements.log import read_log
+from undertow.measurements.quality.fault_size import OVERWHELMING, blocks_of, share_explained, squared_held_out
+from undertow.measurements.quality.finding import Finding
+from undertow.measurements.quality.quick_motion import STEP, parts_of, rates_in_band
+from undertow.measurements.quality.record import Record
+from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds.manoeuvres import COMMAND_STEP, programme
+from undertow.physics.worlds.world import NOISE, Orders, Sensors, World
+from undertow.workflows.inputs import read_inputs
+
+DRIVES = ("drive", "limited", "direction", "sides", "clocks")
+"""The checks that tell of thrusters and their records."""
+
+
+def read(path: Path, vehicle: Vehicle) -> list[Finding]:
+    """What accuses a thruster or its record in a log that is not refused."""
+    read_inputs(path, vehicle, progress=None)
+    quality = inspect_log(read_log(path), vehicle).quality
+    return [f for f in quality if f.check in DRIVES and f.verdict in ("defect", "warning")]
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        "19_sound_log_in_waves_refused",  # waves push surge and yaw together, and one thruster rests for long
+        "20_slow_hull_said_not_to_answer",  # its quick motion is noise
+        "21_full_throttle_said_frozen",  # one side is saturated, and the other steers
+    ],
+)
+def test_a_sound_log_from_outside_is_not_refused(fault: str):
+    folder = shared("faults") / fault
+    assert read(folder / "log.csv.gz", load_vehicle(folder / "vehicle.yaml")) == []
+
+
+@pytest.mark.parametrize("noise", ["clean", "field"])
+def test_a_log_that_begins_at_the_step_from_rest_accuses_nobody(noise: str, tmp_path: Path):
+    hull = load_vehicle("blueboat")
+    held = programme(hull, "rich", 121.0, 7)[round(1.0 / COMMAND_STEP) :]
+    held[: round(8.0 / COMMAND_STEP)] = 35.0  # full ahead from the first row on
+    log = World(hull, duration=120.0, seed=7, orders=Orders(held, 1.0)).run(NOISE[noise])
+    assert read(log.write(tmp_path / "log.csv"), hull) == []
+
+
+def test_noise_of_a_slow_record_is_told_at_its_own_rate(tmp_path: Path):
+    """At 10 Hz, on a time base of 20 Hz, differences of neighbours show a fifth of it."""
+    hull, level = load_vehicle("otter"), 0.01
+    idle = np.zeros((1201, 2))
+    sensors = Sensors(speed=level, yaw_rate=level, odometry_rate=10.0)
+    log = World(hull, duration=120.0, seed=3, orders=Orders(idle, 0.0)).run(sensors)
+    (part,) = parts_of([Record.of(read_log(log.write(tmp_path / "log.csv")), hull)])[2]
+    told = part.noise / np.sqrt((part.rates**2).mean(axis=0))
+    assert np.all((told > 1.0) & (told < 1.5)), "an upper limit: the filter's band has soft ends"
+
+
+def test_the_noise_of_the_last_row_does_not_ring_on():
+    rng = np.random.default_rng(2)
+    velocity = 0.02 * rng.standard_normal((4000, 1))
+    modelled = np.full((4000, 1), 0.3) * np.sin(STEP * np.arange(4000))[:, None]
+    velocity += np.cumsum(modelled, axis=0) * STEP
+    left = rates_in_band(velocity, modelled, (0.05, 1.0))[:, 0]
+    ends, middle = (np.sqrt((part**2).mean()) for part in (np.r_[left[:100], left[-100:]], left[500:-500]))
+    assert ends < 2.0 * middle
+
+
+def test_a_share_is_one_for_the_cause_and_none_for_anything_else():
+    rng = np.random.default_rng(5)
+    cause, other, noise = rng.standard_normal((3, 4000))
+    target, block = cause + 0.5 * noise, blocks_of([2000, 2000])
+    shares = [
+        share_explained(target**2, squared_held_out(target, column[:, None], block), block) for column in (cause, other)
+    ]
+    assert shares[0].value == pytest.approx(0.8, abs=0.03)  # 1 / (1 + 0.5^2)
+    assert shares[0].low > 0.75
+    assert shares[1].high < 0.02
+    assert [one.overwhelming for one in shares] == [True, False]
+
+
+def test_a_share_of_too_few_blocks_is_never_sure():
+    ones, block = np.ones(600), blocks_of([600])
+    assert share_explained(ones, 0.0 * ones, block).value == 1.0
+    assert not share_explained(ones, 0.0 * ones, block).overwhelming
+
+
+def test_the_limit_of_a_share_is_a_knife_edge():
+    ones, block = np.ones(4000), blocks_of([4000])
+    for beyond, refused in ((1e-6, True), (-1e-6, False)):
+        assert share_explained(ones, (1.0 - OVERWHELMING - beyond) * ones, block).overwhelming is refused
