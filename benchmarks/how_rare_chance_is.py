@@ -10,17 +10,13 @@ where it was; they count only for the source that made them.
 Exit code 1 where, in logs with the noise of sensors alone, a share is outside of what 95 of 100 such studies find.
 """
 
-import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
-from operator import itemgetter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.stats import binom
-from study.records import ROOT, in_a_table, opened, processors, resumed
+from study.records import Kept, Script, in_a_table
 from study.worlds import ALL, STEP, Part, draw
 
 from undertow.discovery.basis import choose
@@ -65,14 +61,7 @@ def judge(first: int, number: int) -> dict[str, Any]:
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
     gain, chance = Rehearsals(search, linear, scores, now, basis.settings.seed).best()
-    return {
-        **case.setting,
-        "number": number,
-        "part": part.title,
-        "rolls": basis.rolls,
-        "gain": gain,
-        "better": chance.better,
-    }
+    return {**case.setting, "part": part.title, "rolls": basis.rolls, "gain": gain, "better": chance.better}
 
 
 def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
@@ -114,31 +103,19 @@ def within(records: Sequence[Mapping[str, Any]], level: float) -> tuple[float, f
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the study and print its page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--logs", type=int, default=800)
-    parser.add_argument("--seeds", choices=FIRST, default="reporting")
-    parser.add_argument("--jobs", type=int, default=processors())
-    parser.add_argument("--tell", action="store_true", help="run nothing, only tell what is kept")
-    parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "how_rare_chance_is", help="of what is kept")
-    parser.add_argument("--table", type=Path, help="page to write")
-    given = parser.parse_args(arguments)
-    file = opened(given.folder / f"{given.seeds}.jsonl.gz", PACKAGES)
-    records = [] if file.stale else [record for record in file.records if record["number"] < given.logs]
-    if not given.tell:
-        asked = partial(judge, FIRST[given.seeds])
-        for records in resumed(file, range(given.logs), asked, given.jobs, itemgetter("number")):
-            if records and len(records) % 50 == 0:
-                print(f"{len(records)}/{given.logs}: {records[-1]['seed']}", flush=True)
-    text = page(records, f"python benchmarks/how_rare_chance_is.py --logs {len(records)} --seeds {given.seeds}")
-    if given.table is not None:
-        given.table.write_text(text, encoding="utf-8")
-    print(text)
+    study = Script("how_rare_chance_is", 800, FIRST, judge, _line, page, PACKAGES)
+    records = study.carried_out(__doc__, arguments)
     return int(any(not low <= share <= high for share, low, high in compared(records)))
 
 
 def _told(records: Sequence[Mapping[str, Any]], level: float) -> str:
     share, low, high = within(records, level)
     return f"{share:.1%} ({low:.1%} to {high:.1%})"
+
+
+def _line(records: Kept) -> str:
+    """Now and then, how far the study is."""
+    return f"{records[-1]['seed']}" if len(records) % 50 == 0 else ""
 
 
 if __name__ == "__main__":

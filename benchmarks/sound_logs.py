@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from boats import scaled, thruster
 from quality import pwm_boat
-from study.resumed import Kept, Study, bound, carried_out, in_a_table
+from study.records import Kept, Script, bound, in_a_table
 from study.worlds import ALL, DURATION, VEHICLES, WAVES, Part, draw
 
 from undertow.physics.effects import EFFECTS
@@ -264,8 +264,7 @@ def _waypoints(boat: Vehicle, seconds: float, rng: np.random.Generator) -> Array
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the study and print its page."""
-    study = Study("sound_logs", 420, FIRST, judge, _line, page, PACKAGES)
-    records = carried_out(study, __doc__, arguments)
+    records = Script("sound_logs", 420, FIRST, judge, _line, page, PACKAGES).carried_out(__doc__, arguments)
     return int(sum(bool(r["refused"]) for r in records) > MOST * len(records))
 
 

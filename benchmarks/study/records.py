@@ -4,6 +4,7 @@ A file has a line for each record, compressed, and a first line that says which 
 these facts is no fact: it is scored again (`study/scoring.py`), and no record grows stale when it changes.
 """
 
+import argparse
 import ast
 import gzip
 import hashlib
@@ -12,7 +13,8 @@ import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, cast
 
@@ -142,6 +144,58 @@ def bare(source: str) -> bytes:
 def processors() -> int:
     """How many logs are asked about at once, where nobody says it."""
     return min(4, os.cpu_count() or 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """A study that is a script of its own, and does not ask the verb: random logs, one record each.
+
+    Attributes
+    ----------
+    name : of the script and of the folder in `runs` where results are kept
+    logs : how many, where nobody says it
+    first : first seeds, by what they are for
+    judge : called with the first seed and the number of a log
+    line : says what came of the last record; empty to say nothing
+    page : of the records, and of the command that made them
+    packages : whose source decides the results
+    """
+
+    name: str
+    logs: int
+    first: Mapping[str, int]
+    judge: Callable[[int, int], Record]
+    line: Callable[[Kept], str]
+    page: Callable[[Kept, str], str]
+    packages: tuple[str, ...]
+
+    def numbered(self, first: int, number: int) -> Record:
+        """The record of a log, with its number."""
+        return {**self.judge(first, number), "number": number}
+
+    def carried_out(self, described: str | None, arguments: Sequence[str] | None = None) -> Kept:
+        """Run the study as the command line asks, print its page, and give its records."""
+        parser = argparse.ArgumentParser(description=described, formatter_class=argparse.RawDescriptionHelpFormatter)
+        parser.add_argument("--logs", type=int, default=self.logs)
+        parser.add_argument("--seeds", choices=self.first, default="reporting")
+        parser.add_argument("--jobs", type=int, default=processors())
+        parser.add_argument("--tell", action="store_true", help="run nothing, only tell what is kept")
+        parser.add_argument("--folder", type=Path, default=ROOT / "runs" / self.name, help="where results are kept")
+        parser.add_argument("--table", type=Path, help="page to write")
+        given = parser.parse_args(arguments)
+        file = opened(given.folder / f"{given.seeds}.jsonl.gz", self.packages)
+        records = [] if file.stale else [record for record in file.records if record["number"] < given.logs]
+        if not given.tell:
+            judge = partial(self.numbered, self.first[given.seeds])
+            for records in resumed(file, range(given.logs), judge, given.jobs, itemgetter("number")):
+                line = self.line(records) if records else ""
+                if line:
+                    print(f"{len(records)}/{given.logs}: {line}", flush=True)
+        text = self.page(records, f"python benchmarks/{self.name}.py --logs {len(records)} --seeds {given.seeds}")
+        if given.table is not None:
+            given.table.write_text(text, encoding="utf-8")
+        print(text)
+        return records
 
 
 def bound(hits: int, of: int, level: float) -> float:
