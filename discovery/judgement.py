@@ -30,8 +30,8 @@ SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear", "far")
 """Features that speak for a name; all others are doubts, nothing where there is none."""
 REASONS = {
     "identity": Reason.LOOK_ALIKES,
-    "clear": Reason.WEAK,
-    "far": Reason.WEAK,
+    "clear": Reason.FILE_VALUE,
+    "far": Reason.FILE_VALUE,
     "gain": Reason.WEAK,
     "worth": Reason.WEAK,
     "rollout_worth": Reason.WEAK,

@@ -235,7 +235,8 @@ def _told(g: Grounds, e: Evidence, reason: Reason, terms: Sequence[FoundTerm]) -
     if reason is Reason.FAINT:
         return f"{f'This log cannot tell it from {rivals}' if rivals else 'Perhaps'}: {_FAINT.format(e.faint)}"
     if reason is Reason.FILE_VALUE:
-        return f"what the vehicle file says lies within the 95 % interval of {listing([t.symbol for t in terms])}"
+        where = "near" if g.claims[e.key].null_excluded else "within"
+        return f"what the vehicle file says lies {where} the 95 % interval of {listing([t.symbol for t in terms])}"
     return g.asked.get(e.key) or g.tests.told(e).get(reason, rivals)
 
 

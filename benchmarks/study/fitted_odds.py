@@ -19,8 +19,9 @@ from .records import Record
 from .scoring import bare, facts_of, kind_of_world, log_score
 
 Array = NDArray[np.float64]
-RIDGES = (1e-4, 1e-3, 1e-2, 3e-2)
-"""Prices of a squared weight, of features in units of their deviation; cross-validation takes one."""
+RIDGES = (1e-4, 1e-3, 3e-3, 1e-2)
+"""Prices of a squared weight, of features in units of their deviation; cross-validation takes one. A price of 3e-2 told
+90 % of names of which all were true."""
 FOLDS = 5
 MOST = 15
 """Numbers that the odds have at most, the intercept among them: more of them nobody reads."""

@@ -182,7 +182,7 @@ def test_where_rollouts_were_not_asked_the_worth_in_force_stands_for_theirs():
 
 
 def test_odds_without_a_feature_are_those_of_the_intercept():
-    alone = Odds(0.0, {}, 0.0, 0.0)
+    alone = Odds(0.0, {}, 0.0, 0.0, {})
     assert alone.probability(features(CLEAR)) == 0.5
     assert alone.largest_doubt(features(CLEAR)) is Reason.WEAK
     assert replace(alone, intercept=1e9).probability({}) == pytest.approx(1.0)
