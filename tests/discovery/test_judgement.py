@@ -10,7 +10,6 @@ from undertow.discovery.found_effects import LIKELY, MISSING, Claim, Worth
 from undertow.discovery.judgement import (
     REASONS,
     SUPPORT,
-    Odds,
     features,
     largest_doubt,
     odds,
@@ -53,7 +52,7 @@ CLEAR = Claim(
 )
 """A name for which everything speaks."""
 TESTS = tuple(list(Reason)[list(Reason).index(Reason.FILE_VALUE) : list(Reason).index(Reason.UNTOLD) + 1])
-EVEN = Odds(0.0, {name: 1.0 if name in SUPPORT else -1.0 for name in REASONS}, 0.0, 0.0, {})
+EVEN = replace(odds(), intercept=0.0, weights={name: 1.0 if name in SUPPORT else -1.0 for name in REASONS})
 """Odds in which every feature counts."""
 
 SETTINGS = settings(max_examples=100, deadline=None, derandomize=True, database=None)
@@ -182,7 +181,7 @@ def test_where_rollouts_were_not_asked_the_worth_in_force_stands_for_theirs():
 
 
 def test_odds_without_a_feature_are_those_of_the_intercept():
-    alone = Odds(0.0, {}, 0.0, 0.0, {})
+    alone = replace(odds(), intercept=0.0, weights={})
     assert alone.probability(features(CLEAR)) == 0.5
     assert alone.largest_doubt(features(CLEAR)) is Reason.WEAK
     assert replace(alone, intercept=1e9).probability({}) == pytest.approx(1.0)
