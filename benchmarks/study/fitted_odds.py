@@ -23,11 +23,12 @@ RIDGES = (1e-4, 1e-3, 3e-3, 1e-2)
 """Prices of a squared weight, of features in units of their deviation; cross-validation takes one. A price of 3e-2 told
 90 % of names of which all were true."""
 FOLDS = 5
-MOST = 15
-"""Numbers that the odds have at most, the intercept among them: more of them nobody reads."""
-LEAST_GAIN = 0.0
-"""Log score [nats a name] that a feature must be worth on causes that the fit has not seen: of those that do no harm the
-rest stay, for a cause that no tuning world has."""
+FEATURES = (
+    *("rollout_worth", "clear", "far", "substitute", "substituted", "other_form", "at_limit", "record", "sensors"),
+    *("out_of_step", "unjudged_rival", "unexplained", "accused", "crowd", "rolls"),
+)
+"""What the odds are made of: of all features those that stop more than they cost (`ablation.py`). Taken one by one for what
+each adds to the log score they change with every hundred names, and leave out what few tuning worlds have."""
 LIMITS = {
     "gain": CERTAINLY,
     "identity": 3.0,
@@ -171,21 +172,9 @@ def best_ridge(names: Names, columns: Sequence[str]) -> float:
     return max(RIDGES, key=lambda ridge: score_of(names, columns, ridge))
 
 
-def chosen(names: Names, most: int = MOST) -> tuple[list[str], float]:
-    """Features that earn their place, and the price of weights: the least useful is dropped until each is useful."""
-    columns = [name for k, name in enumerate(names.columns) if np.ptp(names.features[:, k]) > 0.0]
-    ridge = best_ridge(names, columns)
-    best = score_of(names, columns, ridge)
-    while len(columns) > 1:
-        whole = fit(columns, names.column(columns), names.true, ridge)
-        start = dict(zip(columns, whole[1:].tolist(), strict=True))
-        without = {name: score_of(names, [c for c in columns if c != name], ridge, start) for name in columns}
-        worst = max(without, key=lambda name: without[name])
-        too_many = len(columns) > most - 1
-        if without[worst] < best - LEAST_GAIN and not too_many:
-            break
-        columns.remove(worst)
-        best = without[worst] if too_many else max(best, without[worst])
+def chosen(names: Names) -> tuple[list[str], float]:
+    """The features that differ between names, and the price of weights that cross-validation takes."""
+    columns = [name for name in FEATURES if np.ptp(names.column([name])) > 0.0]
     return columns, best_ridge(names, columns)
 
 
