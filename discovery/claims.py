@@ -117,9 +117,8 @@ class Tests:
             "untold": float(e.key in self.untold),
             "rolls": float(self.rolls),
         }
-        return {
-            name: round(float(np.clip(np.nan_to_num(size), -_FAR, _FAR)), 6) for name, size in sizes.items() if size
-        }
+        rounded = {name: round(float(np.clip(np.nan_to_num(size), -_FAR, _FAR)), 6) for name, size in sizes.items()}
+        return {name: size for name, size in rounded.items() if size}
 
     def _uneven(self, key: str) -> tuple[float, str]:
         """By how much an effect's size differs between parts of the log, and how that is told."""

@@ -21,14 +21,17 @@ _LEAST = 1e-3
 """Share of the error below which it does not matter how little a name removes."""
 _UNIT = 5.0
 """Log-likelihood that tells two models apart: margins count in its multiples."""
+_FAR = 2.0
+"""Logarithm of the half-widths of its interval from which a number is far from the file's own: 7 of them."""
 _ENOUGH = 6.0
 """Log-likelihood beyond which it does not matter how much worse a rival is: one that holds the name as a special case
 is worse by no more than the price of its other numbers."""
-SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear")
+SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear", "far")
 """Features that speak for a name; all others are doubts, nothing where there is none."""
 REASONS = {
     "identity": Reason.LOOK_ALIKES,
-    "clear": Reason.FILE_VALUE,
+    "clear": Reason.WEAK,
+    "far": Reason.WEAK,
     "gain": Reason.WEAK,
     "worth": Reason.WEAK,
     "rollout_worth": Reason.WEAK,
@@ -58,7 +61,7 @@ REASONS = {
     "rolls": Reason.WEAK,
 }
 """The doubt that each feature is."""
-_PLENTY = {"gain": 5.0, "identity": 1.02, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0}
+_PLENTY = {"gain": 5.0, "identity": 1.02, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "far": 1.0}
 """What each feature that speaks for a name is where nothing is to be wished for: what is less is a doubt."""
 
 
@@ -101,14 +104,16 @@ def odds() -> Odds:
 def features(claim: Claim) -> dict[str, float]:
     """What the odds are made of, by name: the four numbers and the sizes of the tests, on scales of like size."""
     size = claim.tests
+    clear = -log(max(size.get("file_value", 1.0), 1e-3))
     rollout = claim.worth.rollout
     return {
         "gain": log(1.0 + max(claim.gain, 0.0)),
         "identity": asinh(min(claim.identity, _ENOUGH) / _UNIT),
         "worth": log(max(claim.worth.force, _LEAST)),
         "rollout_worth": log(max(claim.worth.force if rollout is None else rollout, _LEAST)),
-        "clear": -log(max(size.get("file_value", 1.0), 1e-3)),
-        "substitute": asinh(max(size.get("substitute", 0.0), 0.0) / _UNIT),
+        "clear": clear,
+        "far": max(clear - _FAR, 0.0),
+        "substitute": 0.0 if size.get("rolls") else asinh(max(size.get("substitute", 0.0), 0.0) / _UNIT),
         "substituted": size.get("substituted", 0.0),
         "other_form": log(1.0 + 10.0 * min(size.get("other_form", 0.0), 3.0)),
         "at_limit": size.get("at_limit", 0.0),
@@ -117,7 +122,7 @@ def features(claim: Claim) -> dict[str, float]:
         "out_of_step": min(size.get("out_of_step", 0.0), 2.0),
         "uneven": log(1.0 + 10.0 * min(size.get("uneven", 0.0), 3.0)),
         "lasting_rest": log(1.0 + 10.0 * min(size.get("lasting_rest", 0.0), 3.0)),
-        "left": log(1.0 + 3.0 * min(size.get("left", 0.0), 10.0)),
+        "left": log(1.0 + 10.0 * min(size.get("left", 0.0), 10.0)),
         "unjudged_rival": size.get("unjudged_rival", 0.0),
         "elsewhere": size.get("elsewhere", 0.0),
         "rollouts_object": size.get("rollouts_object", 0.0),
@@ -129,7 +134,7 @@ def features(claim: Claim) -> dict[str, float]:
         "forms": log(1.0 + size.get("forms", 0.0)),
         "accused": log(1.0 + size.get("accused", 0.0)),
         "structure": size.get("structure", 0.0),
-        "unexplained": size.get("unexplained", 0.0),
+        "unexplained": log(1.0 + 10.0 * size.get("unexplained", 0.0)),
         "untold": size.get("untold", 0.0),
         "rolls": size.get("rolls", 0.0),
     }

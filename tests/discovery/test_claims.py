@@ -104,7 +104,8 @@ def test_no_size_is_without_end_or_no_number():
     """What explains next to nothing on its axis is divided by little, and a fit may end in no number."""
     faint = replace(NAMED, share=np.zeros(3), late=np.nan, left=np.inf)
     found = Asked(rests={DRAG: (5.0, "all of it")}).sizes(faint)
-    assert found == {"lasting_rest": 1e3, "left": 1e3, "out_of_step": 0.0}
+    assert found == {"lasting_rest": 1e3, "left": 1e3}
+    assert Asked().sizes(replace(NAMED, confidence=1.0 - 1e-9)) == {}, "nor is any so small that a file would say 0"
 
 
 def test_of_two_differences_the_larger_is_told_with_its_words():

@@ -53,7 +53,7 @@ CLEAR = Claim(
 )
 """A name for which everything speaks."""
 TESTS = tuple(list(Reason)[list(Reason).index(Reason.FILE_VALUE) : list(Reason).index(Reason.UNTOLD) + 1])
-EVEN = Odds(0.0, {name: 1.0 if name in SUPPORT else -1.0 for name in REASONS}, 0.0, 0.0)
+EVEN = Odds(0.0, {name: 1.0 if name in SUPPORT else -1.0 for name in REASONS}, 0.0, 0.0, {})
 """Odds in which every feature counts."""
 
 SETTINGS = settings(max_examples=100, deadline=None, derandomize=True, database=None)
