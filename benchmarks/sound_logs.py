@@ -50,7 +50,7 @@ SHIPS = {
 """What the sensors of ships do."""
 _PUSHED = (0.2, 2.0)
 """Frequencies at which short waves push a small boat [Hz]."""
-_LACKS = Part("one effect", 1, 0, 0, ALL, ("field", "clean"))
+_LACKS = Part("one effect", 1, 0, ALL, ("field", "clean"))
 _ROWS = round(DURATION / COMMAND_STEP) + 1
 Drawn = tuple[Vehicle, SimulatedLog, str]
 """A boat, its log, and what is special about it."""

@@ -3,6 +3,7 @@
 import importlib
 import json
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -350,7 +351,10 @@ def test_what_other_sources_made_is_told_alone_where_it_is_asked_for(tmp_path: P
     script, studies = chapter("through_the_verb"), chapter("study.studies")
     kept = [record(kind=kind, seed=seed) for kind, seed in studies.STUDIES["plain"].keys("tuning")[:3]]
     studies.stored("plain", "tuning", tmp_path).save(kept)
-    command = ["plain", "--tell", "--logs", "3", "--folder", str(tmp_path), "--pages", str(tmp_path)]
+    odds = tmp_path / "odds.json"
+    odds.write_text(json.dumps(asdict(SURE)))
+    where = ["--folder", str(tmp_path), "--pages", str(tmp_path), "--odds", str(odds)]
+    command = ["plain", "--tell", "--logs", "3", *where]
     assert script.main(command) == 0
     assert "plain, tuning: 3 logs: 3 exact" in capsys.readouterr().out
     assert "# Hidden effects" in (tmp_path / "hidden_effects.md").read_text()
