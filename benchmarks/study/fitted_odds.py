@@ -27,8 +27,8 @@ FEATURES = (
     *("rollout_worth", "clear", "far", "substitute", "substituted", "other_form", "at_limit", "record", "sensors"),
     *("out_of_step", "unjudged_rival", "unexplained", "accused", "crowd", "rolls"),
 )
-"""What the odds are made of: of all features those that stop more than they cost (`ablation.py`). Taken one by one for what
-each adds to the log score they change with every hundred names, and leave out what few tuning worlds have."""
+"""What the odds are made of: of all features those that stop more than they cost (`ablation.py`). Taken one by one for
+what each adds to the log score they change with every hundred names, and leave out what few tuning worlds have."""
 LIMITS = {
     "gain": CERTAINLY,
     "identity": 3.0,

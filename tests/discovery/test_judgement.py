@@ -142,7 +142,7 @@ def test_what_everything_speaks_for_is_missing_and_a_stand_in_is_not():
     assert verdict(CLEAR, probability(CLEAR)) == "missing"
     stand_in = CLEAR.but(
         identity=-20.0,
-        tests={"file_value": 0.05, "substitute": 100.0, "substituted": 1.0, "other_form": 0.8, "uneven": 0.8},
+        tests={"file_value": 0.3, "substitute": 100.0, "substituted": 1.0, "other_form": 0.8, "uneven": 0.8},
     )
     assert probability(stand_in) < LIKELY
     nothing = Claim(gain=0.0, identity=0.0, worth=Worth(force=0.0), null_excluded=False)
