@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from measured import Figures
 from scipy import stats
-from study.fingerprint import fingerprint
+from study.records import fingerprint
 from study.steered import PERFECT, STEERED, mean_error, models, passages, world
 
 from undertow.physics.errors import RequestError

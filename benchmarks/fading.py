@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from study.fingerprint import fingerprint
+from study.records import fingerprint
 
 from undertow.comparison.coverage import coverage
 from undertow.measurements.preparation.dataset import DataSet

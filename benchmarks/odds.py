@@ -115,13 +115,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     columns, ridge = chosen(names)
     odds = cross_validated(names, columns, ridge)
-    weights = fit(columns, names.column(columns), names.true, ridge)
+    weights = fit(columns, names.column(columns), names.true, ridge, None, names.share)
     model = {name: weight for name, weight in zip(columns, weights[1:], strict=True) if weight}
     made = f"python benchmarks/odds.py --write: {len(names.claims)} names of {len(records)} logs, "
     made += f"cross-validated log score {log_score(odds, names.true):.4f}"
     content = rounded({"intercept": weights[0], "weights": model, **base_rates(records), "made": made})
     print(json.dumps(content, indent=1))
-    own = log_score(applied(weights, names.column(columns)), names.true)
+    own = log_score(applied(weights, names.column(columns), names.share), names.true)
     print(f"\nprice of weights {ridge:g}; log score on the names of the fit {own:.4f}\n\n{report(names, odds)}")
     if given.write:
         given.into.write_text(json.dumps(content) + "\n", encoding="utf-8")

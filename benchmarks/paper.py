@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from joblib import Parallel, delayed
-from study.fingerprint import fingerprint
 from study.paper_page import csv_files, document_of, markdown_of
+from study.records import fingerprint
 from zoo.cases import cases
 from zoo.scored import judge
 

@@ -142,7 +142,7 @@ def tell_discovery(
 def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:
     """Say how long it took, and what lies where; the corrected model is there though another one is to be trusted."""
     from ..comparison.facts import CALIBRATED
-    from ..reports.claims import in_order, marked
+    from ..reports.sureness import in_order, marked
     from ..reports.wording import effect_words
 
     say(f"Done in {seconds:.1f} s. Findings: {out / 'findings.json'}")

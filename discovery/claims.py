@@ -22,6 +22,11 @@ from .search.bootstrap import Interval
 
 _FAR = 1e3
 """Size from which it does not matter any more how large a doubt is."""
+_OF_ONE_LOG = (
+    *("substitute", "substituted", "other_form", "lasting_rest", "left", "unexplained", "forms", "structure", "uneven"),
+    *("accused", "record", "rolls"),
+)
+"""Sizes that are of one log."""
 Told = Mapping[str, str]
 """By key of an effect, what a test tells of it, as the end of a sentence."""
 
@@ -46,6 +51,8 @@ class Tests:
     accused : how many errors of sensors or of the record are told
     structure : whether the model leaves force beyond sensor noise, or predictions beyond theirs
     rolls : whether rollouts judge
+    several : whether they judge several logs, each of which was left out once: what is named there holds in all others,
+        and the force balance of coloured noise, clocks and headings of one log are no witness against that
     """
 
     limits: Told = field(default_factory=dict)
@@ -64,6 +71,7 @@ class Tests:
     accused: int = 0
     structure: bool = False
     rolls: bool = False
+    several: bool = False
 
     def told(self, e: Evidence) -> dict[Reason, str]:
         """What each test tells of a name, of those that say more than their own sentence."""
@@ -116,7 +124,10 @@ class Tests:
             "unexplained": e.unexplained,
             "untold": float(e.key in self.untold),
             "rolls": float(self.rolls),
+            "look_alikes": float(len(e.indistinguishable_from)),
         }
+        if self.several:
+            sizes = {name: size for name, size in sizes.items() if name not in _OF_ONE_LOG}
         rounded = {name: round(float(np.clip(np.nan_to_num(size), -_FAR, _FAR)), 6) for name, size in sizes.items()}
         return {name: size for name, size in rounded.items() if size}
 

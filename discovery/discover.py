@@ -297,5 +297,6 @@ def _test(
         accused=sum(error.verdict != "no evidence" for error in records),
         structure=search.leaves_structure(final.fit.held_out),
         rolls=not search.balance.forces,
+        several=judged_in_logs(search.balance),
     )
     return tests, rests

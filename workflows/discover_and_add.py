@@ -34,8 +34,8 @@ from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.freed_memory import hand_back
 from ..physics.sources import WHOLE, with_sources
 from ..physics.stage import COMPARING, SCORING, Say, Stage
-from ..reports.claims import source_marks
 from ..reports.page.outcome import headline as verdict_in_words
+from ..reports.sureness import source_marks
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import Errors, evaluate_all

@@ -26,7 +26,7 @@ from ..physics.reading import read_bytes
 from ..physics.sources import ALL
 from ..physics.stated_values import amount, values_of
 from ..physics.vehicle import Vehicle, load_vehicle
-from ..reports.claims import file_numbers, source_marks
+from ..reports.sureness import file_numbers, source_marks
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel
 from .check import check

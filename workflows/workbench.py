@@ -14,8 +14,8 @@ from ..physics.in_words import listing, words
 from ..physics.sources import WHOLE, with_sources
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
-from ..reports.claims import source_marks, sure_caption
 from ..reports.page.outcome import headline, opening, section_title
+from ..reports.sureness import source_marks, sure_caption
 from .discover_and_add import add, discover
 from .log_on_bench import LogOnBench
 from .opened_log import HORIZON, OpenedLog

@@ -9,8 +9,8 @@ from ..discovery.found_effects import FoundEffect, FoundTerm
 from ..physics.effects import BY_NAME, COMMAND_OFFSET
 from ..physics.errors import RequestError
 from ..physics.in_words import unit_text, words
-from ..reports.claims import file_numbers, in_order, odds
 from ..reports.page.figures.missing_force import MissingForce, best_signal, force_drawings, signal_rows
+from ..reports.sureness import file_numbers, in_order, odds
 from ..reports.wording import effect_words, interval, risen, twins, within
 from ..residuals.models.base import VehicleModel
 from .log_on_bench import LogOnBench

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from undertow.discovery.evidence.weighing import CERTAINLY
-from undertow.discovery.judgement import SUPPORT
+from undertow.discovery.judgement import SHARE, SUPPORT
 
 from .records import Record
 from .scoring import bare, facts_of, kind_of_world, log_score
@@ -25,7 +25,7 @@ RIDGES = (1e-4, 1e-3, 3e-3, 1e-2)
 FOLDS = 5
 FEATURES = (
     *("rollout_worth", "clear", "far", "substitute", "substituted", "other_form", "at_limit", "record", "sensors"),
-    *("out_of_step", "unjudged_rival", "unexplained", "accused", "crowd", "rolls"),
+    *("out_of_step", "unjudged_rival", "unexplained", "accused", "rolls"),
 )
 """What the odds are made of: of all features those that stop more than they cost (`ablation.py`). Taken one by one for
 what each adds to the log score they change with every hundred names, and leave out what few tuning worlds have."""
@@ -77,6 +77,11 @@ class Names:
         return self.features[:, [self.columns.index(name) for name in names]]
 
     @property
+    def share(self) -> Array:
+        """What is left of the probability of each beside its look-alikes."""
+        return self.column([SHARE])[:, 0]
+
+    @property
     def could_be_missing(self) -> NDArray[np.bool_]:
         """Names that high odds would call missing: they stand in the model, and exclude the file's own value."""
         return np.array([c["kept"] and c["claim"]["null_excluded"] for c in self.claims], dtype=bool)
@@ -120,23 +125,27 @@ def fit(
     true: NDArray[np.bool_],
     ridge: float,
     start: Mapping[str, float] | None = None,
+    share: Array | float = 1.0,
 ) -> Array:
     """Intercept and weights (1 + features,) of least mean log loss, a price on squared weights, signs bounded.
 
     Parameters
     ----------
     start : weights of a fit that is like this one, by feature
+    share : what is left of each probability beside look-alikes
     """
     scale = features.std(axis=0) if len(features) else np.ones(len(columns))
     scale, middle = np.where(scale > 1e-12, scale, 1.0), features.mean(axis=0)
     design = np.column_stack([np.ones(len(true)), (features - middle) / scale])
-    sign = np.where(true, 1.0, -1.0)
 
     def loss(weights: Array) -> tuple[float, Array]:
-        margin = sign * (design @ weights)
-        slope = -sign / (1.0 + np.exp(np.clip(margin, -500.0, 500.0))) / len(true)
+        total = design @ weights
+        whole = 1.0 / (1.0 + np.exp(np.clip(-total, -500.0, 500.0)))
+        left = np.maximum(1.0 - share * whole, 1e-300)
+        slope = np.where(true, whole - 1.0, share * whole * (1.0 - whole) / left) / len(true)
+        lost = np.where(true, np.logaddexp(0.0, -total) - np.log(share), -np.log(left))
         price = np.concatenate([[0.0], ridge * weights[1:]])
-        return float(np.logaddexp(0.0, -margin).mean() + 0.5 * price @ weights), design.T @ slope + price
+        return float(lost.mean() + 0.5 * price @ weights), design.T @ slope + price
 
     bounds = [(None, None), *((0.0, None) if name in SUPPORT else (None, 0.0) for name in columns)]
     begin = np.concatenate([[0.0], [(start or {}).get(name, 0.0) for name in columns] * scale])
@@ -145,9 +154,9 @@ def fit(
     return np.concatenate([[found[0] - weights @ middle], weights])
 
 
-def applied(weights: Array, features: Array) -> Array:
+def applied(weights: Array, features: Array, share: Array | float = 1.0) -> Array:
     """Probabilities of names with these features."""
-    return 1.0 / (1.0 + np.exp(-np.clip(weights[0] + features @ weights[1:], -30.0, 30.0)))
+    return share / (1.0 + np.exp(-np.clip(weights[0] + features @ weights[1:], -30.0, 30.0)))
 
 
 def cross_validated(
@@ -158,7 +167,8 @@ def cross_validated(
     odds = np.zeros(len(fold))
     for left_out in np.unique(fold):
         train = fold != left_out
-        odds[~train] = applied(fit(columns, features[train], names.true[train], ridge, start), features[~train])
+        weights = fit(columns, features[train], names.true[train], ridge, start, names.share[train])
+        odds[~train] = applied(weights, features[~train], names.share[~train])
     return odds
 
 

@@ -44,8 +44,10 @@ def read_odds(path: Path = ODDS) -> Odds:
 
 
 def facts_of(claimed: Record) -> dict[str, float]:
-    """The features of one claim of a record."""
-    return features(Claim.model_validate(claimed["claim"]))
+    """The features of one claim of a record; the first records list its look-alikes beside the claim alone."""
+    alike = {"look_alikes": float(len(claimed["alike"]))} if claimed.get("alike") else {}
+    facts = claimed["claim"]
+    return features(Claim.model_validate({**facts, "tests": {**alike, **facts["tests"]}}))
 
 
 def rescored(record: Record, odds: Odds) -> dict[str, Any]:
@@ -53,7 +55,7 @@ def rescored(record: Record, odds: Odds) -> dict[str, Any]:
     claims = []
     for c in record.get("claims", ()):
         claim = Claim.model_validate(c["claim"])
-        chance = odds.probability(features(claim))
+        chance = odds.probability(facts_of(c))
         claims.append({**c, "odds": chance, "verdict": verdict(claim, chance) if c["kept"] else "possible"})
     if not claims:
         return dict(record)

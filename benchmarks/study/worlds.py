@@ -60,6 +60,7 @@ PARTS = {
     "waves": Part("nothing but waves, all programmes", 0, 100, ALL, ("field", "rough"), waves=True),
     "gentle": Part("one effect, gentle, field", 1, 104, programmes=("gentle",)),
     "zigzag": Part("one effect, zigzag, field", 1, 104, programmes=("zigzag",)),
+    "crowds": Part("five effects, rich, clean and field", 5, 60, noises=("clean", "field")),
 }
 
 

@@ -256,7 +256,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
         if special or _explained(search, search.without(there, candidate.key)) > _explained(search, state) + enough:
             rivals.append(key)
-            worse[key] = there.score - state.score
+            worse[key] = _explained(search, state) - _explained(search, there)
     # A scale of thrust beside a free curve of it is another curve.
     rivals += [c.key for c in search.pool if c.key in now and candidate.effect.name in c.effect.includes]
     if candidate.effect.family in ("coupling", "mass") and search.of_kind(tuple(now), Kind.TERM):

@@ -8,7 +8,7 @@ import numpy as np
 from ...discovery.found_effects import FoundEffect
 from ...physics.effects import BY_NAME
 from ...physics.vehicle import Vehicle
-from ..claims import vehicle_value
+from ..sureness import vehicle_value
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...discovery.found_effects import FoundEffect
-from ..claims import odds, verdict_word
 from ..run_contents import RunFolder
+from ..sureness import odds, verdict_word
 from ..wording import effect_words
 from .coefficients import CoefficientRow, coefficient_rows
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from urllib.parse import quote
 
 from ...physics.in_words import listing, unit_text, words
-from ..claims import named, sure_caption, with_odds
 from ..run_contents import RunFolder
+from ..sureness import named, sure_caption, with_odds
 from ..wording import interval, typeset, within
 from .chapters.models import TITLE, models
 from .chapters.verdict import headline, hero_errors

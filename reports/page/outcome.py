@@ -11,7 +11,7 @@ from ...physics.frames import AXES
 from ...physics.in_words import listing, number, percent, share_removed, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ROLLOUT_UNITS
-from ..claims import file_numbers, in_order, named, odds, twins_and_rival, with_odds
+from ..sureness import file_numbers, in_order, named, odds, twins_and_rival, with_odds
 from ..wording import CALIBRATED, LEAD, effect_words, pick_horizon
 from .rivals import difference
 

@@ -15,7 +15,8 @@ from ...physics.frames import AXES
 from ...physics.in_words import listing, number, percent, unit_text, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
-from ..claims import (
+from ..page.outcome import also_worse, answer, gets_worse, headline, opening, outcome, recommendation, section_title
+from ..sureness import (
     REMOVED,
     SURE_IN_SHORT,
     FileNumber,
@@ -26,7 +27,6 @@ from ..claims import (
     sure_caption,
     verdict_word,
 )
-from ..page.outcome import also_worse, answer, gets_worse, headline, opening, outcome, recommendation, section_title
 from ..wording import (
     CALIBRATED,
     LEAD,

@@ -16,7 +16,7 @@ from undertow.residuals.models.base import Model
 from undertow.residuals.scores import evaluate
 from undertow.workflows.fit import fit
 
-from ..fingerprint import fingerprint
+from ..records import fingerprint
 from .cases import Case, Data
 from .contenders import CONTENDERS
 

@@ -9,8 +9,8 @@ from ....physics.in_words import MINUS, listing, unit_text
 from ....physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance
 from ....physics.stated_values import values_of
 from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
-from ...claims import vehicle_value
 from ...run_contents import RunFolder
+from ...sureness import vehicle_value
 from ...wording import interval, trimmed
 from ..coefficients import coefficient_rows
 from ..markup import Html, element, render, table

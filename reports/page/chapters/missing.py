@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from ....discovery.found_effects import FoundEffect, FoundTerm
 from ....physics.in_words import listing, percent, share_removed, unit_text
 from ....physics.vehicle import Vehicle
-from ...claims import REMOVED, file_numbers, in_order, odds, removed, sure_caption, verdict_word
 from ...run_contents import RunFolder
+from ...sureness import REMOVED, file_numbers, in_order, odds, removed, sure_caption, verdict_word
 from ...wording import effect_words, interval, risen, twins, within
 from ..coefficients import coefficient_rows
 from ..figures.figures import coefficients, ranked_effects

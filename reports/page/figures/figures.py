@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from ....discovery.found_effects import FoundEffect
 from ....physics.in_words import MINUS, finite, number, percent, unit_text, words
-from ...claims import odds, removed
+from ...sureness import odds, removed
 from ..coefficients import CoefficientRow
 from ..markup import Html
 from .figure_data import rollouts

@@ -12,7 +12,6 @@ from undertow.comparison.facts import Best, Comparison
 from undertow.discovery.findings import Findings, Rise, Step
 from undertow.physics.in_words import NARROW
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.claims import SURE, source_marks
 from undertow.reports.page.chapters.models import models
 from undertow.reports.page.figures.model_figures import trust
 from undertow.reports.page.markup import Html, render
@@ -29,6 +28,7 @@ from undertow.reports.page.outcome import (
 )
 from undertow.reports.page.page import page
 from undertow.reports.page.rivals import Rival
+from undertow.reports.sureness import SURE, source_marks
 from undertow.reports.terminal.findings_screen import error_left
 from undertow.workflows.run_folder.read import read_run
 

@@ -13,7 +13,7 @@ from undertow.measurements.alignment import Alignment
 from undertow.measurements.inspection import ChannelSummary, Inspection, Plan, Segment
 from undertow.measurements.preparation.dataset import PAPER
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.claims import REMOVED, SURE
+from undertow.reports.sureness import REMOVED, SURE
 from undertow.reports.terminal.comparison_screen import comparison_table, trust_style
 from undertow.reports.terminal.failures_screen import failures_table
 from undertow.reports.terminal.findings_screen import (

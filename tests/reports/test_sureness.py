@@ -10,7 +10,7 @@ from undertow.discovery.search.bootstrap import Interval
 from undertow.physics.in_words import MINUS, NARROW
 from undertow.physics.sources import with_sources
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.claims import file_numbers, in_order, odds, removed, source_marks, with_odds
+from undertow.reports.sureness import file_numbers, in_order, odds, removed, source_marks, with_odds
 
 BOAT = load_vehicle("blueboat").with_values({"X_u": -9.0, "X_uu": 0.0, "N_uv": 0.0})
 HOW = "identified by undertow from log.csv"
