@@ -60,15 +60,15 @@ def share_of_error(errors: Errors, nominal: Errors, motion: Array) -> float:
     """Squared error of a model on rows as a share of the nominal model's, each speed in units of how much it varies.
 
     Of predictions over 10 s, of 2 s or of the acceleration where the rows hold no longer ones. No end of it where the
-    model runs away and the nominal one does not.
+    model runs away within that time and the nominal one does not.
 
     Parameters
     ----------
     motion : (3,) mean square of each measured speed [m^2/s^2, m^2/s^2, rad^2/s^2]
     """
-    if _diverged(errors) - _diverged(nominal):
-        return float(np.inf)
     horizon = next((horizon for horizon in _HORIZONS if horizon in errors.rollouts), None)
+    if horizon in _diverged(errors) - _diverged(nominal):
+        return float(np.inf)
     own, before = (
         np.mean(squares(e) if horizon is None else rolled(e, horizon)[:, :_AXES], axis=0) for e in (errors, nominal)
     )

@@ -93,9 +93,9 @@ def add_effects(
     sensors = without_forces(basis.forces.motions, basis.rolls)
     record = {} if judged_in_logs(form) else beside_record(search, state.vehicle, state.active, kept, sensors)
     tests = Tests(record=record, names=len(kept), rolls=basis.rolls)
-    claimed = claims(added, search.pool, nominal, told, tests)
-    asked = dict(_asked(searched, kept))
-    grounds = Grounds(search, lawful, corrected, added, told, kept, order, claimed, tests, asked=asked)
+    claimed = claims(added, search.pool, nominal, told, tests, kept)
+    asked, sure = dict(_asked(searched, kept)), dict(_sure(searched, kept))
+    grounds = Grounds(search, lawful, corrected, added, told, kept, order, claimed, tests, asked=asked, sure=sure)
     findings = conclude(grounds)
     unsure = [c.key for c in findings.candidates if c.verdict != "missing"]
     sensors += record_errors(search, state.vehicle, state.active, told)
@@ -116,3 +116,10 @@ def _asked(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str
     for one in searched.candidates if searched else ():
         if one.key in keys and one.verdict in _FOUND:
             yield one.key, _COULD_NOT if one.cannot_tell else _FOUND[one.verdict]
+
+
+def _sure(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str, float]]:
+    """How sure a search was of effects that it called missing or likely, by key: adding them again makes none surer."""
+    for one in searched.candidates if searched else ():
+        if one.key in keys and one.verdict not in _FOUND:
+            yield one.key, one.confidence

@@ -143,6 +143,7 @@ def claims(
     nominal: Vehicle,
     intervals: Mapping[str, Interval],
     tests: Tests,
+    kept: Sequence[str],
 ) -> dict[str, Claim]:
     """The claim of each name that a search selected, by key.
 
@@ -150,6 +151,7 @@ def claims(
     ----------
     evidence : on the candidates; only those that were selected, or join the model untold, are claims
     intervals : 95 % intervals of total values by symbol, widened
+    kept : keys of the effects that stand in the model
     """
     known = {candidate.key: candidate for candidate in pool}
     found = {}
@@ -162,6 +164,7 @@ def claims(
             rival=e.rival,
             worth=Worth(force=float(np.clip(e.worth, 0.0, 1.0)), rollout=e.rollout_worth),
             null_excluded=clear is not None and clear > 1.0,
+            stands=e.key in kept,
             tests=sizes,
         )
     return found

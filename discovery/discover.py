@@ -94,6 +94,9 @@ class Discovery(Card):
         """
         calibrated = vehicle.values != self.nominal.values
         findings = self.findings
+        said = (*findings.missing, *findings.likely)
+        instead = "the file's model with its own numbers fitted" if calibrated else "the nominal model"
+        headline = f"{findings.headline.removesuffix('.')}; yet {instead} is written." if said else findings.headline
         candidates = tuple(
             c.but(terms=tuple(term.but(in_model=None) for term in c.terms)) if c.in_model else c
             for c in findings.candidates
@@ -118,6 +121,7 @@ class Discovery(Card):
             corrected=corrected,
             steps=(*self.steps[:1], *([(CALIBRATED, corrected)] if calibrated else [])),
             findings=findings.but(
+                headline=headline,
                 candidates=candidates,
                 unnamed=(),
                 calibrated=rows,
@@ -210,7 +214,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, sensors: Mapping[st
         intervals=found,
         kept=(*model.kept, *model.untold),
         order=[label for label, _ in told[1:]],
-        claims=claims(model.evidence, search.pool, nominal, found, tests),
+        claims=claims(model.evidence, search.pool, nominal, found, tests, (*model.kept, *model.untold)),
         tests=tests,
         known=looked.known,
         included=inclusion(search, looked.state, basis.settings.seed) if search.of_kind(selected, Kind.TERM) else {},

@@ -22,7 +22,7 @@ class Worth(Record):
     Attributes
     ----------
     force : of the squared force error, on the axis on which it removes most
-    rollout : of the squared error of 10 s rollouts, likewise; None where no rollouts were asked
+    rollout : of the squared error of 5 s rollouts of the fitted rows, likewise; None where none were asked
     """
 
     force: Number
@@ -39,6 +39,8 @@ class Claim(Record):
     rival : that rival; empty where none came near
     worth : share of the unseen error that it removes
     null_excluded : its wide interval excludes the file's own value
+    stands : the search and nine of ten resamples need it, rollouts do not object, and it is a number that a hull can
+        have, so that the fitted model holds it
     tests : size of each test of `judgement`, by name, relative to the claim; what a test does not concern is not there
     """
 
@@ -47,6 +49,7 @@ class Claim(Record):
     rival: str = ""
     worth: Worth
     null_excluded: Flag
+    stands: Flag = True
     tests: Mapping[str, Number] = {}
 
 
@@ -141,8 +144,9 @@ class FoundEffect(Record):
 
     @property
     def in_model(self) -> bool:
-        """Whether it stands in the corrected model, sure or not; a file of an earlier version tells it of sure ones."""
-        return self.verdict == "missing" or any(term.in_model is not None for term in self.terms)
+        """Whether it stands in the model that is written; a file of an earlier version tells it of sure ones."""
+        old = self.verdict == "missing" and self.claim is None
+        return old or any(term.in_model is not None for term in self.terms)
 
     @property
     def rank(self) -> int:

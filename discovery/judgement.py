@@ -17,8 +17,9 @@ from pathlib import Path
 from .found_effects import LIKELY, MISSING, Claim, Verdict
 from .reason import Reason
 
-_LEAST = 1e-3
-"""Share of the error below which it does not matter how little a name removes."""
+_LEAST = 0.05
+"""Share of the error below which it does not matter how little a name removes: of several right names all but the first
+remove little of what the nominal model leaves."""
 _UNIT = 5.0
 """Log-likelihood that tells two models apart: margins count in its multiples."""
 _FAR = 2.0
@@ -91,7 +92,8 @@ class Odds:
         """What lowers the odds most."""
         costs = {name: weight * (_PLENTY.get(name, 0.0) - feature[name]) for name, weight in self.weights.items()}
         by_reason: dict[Reason, float] = {}
-        costs["identity"] = costs.get("identity", 0.0) - 3.0 * log(feature.get(SHARE, 1.0))
+        if feature.get(SHARE, 1.0) < 1.0:
+            costs["identity"] = costs.get("identity", 0.0) - 3.0 * log(feature[SHARE])
         for name, cost in costs.items():
             by_reason[REASONS[name]] = by_reason.get(REASONS[name], 0.0) + cost
         return max(by_reason, key=lambda reason: by_reason[reason], default=Reason.WEAK)

@@ -2,7 +2,7 @@
 
 from ..physics.worded import Worded
 
-_IN = "In the corrected model, but not certain: "
+_IN = "Not certain: "
 _FORMER = {
     "doubtful_value": "file_value",
     "worse_unseen": "weak",
@@ -63,7 +63,7 @@ class Reason(Worded):
     )
     FOLDS = ("folds", f"{_IN}{{told}}. ({{meaning}})")
     WEAK = ("weak", "Perhaps: {lowered} The evidence is below what undertow demands.")
-    CROWD = ("crowd", f"{_IN}{{told}} stand in the model, more than one log tells apart well. ({{meaning}})")
+    CROWD = ("crowd", f"{_IN}{{told}} were selected, more than one log tells apart well. ({{meaning}})")
     UNTOLD = (
         "untold",
         f"{_IN}parts of the log that it did not see gain by it, but less than tells it from nothing. ({{meaning}})",

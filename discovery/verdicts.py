@@ -16,17 +16,18 @@ from .claims import Tests
 from .evidence.all_thrusters import ONE, all_thrusters
 from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
 from .findings import NOTHING, Advice, Criterion, Findings, LastingRest
-from .found_effects import Claim, FoundEffect, FoundTerm, Verdict
+from .found_effects import LIKELY, MISSING, Claim, FoundEffect, FoundTerm, Verdict
 from .identifiability.visible import Identifiability
 from .judgement import largest_doubt, odds, probability
 from .judgement import verdict as judged
 from .lawful.passivity import Lawful
 from .reason import Reason
 from .search.bootstrap import Interval
-from .search.chance import REHEARSALS
 from .search.floating import ALIVE, Search
 
 _SAID = ("missing", "likely")
+_OPEN = 0.79
+"""Probability of a name that is no more than possible: its interval holds the file's value, or no model holds it."""
 _AGREES = 0.15
 """Relative difference of a number between parts of a log, beyond its error, up to which it is one number."""
 _LEAST_FORCE = 1e-3
@@ -57,6 +58,7 @@ class Grounds:
     included : share of block ensembles in which a term without a name is selected, by symbol
     unseen : candidates that the search could not judge
     asked : effects that somebody added by name, and what a search said of them, by key
+    sure : the probability that a search gave to others that somebody added by name, by key
     rests : what lasts and is explained by nothing
     """
 
@@ -73,6 +75,7 @@ class Grounds:
     included: Mapping[str, float] = field(default_factory=dict)
     unseen: Sequence[Candidate] = ()
     asked: Mapping[str, str] = field(default_factory=dict)
+    sure: Mapping[str, float] = field(default_factory=dict)
     rests: Sequence[LastingRest] = ()
 
 
@@ -101,6 +104,7 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
         for term in found_terms(pool[e.key], search.nominal, lawful.unconstrained, g.intervals)
     )
     in_play = [f for f in found if f.verdict == "possible" and _in_play(f)]
+    in_play = [f for f in in_play if f.in_model] or in_play
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
     unsure = bool(in_play) or bool(unnamed) or still or bool(g.rests)
     verdict = "missing" if missing else "likely" if likely else "undecided" if unsure else "nothing missing"
@@ -176,13 +180,15 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, 
     """One candidate in words and numbers, those of the corrected model where the effect is kept."""
     effect, nominal, kept, claim = candidate.effect, g.search.nominal, e.key in g.kept, g.claims.get(e.key)
     meaning = thrust if thrust and kept and effect.name == ONE else effect.meaning
-    chance = shared.get(e.key, _base_rate(e))
+    chance = g.sure.get(e.key) or shared.get(e.key, _base_rate(e))
     said: Verdict = judged(claim, chance) if claim and kept else "possible"
     reason = None if said == "missing" else largest_doubt(claim) if claim else e.reason
     if claim is None and not _open(e, e.reason):
         said = "no evidence"
     if e.key in g.asked:
         said, reason = "possible", Reason.UNFOUND
+    if said == "possible":
+        chance = min(chance, _OPEN)
     terms: tuple[FoundTerm, ...] = ()
     if claim is not None or kept:
         terms = found_terms(candidate, nominal, g.lawful.unconstrained if kept else g.considered, g.intervals)
@@ -305,10 +311,8 @@ def _criterion(search: Search) -> Criterion:
     return Criterion(
         materiality=settings.materiality,
         certainty=(
-            f"each parameter earns a held-out log-likelihood of {settings.price:g} "
-            f"({settings.unnamed_price:g} for a term without a name and for each gain of a thrust curve) in 9 of 10 "
-            f"block resamples, and more than any effect earns in {REHEARSALS} rehearsals of nothing (noise "
-            "like what the model leaves without it, of the same colour and size: that speaks of such noise alone)"
+            f"missing from {100.0 * MISSING:.0f} % and likely from {100.0 * LIKELY:.0f} % on, the interval clear of the "
+            "value in the file: a probability calibrated on worlds whose truth is known (docs/judgement.md)"
         ),
         material=(
             f"it alone explains at least {100.0 * settings.materiality:g} % of the {what} on some axis, or "

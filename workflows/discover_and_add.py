@@ -43,7 +43,7 @@ from ..residuals.series import series
 from .run_folder.run import Run
 
 MATERIAL = 0.02
-"""Share of the nominal model's squared error by which another model must err less to be written in its place."""
+"""Share of the nominal model's error by which another model must err less to be written in its place."""
 References = tuple[list[Judged], list[str]]
 """The models that are always compared, the nominal one first, judged, and sentences on how they came to be."""
 
@@ -247,7 +247,8 @@ def _predicts_better(corrected: Judged, nominal: Judged, others: Sequence[Judged
     velocity = np.concatenate([motion.velocity for motion in inputs.parts.judged.motions])
     motion = (velocity**2).mean(axis=0)
     adding_nothing = [nominal, *(other for other in others if other.name == CALIBRATED)]
-    shares = [share_of_error(judged.errors, nominal.errors, motion) for judged in (*adding_nothing, corrected)]
+    every = (*adding_nothing, corrected)
+    shares = [share_of_error(judged.errors, nominal.errors, motion) ** 0.5 for judged in every]
     least = min(shares[:-1])
     return adding_nothing[shares.index(least)] if shares[-1] > least + MATERIAL else None
 

@@ -148,7 +148,7 @@ def claimed(effect: FoundEffect, logged: Logged) -> Record:
         "key": effect.key,
         "label": label(effect.key, logged.true, logged.part),
         "verdict": effect.verdict,
-        "kept": effect.in_model,
+        "kept": effect.claim.stands,
         "reason": effect.reason.value if effect.reason else "",
         "odds": effect.confidence,
         "alike": list(effect.indistinguishable_from),

@@ -59,7 +59,10 @@ def test_what_no_test_concerns_has_no_size():
         (Asked(changes={DRAG: (0.4, "from minute 1.0 on it differs")}), "uneven", 0.4),
         (Asked(invariant={DRAG: Invariance((), 0.3, "X_uu is -8 slow and -12 fast")}), "uneven", 0.3),
         (Asked(rests={DRAG: (0.05, "5 % lasts")}), "lasting_rest", 0.05 / 0.2),
-        (Asked(forms=OtherForms((FORM,), {DRAG: Beside(0.6, {"X_uu": 3.0}, told="beside u^3")})), "other_form", 0.6),
+        (Asked(forms=OtherForms((), {DRAG: Beside(0.6, {"X_uu": 3.0}, told="beside u^3")})), "other_form", 0.6),
+        (Asked(forms=OtherForms((FORM,), {})), "forms", 1.0),
+        (Asked(accused=2), "accused", 2.0),
+        (Asked(structure=True), "structure", 1.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(margin=7.0)})), "substitute", 7.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(margin=-30.0)})), "substitute", -30.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(does=True)})), "substituted", 1.0),
@@ -75,7 +78,7 @@ def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
     assert tests.sizes(NAMED) == pytest.approx({name: size})
     assert name in REASONS
     other = replace(NAMED, key=LIFT)
-    everyones = {"crowd", "terms", "rolls"}
+    everyones = {"crowd", "terms", "rolls", "forms", "accused", "structure"}
     assert set(tests.sizes(other)) == {name} & everyones, "what is asked of a name is said of no other"
 
 
@@ -244,3 +247,11 @@ def test_a_wide_interval_takes_the_verdict_of_a_name():
     narrow, broad = Interval(MIDDLE - HALF, MIDDLE + HALF), wide(tests)
     assert claimed(NAMED, narrow)[DRAG].null_excluded
     assert not claimed(NAMED, broad, tests)[DRAG].null_excluded
+
+
+def test_where_several_logs_are_judged_sizes_of_one_log_are_not_asked():
+    asked = Asked(
+        record={DRAG: "commands are cut"}, accused=3, structure=True, rolls=True, folds=Folds(count=4, named={DRAG: 3})
+    )
+    assert {"record", "accused", "structure", "rolls", "folds"} == set(asked.sizes(NAMED))
+    assert {"folds"} == set(replace(asked, several=True).sizes(NAMED))

@@ -76,7 +76,7 @@ def _worth(item: FoundEffect) -> str:
     if not (force := removed(item)):
         return ""
     rollout = None if item.claim is None else item.claim.worth.rollout
-    ahead = "" if rollout is None else f", and {share_removed(rollout)} of the error of 10 s predictions"
+    ahead = "" if rollout is None else f", and {share_removed(rollout)} of the error of 5 s predictions"
     return f"Removes {force} of an axis's force error on unseen rows, beside the others{ahead}."
 
 
