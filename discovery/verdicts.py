@@ -311,8 +311,8 @@ def _criterion(search: Search) -> Criterion:
     return Criterion(
         materiality=settings.materiality,
         certainty=(
-            f"missing from {100.0 * MISSING:.0f} % and likely from {100.0 * LIKELY:.0f} % on, the interval clear of the "
-            "value in the file: a probability calibrated on worlds whose truth is known (docs/judgement.md)"
+            f"missing from {100.0 * MISSING:.0f} % and likely from {100.0 * LIKELY:.0f} % on, its interval clear of "
+            "the value in the file: a probability calibrated on worlds whose truth is known (docs/judgement.md)"
         ),
         material=(
             f"it alone explains at least {100.0 * settings.materiality:g} % of the {what} on some axis, or "
