@@ -276,8 +276,7 @@ def _headline(
     terms = f"{len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named"
     more = f", and {terms}" if unnamed else ""
     if missing:
-        probably = f"; probably also {_listed(f.key for f in likely)}" if likely else ""
-        return f"The model is missing {_listed(f.key for f in missing)}{more}{probably}.", tuple(rests)
+        return f"The model is missing {_listed(f.key for f in missing)}{more}.", tuple(rests)
     if likely:
         return f"The model is probably missing {_listed(f.key for f in likely)}{more}.", tuple(rests)
     if in_play:

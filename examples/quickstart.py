@@ -8,8 +8,8 @@ run = undertow.discover(inputs)
 
 print(run.findings.headline)
 for effect in run.findings.candidates:
-    for term in effect.terms if effect.verdict == "missing" else ():
-        print(f"{term.symbol:4} {term.value:7.2f} {term.unit}")
+    for term in effect.terms if effect.in_model else ():
+        print(f"{term.symbol:4} {term.value:7.2f} {term.unit} ({effect.verdict}, {100 * effect.confidence:.0f} %)")
 for step in run.findings.steps:
     print(f"{step.rollout_rmse['10'].position:.2f} m, adding {step.added or 'nothing'}")
 undertow.write_run(run, "blueboat-run")

@@ -76,7 +76,8 @@ def main(folder: Path, splits: int) -> bool:
         test = [m for name in held_out for m in judging[name]]
         linear, found = model(train, start)
         print(f"split {number}, held out {', '.join(held_out)}")
-        print(f"  found: {', '.join(found.findings.missing) or 'nothing'}")
+        named = (*found.findings.missing, *found.findings.likely)
+        print(f"  found: {', '.join(named) or 'nothing'}")
         for horizon in HORIZONS:
             for label, vehicle in (("linear", linear), ("corrected", found.corrected)):
                 squares, driven, lost = errors(vehicle, test, horizon)
@@ -89,7 +90,8 @@ def main(folder: Path, splits: int) -> bool:
         print(f"  {horizon:3g} s, {label:9}, {rows:6} rows: {told(np.concatenate(squares))}")
     linear, found = model([m for motions in fitting.values() for m in motions], start)
     tell(found)
-    return conclude(totals[("corrected", HORIZONS[0], "driven")], diverged, set(found.findings.missing))
+    named = (*found.findings.missing, *found.findings.likely)
+    return conclude(totals[("corrected", HORIZONS[0], "driven")], diverged, set(named))
 
 
 def read(folder: Path) -> list[Log]:

@@ -62,7 +62,7 @@ def test_the_best_rival_of_a_truth_is_worse(study: ModuleType):
 def test_seeds_of_parts_and_purposes_are_apart(study: ModuleType):
     worlds = importlib.import_module("study.worlds")
     (tuning, block), (reporting, other) = worlds.SEEDS["tuning"], worlds.SEEDS["reporting"]
-    assert tuning + len(worlds.PARTS) * block <= min(1_000, reporting)
+    assert tuning + len(worlds.PARTS) * block <= min(2_000, reporting)
     assert max(part.full for part in worlds.PARTS.values()) <= min(block, other)
     for name, every in importlib.import_module("study.studies").STUDIES.items():
         tuned, reported = ([tuple(key) for key in every.keys(purpose)] for purpose in ("tuning", "reporting"))
@@ -94,7 +94,7 @@ def test_a_piece_is_as_long_as_it_says(study: ModuleType):
 def test_a_simple_law_that_a_free_curve_refutes_is_no_name(study: ModuleType):
     """The curve costs more for its many numbers than the law of the power that stood in for it."""
     worlds = importlib.import_module("study.worlds")
-    case = worlds.draw(worlds.PARTS["gentle"], 64, 17064)
+    case = worlds.draw(worlds.PARTS["gentle"], 103, 17064)
     motion = case.log.motion(worlds.STEP)
     rows = round(0.85 * motion.time.size)
     findings = find_missing([motion.slice(0, rows)], case.nominal).findings

@@ -47,7 +47,7 @@ def test_a_whole_run_is_written(told: str, folder: Path):
 
 
 def test_the_quadratic_damping_of_the_simulator_is_named(findings: dict[str, Any], folder: Path):
-    missing = set(findings["missing"])
+    missing = {*findings["missing"], *findings["likely"]}
     assert {"surge_quadratic_damping", "yaw_quadratic_damping"} <= missing
     assert not {"thruster_asymmetry", "steady_current"} & missing
     values = {term["symbol"]: term["value"] for one in findings["candidates"] for term in one["terms"]}

@@ -142,7 +142,7 @@ def test_every_test_that_has_a_size_tells_what_it_found():
 
 def claimed(evidence: Evidence, interval: Interval | None, tests: Asked | None = None):
     intervals = {} if interval is None else {"X_uu": interval}
-    return claims([evidence], POOL, HULL, intervals, tests or Asked())
+    return claims([evidence], POOL, HULL, intervals, tests or Asked(), (DRAG,))
 
 
 def test_a_claim_holds_the_numbers_of_its_evidence():

@@ -199,7 +199,7 @@ def test_nothing_hidden_gives_nothing_missing():
 
 def test_adding_by_name_fits_what_is_asked_and_nothing_else(draggy: Motion):
     unsure = FoundEffect(effect="yaw_trim", verdict="possible", confidence=0.8, error_drop=0.1)
-    sure = unsure.but(effect="surge_quadratic_damping", verdict="missing")
+    sure = unsure.but(effect="surge_quadratic_damping", verdict="missing", confidence=0.98)
     searched = Findings(verdict="missing", missing=(sure.effect,), candidates=(sure, unsure))
     names = [sure.effect, unsure.effect]
     found = add_effects([draggy], HULL, names, DiscoverySettings(), searched=searched)
