@@ -147,8 +147,9 @@ def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:
 
     say(f"Done in {seconds:.1f} s. Findings: {out / 'findings.json'}")
     if len(run.findings.steps) > 1:
-        doubted = [f"{effect_words(item)}: {marked(item)}" for item in in_order(run.findings.added)]
-        beside = f" ({'; '.join(doubted)})" if any(item.verdict != "missing" for item in run.findings.added) else ""
+        unsure = [item for item in in_order(run.findings.added) if item.verdict != "missing"]
+        doubted = [f"{effect_words(item)}: {marked(item)}" for item in unsure]
+        beside = f" (not sure of {'; '.join(doubted)})" if doubted else ""
         what = "Corrected vehicle" if run.findings.added else "Vehicle with its own numbers fitted, and nothing added"
         say(f"{what}: {out / 'model.yaml'}{beside}")
     if run.comparison.best.model == CALIBRATED:

@@ -76,7 +76,7 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     unit, added = ROLLOUT_UNITS[metric], [step for step in steps[1:] if step.added != CALIBRATED]
     adding = [f"adding {'it' if len(added) == 1 else 'them'}"] * bool(added)
     done = listing([*["calibrating its parameters"] * bool(findings.calibrated), *adding]) or "what was done"
-    what, where = f"the {metric} error of {horizon} s predictions", "on motion that the fit never saw"
+    what, where = f"the {metric} error of {horizon} s predictions", "on unseen motion"
     if after != after:
         return f"{done.capitalize()} makes predictions over {horizon} s run away {where}."
     ends = f"{number(before, 2)} to {number(after, 2)} {unit}"
@@ -153,6 +153,11 @@ def also_likely(findings: Findings) -> str:
     return f"Probably also {listing(names)}." if names else ""
 
 
+def with_likely(findings: Findings, comparison: Comparison) -> str:
+    """What probably is missing, too, and what adding all of it did to the error."""
+    return f"{also_likely(findings)} {outcome(findings, comparison)}".strip()
+
+
 def recommendation(findings: Findings, comparison: Comparison) -> str:
     """Which model to trust, and why that goes with what is missing."""
     best = comparison.best
@@ -173,8 +178,10 @@ def opening(findings: Findings, comparison: Comparison, nominal: Vehicle | None 
     if lines:
         first = [*[did] * worse, said, *(line.in_words for line in lines), why, grown, again]
         return [text for text in first if text]
-    told, meant = [did, grown], [said, also_likely(findings), why]
-    first = [*told, *meant] if worse else [*meant, *told]
+    if worse:
+        first = [did, grown, said, also_likely(findings), why]
+    else:
+        first = [said, why, with_likely(findings, comparison), grown]
     return [text for text in (*first, again, recommendation(findings, comparison)) if text]
 
 

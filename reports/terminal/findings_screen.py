@@ -15,7 +15,17 @@ from ...physics.frames import AXES
 from ...physics.in_words import listing, number, percent, unit_text, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
-from ..page.outcome import also_worse, answer, gets_worse, headline, opening, outcome, recommendation, section_title
+from ..page.outcome import (
+    also_worse,
+    answer,
+    gets_worse,
+    headline,
+    opening,
+    outcome,
+    recommendation,
+    section_title,
+    with_likely,
+)
 from ..sureness import (
     REMOVED,
     SURE_IN_SHORT,
@@ -82,6 +92,7 @@ def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) 
     styles = {
         headline(findings, comparison): HEADLINE_STYLES["undecided" if opens else findings.verdict],
         outcome(findings, comparison): done,
+        with_likely(findings, comparison): done,
         also_worse(findings, comparison): UNSURE,
         recommendation(findings, comparison): trust_style(comparison),
     }
