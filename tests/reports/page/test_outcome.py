@@ -61,11 +61,11 @@ def paired(verdict: str) -> Comparison:
 @pytest.mark.parametrize(
     ("before", "after", "verdict", "said"),
     [
-        (2.0, 0.5, "better", "Adding it removes 75 % of the position error of 10 s predictions on motion"),
+        (2.0, 0.5, "better", "Adding it removes 75 % of the position error of 10 s predictions on unseen motion"),
         (2.0, 1.9, "no difference", "removes 5 % of the position error"),
         (2.0, 1.9, "no difference", "unseen motion, which may be chance."),
         (2.0, 0.5, "too short to tell", "unseen motion, on too few rows to exclude chance."),
-        (2.0, 2.6, "worse", "makes the position error of 10 s predictions worse on motion"),
+        (2.0, 2.6, "worse", "makes the position error of 10 s predictions worse on unseen motion"),
         (2.0, 2.6, "worse", "unseen motion, from 2.0 to 2.6 m."),
         (2.0, 2.01, "no difference", "as it was on unseen motion, 2.0 m."),
         (2.0, None, "worse", "Adding it makes predictions over 10 s run away"),
