@@ -267,6 +267,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     rival = min(worse, key=lambda key: worse[key], default="")
     before = search.balance.squares(without.vehicle)
     share = search.unique_share(without, state)
+    left, unexplained = _left_beside(search, state, candidate, share)
     return Evidence(
         candidate.key,
         candidate.kind,
@@ -283,7 +284,8 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         rival=rival,
         worth=float(np.max((without.fit.held_out - state.fit.held_out) / np.maximum(search.nominal_error, 1e-300))),
         rollout_worth=_removed(before, squares, model.squares),
-        **_left_beside(search, state, candidate, share),
+        left=left,
+        unexplained=unexplained,
     )
 
 
@@ -321,7 +323,7 @@ def _removed(before: Array, after: Array, nominal: Array) -> float | None:
     return float(np.clip(np.nan_to_num(removed, nan=0.0), -1.0, 1.0).max())
 
 
-def _left_beside(search: Search, state: State, candidate: Candidate, share: Array) -> dict[str, float]:
+def _left_beside(search: Search, state: State, candidate: Candidate, share: Array) -> tuple[float, float]:
     """Force beyond noise that a model leaves on the axes of an effect: as a multiple of its own, and of the nominal."""
     axes = [p.axis for p in candidate.parameters if p.axis is not None] or [int(np.argmax(share))]
     noise, unit = search.noise_error**2, search.share_scale**2
@@ -330,7 +332,7 @@ def _left_beside(search: Search, state: State, candidate: Candidate, share: Arra
         for error in (state.fit.held_out, search.nominal_error)
     )
     own = float((share[axes] ** 2).sum())
-    return {"left": np.sqrt(left / max(own, 1e-12)), "unexplained": np.sqrt(left / max(before, left, 1e-12))}
+    return float(np.sqrt(left / max(own, 1e-12))), float(np.sqrt(left / max(before, left, 1e-12)))
 
 
 def _in_every_part(search: Search, rival: State, state: State, seed: int) -> bool:
