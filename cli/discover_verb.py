@@ -124,7 +124,7 @@ def tell_discovery(
         _tell_files(out, time.perf_counter() - begun, run, report)
         return
     show(screen.failures_table(findings.failures), terminal.candidates_table(findings.candidates, nominal))
-    show(terminal.missing_in_words(findings, run.comparison, nominal))
+    show(terminal.missing_in_words(findings, nominal))
     if findings.unnamed:
         show(terminal.unnamed_table(findings.unnamed))
     show(terminal.sensors_list(findings.sensors))

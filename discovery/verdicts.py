@@ -280,7 +280,7 @@ def _headline(
     if likely:
         return f"The model is probably missing {_listed(f.key for f in likely)}{more}.", tuple(rests)
     if in_play:
-        best = f"; most likely {_listed([in_play[0].key])} ({_percent(in_play[0].confidence)})"
+        best = f"; perhaps {_listed([in_play[0].key])} ({_percent(in_play[0].confidence)})"
         where = f"It may be {_listed(f.key for f in in_play)}."
         return f"Undecided: something is missing{best}.", (where, *rests)
     if g.rests:

@@ -8,7 +8,7 @@ from ..discovery.findings import Findings
 from ..discovery.found_effects import LIKELY, FoundEffect
 from ..physics.effects import BY_NAME, PARAMETERS
 from ..physics.errors import VehicleError
-from ..physics.in_words import MINUS, NARROW, finite, listing, number, percent, share_removed, unit_text, words
+from ..physics.in_words import MINUS, NARROW, finite, number, percent, share_removed, unit_text
 from ..physics.vehicle import Vehicle
 from .wording import effect_words, interval, within
 
@@ -167,11 +167,3 @@ def source_marks(findings: Findings) -> dict[str, str]:
     marks = {item.symbol: "calibrated" for item in findings.calibrated}
     marks |= {term.symbol or f"{term.axis}:{term.form}": "possible" for term in findings.unnamed}
     return marks | {term.symbol: mark(item) for item in findings.added for term in item.terms}
-
-
-def twins_and_rival(found: FoundEffect) -> str:
-    """What may stand in the place of a name, as a phrase; empty where nothing came near, or the name is sure."""
-    others = [words(name) for name in found.indistinguishable_from if name != found.effect]
-    if found.claim is not None and found.claim.rival and found.verdict != "missing":
-        others.append(words(found.claim.rival))
-    return listing(list(dict.fromkeys(others)))

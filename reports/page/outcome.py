@@ -11,8 +11,8 @@ from ...physics.frames import AXES
 from ...physics.in_words import listing, number, percent, share_removed, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ROLLOUT_UNITS
-from ..sureness import file_numbers, in_order, named, odds, twins_and_rival, with_odds
-from ..wording import CALIBRATED, LEAD, effect_words, pick_horizon
+from ..sureness import file_numbers, in_order, named, odds, with_odds
+from ..wording import CALIBRATED, LEAD, effect_words, pick_horizon, twins
 from .rivals import difference
 
 _LEVEL = 0.01
@@ -241,8 +241,8 @@ def _in_play(findings: Findings) -> str:
 
 
 def _with_rivals(item: FoundEffect) -> str:
-    """A name with its odds and its rivals."""
-    others = twins_and_rival(item)
+    """A name with its odds and what the log cannot tell it from."""
+    others = listing(twins(item))
     inside = ", ".join(filter(None, (odds(item), f"or {others}" * bool(others))))
     return f"{effect_words(item)} ({inside})" if inside else effect_words(item)
 

@@ -23,7 +23,6 @@ from ..page.outcome import (
     opening,
     outcome,
     recommendation,
-    section_title,
     with_likely,
 )
 from ..sureness import (
@@ -219,7 +218,7 @@ def energy_text(passivity: Passivity | None) -> RenderableType | None:
     return section(f"Energy: {energy_verdict(passivity)}", Prose(" ".join(energy_lines(passivity))))
 
 
-def missing_in_words(findings: Findings, comparison: Comparison, nominal: Vehicle) -> RenderableType | None:
+def missing_in_words(findings: Findings, nominal: Vehicle) -> RenderableType | None:
     """What each effect of the corrected model means, in a sentence; None when there is none.
 
     Of a number that the vehicle file has, what is wrong with it stands first.
@@ -229,8 +228,7 @@ def missing_in_words(findings: Findings, comparison: Comparison, nominal: Vehicl
         wrong = [f"{one.told(minus='-')}." for one in file_numbers(item, nominal) if one.filed()]
         if told := " ".join([*wrong, unit_text(item.sentence)]).strip():
             pairs.append((effect_words(item), told))
-    title = section_title(findings, comparison)
-    return section(f"{title}, in words", glossary(pairs)) if pairs else None
+    return section("What the corrected model adds, in words", glossary(pairs)) if pairs else None
 
 
 def sensors_list(sensors: Sequence[SensorError]) -> RenderableType | None:

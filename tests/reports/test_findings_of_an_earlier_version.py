@@ -38,7 +38,7 @@ def screen(run: RunFolder) -> str:
     for part in (
         *opening_lines(run.findings, run.comparison, run.nominal),
         candidates_table(run.findings.candidates, run.nominal),
-        missing_in_words(run.findings, run.comparison, run.nominal),
+        missing_in_words(run.findings, run.nominal),
     ):
         console.print(part or "")
     return " ".join(stream.getvalue().replace(NARROW, " ").split())

@@ -217,9 +217,7 @@ def test_an_open_verdict_is_an_answer_in_three_lines():
         "Predicts best: the corrected model (model.yaml), with a position error of 10 s predictions of 0.50 m on "
         "unseen rows, 75 % less than the nominal model's 2.0 m."
     )
-    assert second == (
-        "In play: surge linear damping (63 %, or surge quadratic damping) and munk moment (40 %). model.yaml has them."
-    )
+    assert second == ("In play: surge linear damping (63 %) and munk moment (40 %). model.yaml has them.")
     assert third == (
         "Next step: check X_u in the vehicle file: it says \N{MINUS SIGN}9.00, this log asks for about "
         "\N{MINUS SIGN}17.0 N s/m."

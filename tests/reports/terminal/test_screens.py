@@ -200,8 +200,8 @@ def test_what_the_log_cannot_tell_has_no_numbers():
 
 
 def test_missing_effects_and_advice_are_said_in_words():
-    assert "thruster asymmetry (stbd)  One thruster pushes" in printed(missing_in_words(FINDINGS, COMPARISON, BOAT))
-    assert missing_in_words(FINDINGS.but(candidates=FINDINGS.candidates[1:]), COMPARISON, BOAT) is None
+    assert "thruster asymmetry (stbd)  One thruster pushes" in printed(missing_in_words(FINDINGS, BOAT))
+    assert missing_in_words(FINDINGS.but(candidates=FINDINGS.candidates[1:]), BOAT) is None
     assert "- sharp steps: would show lag; would show delay" in printed(advice_list(FINDINGS.advice))
     assert advice_list([]) is None
 
@@ -331,7 +331,7 @@ def test_a_number_of_the_file_is_told_whole_and_beside_what_the_file_says():
     text = printed(candidates_table([candidate], boat), 120)
     assert "X_u = -17.0 N s/m (-18.0 to -16.0)" in text
     assert "the file says -9.00" in text
-    told = " ".join(printed(missing_in_words(found, COMPARISON, boat), 120).split())  # no-break spaces, too
+    told = " ".join(printed(missing_in_words(found, boat), 120).split())  # no-break spaces, too
     assert "X_u is about -17.0 N s/m (95 %: -18.0 to -16.0), the file says -9.00. One thruster pushes" in told
     new = printed(candidates_table([candidate], BOAT.with_values({"X_u": 0.0})), 120)
     assert "X_u = -8.0 N s/m (-9.0 to -7.0)" in new
