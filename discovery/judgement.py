@@ -93,7 +93,9 @@ class Odds:
         costs = {name: weight * (_PLENTY.get(name, 0.0) - feature[name]) for name, weight in self.weights.items()}
         by_reason: dict[Reason, float] = {}
         if feature.get(SHARE, 1.0) < 1.0:
-            costs["identity"] = costs.get("identity", 0.0) - 3.0 * log(feature[SHARE])
+            left = self.probability(feature)
+            alone = left / feature[SHARE]
+            costs["identity"] = costs.get("identity", 0.0) + log(alone / (1.0 - alone) * (1.0 - left) / left)
         for name, cost in costs.items():
             by_reason[REASONS[name]] = by_reason.get(REASONS[name], 0.0) + cost
         return max(by_reason, key=lambda reason: by_reason[reason], default=Reason.WEAK)

@@ -26,8 +26,6 @@ from .search.bootstrap import Interval
 from .search.floating import ALIVE, Search
 
 _SAID = ("missing", "likely")
-_OPEN = 0.79
-"""Probability of a name that is no more than possible: its interval holds the file's value, or no model holds it."""
 _AGREES = 0.15
 """Relative difference of a number between parts of a log, beyond its error, up to which it is one number."""
 _LEAST_FORCE = 1e-3
@@ -179,7 +177,7 @@ def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate], kept:
 def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, float], thrust: str) -> FoundEffect:
     """One candidate in words and numbers, those of the corrected model where the effect is kept."""
     effect, nominal, kept, claim = candidate.effect, g.search.nominal, e.key in g.kept, g.claims.get(e.key)
-    meaning = thrust if thrust and kept and effect.name == ONE else effect.meaning
+    meaning = thrust if thrust and kept and effect.name == ONE else _meaning(candidate, nominal)
     chance = g.sure.get(e.key) or shared.get(e.key, _base_rate(e))
     said: Verdict = judged(claim, chance) if claim and kept else "possible"
     reason = None if said == "missing" else largest_doubt(claim) if claim else e.reason
@@ -187,8 +185,6 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, 
         said = "no evidence"
     if e.key in g.asked:
         said, reason = "possible", Reason.UNFOUND
-    if said == "possible":
-        chance = min(chance, _OPEN)
     terms: tuple[FoundTerm, ...] = ()
     if claim is not None or kept:
         terms = found_terms(candidate, nominal, g.lawful.unconstrained if kept else g.considered, g.intervals)
@@ -220,6 +216,14 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, 
         indistinguishable_from=tuple(dict.fromkeys(rivals_by_name)),
         terms=terms,
     )
+
+
+def _meaning(candidate: Candidate, nominal: Vehicle) -> str:
+    """What an effect means, as the catalogue says; of numbers that the vehicle file has, that they are off."""
+    own = [p.symbol for p in candidate.parameters if nominal.value(p.symbol) != p.null]
+    if not candidate.effect.added or not own:
+        return candidate.effect.meaning
+    return f"What the vehicle file says of {listing(own)} is not what this log shows."
 
 
 def _base_rate(e: Evidence) -> float:

@@ -27,7 +27,7 @@ from ..search.gram import Fit, GramScores
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all"}
 SURE = 0.9
-"""Confidence from which an effect is called missing."""
+"""Share of block resamples from which a name stands in the corrected model."""
 TELL_APART = 5.0
 """Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
 CERTAINLY = float(np.log(40 / 0.001))
