@@ -14,7 +14,6 @@ where a limit is broken.
 
 import argparse
 import json
-import multiprocessing
 import os
 import runpy
 import subprocess
@@ -22,7 +21,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -78,10 +76,6 @@ def answers(figures: Figures, folder: Path) -> None:
         figures.tell(f"{what}: what the page adds", best(words, folder, 5)[0] - seconds, 3.0, "s")
         if hidden:
             shares(figures, folder, words[1])
-            # In a process of its own: what this one held, its children count as theirs.
-            with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as apart:
-                milliseconds = apart.submit(rehearsal, folder / words[1]).result()
-            figures.tell("a rehearsal of nothing, the selection on factors", milliseconds, 5.0, "ms")
     figures.tell("demo", best(["demo", "--force"], folder, 5)[0], 6.0, "s")
     figures.tell("undertow --help", best(["--help"], folder, 3)[0], 0.3, "s")
     begun = [_import(folder) for _ in range(3)]
@@ -95,24 +89,6 @@ def shares(figures: Figures, folder: Path, log: str) -> None:
     steps: dict[str, float] = json.loads(told)
     for step, seconds in steps.items():
         figures.tell(f"share of its time: {step}", 100.0 * seconds / sum(steps.values()), None, "%")
-
-
-def rehearsal(log: Path) -> float:
-    """Time [ms] of the selection on factors, run again on a copy of a log's noise."""
-    from undertow.discovery.basis import choose
-    from undertow.discovery.search.chance import Rehearsals
-    from undertow.discovery.search.noise_copies import REHEARSALS
-    from undertow.discovery.settings import DiscoverySettings
-    from undertow.workflows.inputs import read_inputs
-
-    inputs = read_inputs(log, "blueboat")
-    search = choose(inputs.fitting, inputs.vehicle, DiscoverySettings()).instant
-    state = search.run()
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    now = {key: linear.options[key][0] for key in state.active}
-    begun = time.perf_counter()
-    Rehearsals(search, linear, scores, now, 0).best()
-    return 1e3 * (time.perf_counter() - begun) / REHEARSALS
 
 
 def field(figures: Figures, folder: Path, logs: Path) -> None:

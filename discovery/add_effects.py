@@ -91,8 +91,8 @@ def add_effects(
     added = [e for e in evidence if e.selected]
     kept = [e.key for e in added]
     sensors = without_forces(basis.forces.motions, basis.rolls)
-    record = {} if judged_in_logs(form) else beside_record(search, state.vehicle, state.active, kept, sensors)
-    tests = Tests(record=record, names=len(kept), rolls=basis.rolls)
+    record = {} if judged_in_logs(form) else beside_record(search, state, kept, sensors)
+    tests = Tests(record=record, rolls=basis.rolls)
     claimed = claims(added, search.pool, nominal, told, tests, kept)
     asked, sure = dict(_asked(searched, kept)), dict(_sure(searched, kept))
     grounds = Grounds(search, lawful, corrected, added, told, kept, order, claimed, tests, asked=asked, sure=sure)

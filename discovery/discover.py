@@ -24,8 +24,8 @@ from .candidates.nuisance import CALIBRATED
 from .claims import Tests, claims, widened
 from .evidence.inclusion import inclusion
 from .evidence.invariance import invariance
-from .evidence.lasting_rest import beside_rests, lasting_rests, left_by_all
-from .evidence.limits import as_timed, at_limits, in_step, of_differences, of_other_axes
+from .evidence.lasting_rest import lasting_rests
+from .evidence.limits import as_timed, at_limits, in_step, of_differences
 from .evidence.other_forms import judged_in_logs, other_forms
 from .evidence.own_changes import own_changes
 from .evidence.record_errors import beside, beside_record, record_errors, without_forces
@@ -33,7 +33,6 @@ from .evidence.unjudged_rivals import beside_unjudged
 from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
 from .findings import Calibrated, Findings, LastingRest, SensorError
-from .fold_findings import Folds
 from .fold_models import FoldModels, fold_models
 from .hidden_errors import HiddenErrors
 from .hidden_sensors import beside_sensors
@@ -203,8 +202,10 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, sensors: Mapping[st
     folds = unseen.counted([key for key in names if key not in model.untold])
     records = without_forces(basis.forces.motions, basis.rolls)
     told_of_sensors = (*records, *(hidden.findings if hidden else ()))
-    tests, rests = _test(looked, model, told_of_sensors, sensors, folds)
-    found = widened(model.intervals, search.pool, nominal, tests, unseen.steps[-1] if unseen.steps else ())
+    tests, rests = _test(looked, model, told_of_sensors, sensors)
+    left = {e.key: e.left for e in model.evidence if e.selected}
+    apart = unseen.steps[-1] if unseen.steps else ()
+    found = widened(model.intervals, search.pool, nominal, tests, apart, left)
     selected = search.named(looked.state.active)
     grounds = Grounds(
         search=search,
@@ -247,8 +248,6 @@ def _fit(looked: Selected) -> _Fitted:
     evidence = in_step(looked.evidence, search.pool, nominal, state.vehicle, search.balance.motions)
     kept = tuple(e.key for e in evidence if e.stands)
     final = settle(search, state, kept, shooting)
-    if kept and not search.named(final.active):
-        evidence, kept = [replace(e, rollouts_object=e.selected) for e in evidence], ()
     final = with_untold(search, final, looked.untold, shooting)
     untold = tuple(key for key in search.named(final.active) if key not in kept)
     about = search.linearise(final.vehicle, final.active, final.fit.in_sample)
@@ -264,7 +263,7 @@ def _fit(looked: Selected) -> _Fitted:
 
 
 def _test(
-    looked: Selected, model: _Fitted, records: Sequence[SensorError], sensors: Mapping[str, str], folds: Folds
+    looked: Selected, model: _Fitted, records: Sequence[SensorError], sensors: Mapping[str, str]
 ) -> tuple[Tests, tuple[LastingRest, ...]]:
     """Ask every test of every name that was selected; and what lasts and is explained by nothing."""
     search, (forces, there), seed = looked.search, looked.forces, looked.basis.settings.seed
@@ -276,31 +275,29 @@ def _test(
         forms = formed()
     hand_back()
     final, pool = model.state, search.pool
-    record = dict(within_resolution(search, final))
+    record = {key: (1.0, why) for key, why in within_resolution(search, final).items()}
     if not judged_in_logs(search.balance):
-        record |= beside_record(search, final.vehicle, final.active, selected, records)
-    record |= of_differences(pool, selected, looked.motions)
-    terms = len(search.of_kind(looked.state.active, Kind.TERM))
+        record = beside_record(search, final, selected, records) | record
+    record |= {key: (1.0, why) for key, why in of_differences(pool, selected, looked.motions).items()}
     tests = Tests(
-        limits=at_limits(pool, looked.basis.nominal, model.lawful.unconstrained, selected, model.intervals),
+        limits=_limits(looked, model),
         record=record,
         sensors=sensors,
-        # Beside numbers that are calibrated, what an effect alone explains is little on any axis.
-        elsewhere={}
-        if looked.free is not None
-        else of_other_axes(model.evidence, pool, selected, search.settings.least),
         unjudged=unjudged,
-        changes=changes,
-        rests=beside_rests(pool, selected, left_by_all(rests, forms.found)),
         invariant=invariance(search, final, model.about),
+        changes=changes,
         forms=forms,
-        folds=folds,
-        untold=model.untold,
-        names=len(set(selected)) - terms,
-        terms=terms,
         accused=sum(error.verdict != "no evidence" for error in records),
-        structure=search.leaves_structure(final.fit.held_out),
         rolls=not search.balance.forces,
         several=judged_in_logs(search.balance),
     )
     return tests, rests
+
+
+def _limits(looked: Selected, model: _Fitted) -> dict[str, str]:
+    """Which names are at a limit: those that stand in the fitted model there, others in that of the search."""
+    pool, nominal = looked.search.pool, looked.basis.nominal
+    there = looked.search.named(model.state.active)
+    others = [key for key in looked.search.named(looked.state.active) if key not in there]
+    found = at_limits(pool, nominal, model.lawful.unconstrained, there, model.intervals)
+    return found | at_limits(pool, nominal, looked.state.vehicle, others, model.intervals)

@@ -51,15 +51,6 @@ class Folds(Record):
     named: Mapping[str, Whole] = {}
     models: tuple[FoldRecord, ...] = Field(default=(), exclude_if=lambda value: not value)
 
-    def missed(self, key: str) -> float:
-        """Share of the folds out of which an effect does not come, 0..1."""
-        return 1.0 - self.named.get(key, 0) / self.count if self.count else 0.0
-
-    def in_few(self, key: str) -> str:
-        """In how many folds an effect came out, as the end of a sentence."""
-        found = self.named.get(key, 0)
-        return f"of {self.count} searches, each without one part of the log, {found or 'none'} found it"
-
     def in_words(self, sure: bool) -> str:
         """The finding as a sentence; empty where nothing was searched for.
 

@@ -9,7 +9,6 @@ from ..physics.effects import BY_NAME
 from ..physics.file_records import Flag, Number, Record, absent
 from .reason import Reason
 from .search.bootstrap import Interval
-from .search.chance import Chance
 
 Verdict = Literal["missing", "likely", "possible", "no evidence"]
 MISSING, LIKELY = 0.95, 0.8
@@ -39,8 +38,8 @@ class Claim(Record):
     rival : that rival; empty where none came near
     worth : share of the unseen error that it removes
     null_excluded : its wide interval excludes the file's own value
-    stands : the search and nine of ten resamples need it, rollouts do not object, and it is a number that a hull can
-        have, so that the fitted model holds it
+    stands : the search and nine of ten resamples need it, and it is a number that a hull can have, so that the fitted
+        model holds it
     tests : size of each test of `judgement`, by name, relative to the claim; what a test does not concern is not there
     """
 
@@ -104,7 +103,6 @@ class FoundEffect(Record):
     confidence : calibrated probability that the name is true, in worlds like those of the studies, 0..1
     claim : what is known of it; None for what stands in no model
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
-    chance : how often nothing, rehearsed with this log's own noise, looked as good; None where it was not rehearsed
     parts : its numbers in the parts of the log that know them: halves, slow and fast, ahead and astern, turning
     agrees : whether they are one number; None where no part was asked
     changes : share of its force by which it changes beside `other_forms`; None where there are none
@@ -121,7 +119,6 @@ class FoundEffect(Record):
     confidence: Number
     error_drop: Number
     claim: Claim | None = absent()
-    chance: Chance | None = absent()
     parts: tuple[Part, ...] = Field(default=(), exclude_if=lambda value: not value)
     agrees: Flag | None = absent()
     changes: Number | None = absent()

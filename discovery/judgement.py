@@ -11,7 +11,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from math import asinh, exp, log, log10
+from math import asinh, exp, log
 from pathlib import Path
 
 from .found_effects import LIKELY, MISSING, Claim, Verdict
@@ -45,22 +45,9 @@ REASONS = {
     "record": Reason.RECORD,
     "sensors": Reason.SENSORS,
     "out_of_step": Reason.OUT_OF_STEP,
-    "uneven": Reason.UNEVEN,
-    "lasting_rest": Reason.LASTING_REST,
-    "left": Reason.LASTING_REST,
     "unjudged_rival": Reason.UNJUDGED_RIVAL,
-    "elsewhere": Reason.ELSEWHERE,
-    "rollouts_object": Reason.ROLLOUTS_OBJECT,
-    "chance": Reason.CHANCE,
-    "folds": Reason.FOLDS,
-    "weak": Reason.WEAK,
-    "crowd": Reason.CROWD,
-    "terms": Reason.CROWD,
-    "forms": Reason.LASTING_REST,
     "accused": Reason.SENSORS,
-    "structure": Reason.LASTING_REST,
     "unexplained": Reason.LASTING_REST,
-    "untold": Reason.UNTOLD,
     "rolls": Reason.WEAK,
 }
 """The doubt that each feature is."""
@@ -127,22 +114,9 @@ def features(claim: Claim) -> dict[str, float]:
         "record": size.get("record", 0.0),
         "sensors": size.get("sensors", 0.0),
         "out_of_step": min(size.get("out_of_step", 0.0), 2.0),
-        "uneven": log(1.0 + 10.0 * min(size.get("uneven", 0.0), 3.0)),
-        "lasting_rest": log(1.0 + 10.0 * min(size.get("lasting_rest", 0.0), 3.0)),
-        "left": log(1.0 + 10.0 * min(size.get("left", 0.0), 10.0)),
         "unjudged_rival": size.get("unjudged_rival", 0.0),
-        "elsewhere": size.get("elsewhere", 0.0),
-        "rollouts_object": size.get("rollouts_object", 0.0),
-        "chance": log10(1.0 + size.get("chance", 0.0)),
-        "folds": size.get("folds", 0.0),
-        "weak": size.get("weak", 0.0),
-        "crowd": log(1.0 + size.get("crowd", 0.0)),
-        "terms": log(1.0 + size.get("terms", 0.0)),
-        "forms": log(1.0 + size.get("forms", 0.0)),
         "accused": log(1.0 + size.get("accused", 0.0)),
-        "structure": size.get("structure", 0.0),
         "unexplained": log(1.0 + 10.0 * size.get("unexplained", 0.0)),
-        "untold": size.get("untold", 0.0),
         SHARE: share(claim),
         "rolls": size.get("rolls", 0.0),
     }

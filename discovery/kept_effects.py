@@ -7,7 +7,6 @@ from ..measurements.statistics.second_processor import shared
 from ..physics.effects import COMMAND_OFFSET
 from ..physics.possible_hulls import impossible
 from ..physics.vehicle import Vehicle
-from .balance.rollout_test import rollouts_object
 from .balance.shooting import ShootingSettings
 from .candidates.at_limit import limit_at
 from .candidates.candidate import Kind
@@ -34,21 +33,15 @@ def too_short(findings: Findings, blocks: int) -> Findings:
 
 
 def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
-    """The model with the kept effects alone, polished; with none, where rollouts get worse with all of them."""
-    final = on_rollouts(search, search.restrict(state, kept), kept, shooting)
-    form = search.balance
-    if not kept or form.forces:
-        return final
-    nothing = search.restrict(state, ())
-    worse = rollouts_object(form.squares(nothing.vehicle), form.squares(final.vehicle), form.overlap)
-    return nothing if worse else final
+    """The model with the kept effects alone, polished where rollouts judge."""
+    return on_rollouts(search, search.restrict(state, kept), kept, shooting)
 
 
 def with_untold(search: Search, final: State, untold: Sequence[str], shooting: ShootingSettings) -> State:
     """The kept effects with those beside them that the log cannot tell from nothing, where its unseen parts gain by it.
 
     What is named needs certainty, what predicts only the better guess. Where nothing is kept nothing joins it, nor does
-    what stands at a limit, what makes a hull impossible, or what rollouts object to.
+    what stands at a limit, or what makes a hull impossible.
     """
     if not search.named(final.active):
         return final
@@ -62,15 +55,13 @@ def with_untold(search: Search, final: State, untold: Sequence[str], shooting: S
 
 
 def _possible(search: Search, before: State, after: State, key: str) -> bool:
-    """Whether an effect that joins a model is one that a hull can have, and no rollouts get surely worse with it."""
+    """Whether an effect that joins a model is one that a hull can have."""
     (candidate,) = (c for c in search.pool if c.key == key)
-    nominal, found, form = search.nominal, after.vehicle, search.balance
+    nominal, found = search.nominal, after.vehicle
     if any(limit_at(p, found.value(p.symbol), nominal.value(p.symbol)) is not None for p in candidate.parameters):
         return False
     known, now = (impossible(vehicle.values, vehicle.thrusters) for vehicle in (before.vehicle, found))
-    return set(now) <= set(known) and not rollouts_object(
-        form.squares(before.vehicle), form.squares(found), form.overlap
-    )
+    return set(now) <= set(known)
 
 
 def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:

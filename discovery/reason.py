@@ -6,8 +6,15 @@ _IN = "Not certain: "
 _FORMER = {
     "doubtful_value": "file_value",
     "worse_unseen": "weak",
-    "mostly_doubted": "crowd",
-    "not_in_most_folds": "folds",
+    "not_in_most_folds": "weak",
+    "folds": "weak",
+    "chance": "weak",
+    "elsewhere": "weak",
+    "untold": "weak",
+    "rollouts_object": "weak",
+    "mostly_doubted": "lasting_rest",
+    "crowd": "lasting_rest",
+    "uneven": "lasting_rest",
 }
 """Words of earlier versions, and what stands in their place."""
 
@@ -15,7 +22,7 @@ _FORMER = {
 class Reason(Worded):
     """The largest doubt about an effect; the value is the word that `findings.json` writes.
 
-    Those from `FILE_VALUE` to `UNTOLD` are tests of a claim: each has a size, relative to the claim, that lowers its
+    Those from `FILE_VALUE` to `WEAK` are tests of a claim: each has a size, relative to the claim, that lowers its
     odds (`judgement`); none of them takes an answer back. The others say why an effect is no claim.
     """
 
@@ -46,28 +53,12 @@ class Reason(Worded):
         "Doubtful: the log's channels are out of step by about {told} s, or may be, and that alone could look like it. "
         "({meaning})",
     )
-    UNEVEN = ("uneven", f"{_IN}a cause has one size all over a log, and here {{told}}. ({{meaning}})")
     LASTING_REST = ("lasting_rest", f"{_IN}on its axis, {{told}}. ({{meaning}})")
     UNJUDGED_RIVAL = (
         "unjudged_rival",
         f"{_IN}{{told}}, which needs a velocity that may be wrong and was not judged, would do as well. ({{meaning}})",
     )
-    ELSEWHERE = ("elsewhere", f"{_IN}{{told}}. ({{meaning}})")
-    ROLLOUTS_OBJECT = (
-        "rollouts_object",
-        "Doubtful: the force balance asks for it, but open-loop rollouts get worse with it. ({meaning})",
-    )
-    CHANCE = (
-        "chance",
-        "Perhaps: in {told} rehearsals of nothing, with this log's own noise, some effect looked as good. ({meaning})",
-    )
-    FOLDS = ("folds", f"{_IN}{{told}}. ({{meaning}})")
     WEAK = ("weak", "Perhaps: {lowered} The evidence is below what undertow demands.")
-    CROWD = ("crowd", f"{_IN}{{told}} were selected, more than one log tells apart well. ({{meaning}})")
-    UNTOLD = (
-        "untold",
-        f"{_IN}parts of the log that it did not see gain by it, but less than tells it from nothing. ({{meaning}})",
-    )
     NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)
     UNFOUND = ("unfound", "In the model because it was asked for, but not certain: {told}. ({meaning})")
     FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")

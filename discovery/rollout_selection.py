@@ -78,7 +78,7 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
     say(Stage("weighing the evidence", WEIGHING))
     evidence = modest(weigh(search, state, seed, known), form)
     nothing = np.zeros(3)
-    evidence += [Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), False, dormant=True) for c in unseen]
+    evidence += [Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), dormant=True) for c in unseen]
     forces = Search(basis.cleared_forces(), nominal, seen, replace(settings, refinements=0))
     return Selected(
         basis,

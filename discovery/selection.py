@@ -6,14 +6,12 @@ model that was found, and lose what cannot be told from nothing.
 """
 
 from collections.abc import Iterable
-from dataclasses import replace
 from functools import cached_property, partial
 
 from ..measurements.statistics.second_processor import shared
 from ..physics.errors import RequestError
 from ..physics.freed_memory import hand_back
 from ..physics.stage import SEARCHING, WEIGHING, Say, Stage
-from .balance.rollout_test import worse_as_a_whole
 from .balance.weak_form import WeakForm
 from .basis import LEAVES, Basis, beside_few, plenty
 from .calibration.beside_effects import freed
@@ -146,7 +144,7 @@ def _on_forces(first: Found, say: Say, thorough: bool) -> Found | Unsettled:
 
 
 def _weighed(found: Found, say: Say) -> Selected:
-    """All candidates weighed beside what a force balance found; rollouts may object."""
+    """All candidates weighed beside what a force balance found."""
     basis, search, state = found.basis, found.search, found.state
     weak, nominal, seed = basis.forces, basis.nominal, basis.settings.seed
     say(Stage("weighing the evidence", WEIGHING))
@@ -157,12 +155,6 @@ def _weighed(found: Found, say: Say) -> Selected:
     hand_back()
     evidence = with_faint(search, state, known, weigh(search, state, seed, known), seed)
     hand_back()
-    kept = tuple(e.key for e in evidence if e.sure)
-    if kept and not weak.claimed:
-        corrected = search.restrict(state, kept).vehicle
-        # A force balance can ask for effects that wreck predictions; then none of them is called missing.
-        if worse_as_a_whole(weak.motions, base(search, state), corrected):
-            evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
     return Selected(
         basis,
         weak.motions,

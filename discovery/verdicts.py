@@ -192,8 +192,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, 
         terms = tuple(t.but(in_model=parameter_total(nominal, candidate, g.lawful.vehicle, t.symbol)) for t in terms)
     if reason is None or said == "likely":
         sentence = f"{meaning} {_alone(candidate, e.share, _what(g.search))}"
-        if e.chance is not None and e.chance.none:
-            sentence += f" {e.chance.in_words}"
+        sentence += f" {g.tests.changes[e.key]}" if e.key in g.tests.changes else ""
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
         sentence = reason.tell(meaning, _told(g, e, reason, terms))
@@ -209,7 +208,6 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, 
         confidence=chance,
         error_drop=e.error_drop,
         claim=claim,
-        chance=e.chance,
         parts=same.parts if same else (),
         agrees=same.gap <= _AGREES if same and same.parts else None,
         changes=beside.change if beside and g.tests.forms.found else None,
@@ -284,9 +282,8 @@ def _headline(
     if likely:
         return f"The model is probably missing {_listed(f.key for f in likely)}{more}.", tuple(rests)
     if in_play:
-        best = f"; perhaps {_listed([in_play[0].key])} ({_percent(in_play[0].confidence)})"
         where = f"It may be {_listed(f.key for f in in_play)}."
-        return f"Undecided: something is missing{best}.", (where, *rests)
+        return f"Undecided: {_at_best(in_play[0], found)}.", (where, *rests)
     if g.rests:
         where = _listed(dict.fromkeys(rest.axis for rest in g.rests))
         return f"Undecided: part of the force in {where} has no name.", tuple(rests)
@@ -297,6 +294,16 @@ def _headline(
         told = f"Nothing material is missing that this log can show; {listing(unjudged)} could not be judged."
         return told, tuple(rests)
     return "Nothing material is missing: the model explains this log.", tuple(rests)
+
+
+def _at_best(first: FoundEffect, found: Sequence[FoundEffect]) -> str:
+    """What is most probably missing: an effect or one that looks just like it, where that much is known, or perhaps."""
+    alike = [f for f in found if f.effect in first.indistinguishable_from and f.effect != first.effect]
+    together = first.confidence + sum(f.confidence for f in alike)
+    if alike and together >= LIKELY:
+        either = " or ".join(words(f.key) for f in (first, *alike))
+        return f"{either} is missing ({_percent(min(together, 1.0))} together), and this log cannot tell which"
+    return f"something is missing; perhaps {_listed([first.key])} ({_percent(first.confidence)})"
 
 
 def _listed(names: Iterable[str]) -> str:

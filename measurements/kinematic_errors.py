@@ -11,6 +11,8 @@ from .compass import remeasured
 
 _CLEARLY = 6.0
 """Standard errors from which an error is there: of the stretches of one log they are known to a third."""
+_OF_TURNING = 0.1
+"""Share of the turning of a log from which a gyro's bias matters, however small it is."""
 LEAST_LEFT = 2.5
 """Length [s] that a motion keeps when its ends go; a shorter one keeps them."""
 LIMITS = {
@@ -39,12 +41,18 @@ class Kinematics:
     compass_cosine cos(psi) and the constant misalignment [rad] that a heading lacks; how much later than the heading
     the speeds and the positions tell of a motion [s]; the way over ground that speeds miss, water_north and water_east
     [m/s]; and where the antenna of the positions is, arm_x and arm_y [m]. `agree` is False where the records contradict
-    each other as no such errors explain, `body_speeds` True for speeds that a heading that deviates did not turn.
+    each other as no such errors explain, `body_speeds` True for speeds that a heading that deviates did not turn, and
+    `turning` the rms yaw rate [rad/s], beside which a gyro's bias matters: a ship turns slower than a boat's gyro errs.
     """
 
     values: Mapping[str, tuple[float, float]]
     agree: bool = True
     body_speeds: bool = False
+    turning: float = np.inf
+
+    def least(self, name: str) -> float:
+        """The size from which an error matters."""
+        return min(LIMITS[name][0], _OF_TURNING * self.turning) if name == "gyro_bias" else LIMITS[name][0]
 
     @property
     def beyond(self) -> tuple[str, ...]:
@@ -54,15 +62,14 @@ class Kinematics:
 
     def sharp(self, name: str) -> bool:
         """Whether an error that matters would have shown."""
-        return name in self.values and 2.0 * self.values[name][1] <= LIMITS[name][0]
+        return name in self.values and 2.0 * self.values[name][1] <= self.least(name)
 
     @property
     def present(self) -> tuple[str, ...]:
         """Errors that are clear, material, and such as sensors have."""
         found = []
         for name, (value, error) in self.values.items():
-            least, most = LIMITS[name]
-            if max(_CLEARLY * error, least) < abs(value - right_value(name)) <= most:
+            if max(_CLEARLY * error, self.least(name)) < abs(value - right_value(name)) <= LIMITS[name][1]:
                 found.append(name)
         return tuple(found)
 

@@ -6,6 +6,7 @@ in weak form, so that no noisy record is differentiated, and all errors at once,
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,8 @@ _LEAST_ROWS = 60
 """Test functions without which nothing is said: 15 s."""
 _LEAST_SLOPE = 0.1
 """Of one record over another of the same motion, below which they are not of the same."""
+_CLEARLY = 6.0
+"""Standard errors from which a gyro is late."""
 _ROUNDS = 4
 """Fits and corrections in turn: what is found of a delay bends what is found of the rest."""
 _ALL = ("x", "y", "psi", "u", "v", "r")
@@ -50,14 +53,15 @@ def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = _ALL) -
     gyro, speeds = {"psi", "r"} <= set(channels), {"x", "y", "u", "v", "psi"} <= set(channels)
     motions = [m for m in motions if m.duration > LEAST_LEFT]
     total: dict[str, float] = {}
+    turning = float(np.sqrt(np.mean(np.concatenate([m.velocity[:, 2] for m in motions]) ** 2))) if motions else np.inf
     here, body = tuple(motions), False
     for _ in range(_ROUNDS):
-        found = _compared(here, gyro, speeds)
+        found = replace(_compared(here, gyro, speeds), turning=turning)
         wrong = [name for name in found.present if name.endswith("latency")] or found.present
         values = {
             n: (total.get(n, right_value(n)) + v - right_value(n), error) for n, (v, error) in found.values.items()
         }
-        so_far = Kinematics(values, body_speeds=body)
+        so_far = Kinematics(values, body_speeds=body, turning=turning)
         if not wrong or so_far.beyond:
             return so_far
         for name in wrong:
@@ -82,6 +86,20 @@ def turning_of(motions: Sequence[Motion]) -> Kinematics:
         return Kinematics({})
     slope, error = float(fit.values[0]), float(fit.errors[0])
     return Kinematics({"gyro_scale": (1.0 / slope, error / slope**2)})
+
+
+def gyro_lateness(motions: Sequence[Motion]) -> float:
+    """How much later the gyro tells of turns than the heading does [s]; 0 where that is not clear, or is rounding.
+
+    To first order: psi_dot(t) = r(t) + T dr/dt for a gyro that is T late.
+    """
+    seen = [m for m in motions if not m.derived[2] and m.duration > LEAST_LEFT]
+    asked = [_turning(motion, _HALF) for motion in seen]
+    fit = _fit([(columns[:, [0, 1, 4]], rate, stretch) for columns, rate, stretch in asked])
+    if fit is None or not fit.certain(2, _CLEARLY):
+        return 0.0
+    late = float(fit.values[2])
+    return late if abs(late) > 0.5 * max(motion.time_step for motion in seen) else 0.0
 
 
 def _left(motions: Sequence[Motion], errors: Mapping[str, float]) -> float:

@@ -198,7 +198,7 @@ def assess(
         )
     (nominal, *others), notes = known()
     hand_back()
-    better = _predicts_better(own[0], nominal, others, inputs) if earned and own else None
+    better = _predicts_better(own[0] if own else nominal, nominal, others, inputs) if earned else None
     if better is not None:
         again = before if found.hidden is not None else lambda: ([nominal, *others], notes)
         return assess(given, _writing(taken, better), settings, again, progress)

@@ -53,7 +53,6 @@ def _sensor(found: SensorError, findings: Findings) -> Card:
 def _effect(found: FoundEffect, findings: Findings, bench: LogOnBench, *, drawn: bool) -> Card:
     tell = next((one.manoeuvre for one in findings.advice if words(found.effect) in one.why), "")
     effect = BY_NAME.get(found.effect)
-    rare = found.chance is not None and found.chance.none
     numbers = file_numbers(found, bench.inputs.vehicle) if found.verdict != "no evidence" else ()
     shown = bench if drawn and effect is not None and found.verdict != "no evidence" else None
     return Card(
@@ -63,7 +62,6 @@ def _effect(found: FoundEffect, findings: Findings, bench: LogOnBench, *, drawn:
         " ".join([unit_text(found.sentence), *risen(findings.steps, f"{HORIZON:g}", found)]),
         found.verdict,
         tuple(one.told() for one in numbers),
-        found.chance.in_words if found.chance is not None and rare else "",
         tuple(twins(found)),
         tell,
         _picture(found, shown) if shown is not None else "",

@@ -139,7 +139,6 @@ class Card:
     verdict : "missing", "likely", "possible" or "no evidence", of a sensor "present" or "possible", of what
         was added by name "betters unseen rows", "worse on unseen rows" or "cannot tell"
     numbers : its values with intervals, as a corrected file has them; of a number of the file, what that says
-    chance : how often nothing looks as good; empty where it was not rehearsed
     twins : what would explain the log as well
     tell : the manoeuvre that would tell
     picture : drawing of the missing force over the effect's signal, SVG; empty where there is none
@@ -152,7 +151,6 @@ class Card:
     sentence: str
     verdict: str
     numbers: tuple[str, ...] = ()
-    chance: str = ""
     twins: tuple[str, ...] = ()
     tell: str = ""
     picture: str = ""

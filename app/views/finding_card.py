@@ -85,8 +85,6 @@ class FindingCard:
             line(card.sentence)
             line(card.equation, "equation")
             picture = ui.element("div")
-            if card.chance and card.chance not in card.sentence:
-                line(card.chance, "muted")
             if card.tell:
                 line(f"To tell: {card.tell}", "muted")
         drawn: list[bool] = []

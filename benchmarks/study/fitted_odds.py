@@ -37,11 +37,7 @@ LIMITS = {
     "file_value": 1.0,
     "substitute": 0.0,
     "other_form": 0.3,
-    "uneven": 0.5,
-    "lasting_rest": 0.5,
     "out_of_step": 1.0,
-    "left": 1.0,
-    "crowd": 4.0,
 }
 """Limits at which a test alone would stop a name: gain and identity below (log-likelihood; identity e^3 to one), worth
 below, a size above; of a test that is not here, half of its whole."""

@@ -3,18 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from ...measurements.alignment import align
 from ...measurements.compass import corrected
-from ...measurements.kinematics import compass_shown
+from ...measurements.kinematics import compass_shown, gyro_lateness
 from ...physics.motion import Motion
-
-_LONG_ENOUGH = 20.0
-"""Shorter stretches [s] hold no more than one swing of the slowest motion that is compared, 0.05 Hz."""
-_OUT_OF_STEP = 0.5
-"""Share of a time step from which an offset between two records is more than rounding."""
-
 
 STRAIGHT_RUNS = "compass_on_straight_runs"
 """Name of the correction for a compass deviation that straight runs show: of what is fitted on rollouts alone."""
@@ -57,22 +48,4 @@ def misalignment(motions: Sequence[Motion]) -> float:
 
     Compass and gyro, or what the reader of a log could not tell of its clocks, whichever is more.
     """
-    offsets = [abs(offset) for offset in _gyro_offsets(motions)]
-    return max([float(np.median(offsets or [0.0])), *(motion.out_of_step for motion in motions)])
-
-
-def gyro_lateness(motions: Sequence[Motion]) -> float:
-    """By how much the gyro tells of a motion later than the compass does [s], 0 where it is no more than rounding."""
-    return float(np.median(_gyro_offsets(motions) or [0.0]))
-
-
-def _gyro_offsets(motions: Sequence[Motion]) -> list[float]:
-    """The same in each motion of at least 20 s that turns enough to tell."""
-    offsets = []
-    for motion in motions:
-        if motion.duration >= _LONG_ENOUGH:
-            turning = np.gradient(motion.heading, motion.time_step), motion.velocity[:, 2]
-            offset = align("the compass", "the gyro", turning, motion.time_step).offset
-            if offset is not None:
-                offsets.append(offset if abs(offset) > _OUT_OF_STEP * motion.time_step else 0.0)
-    return offsets
+    return max([abs(gyro_lateness(motions)), *(motion.out_of_step for motion in motions)])

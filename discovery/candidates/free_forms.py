@@ -5,7 +5,6 @@ not be physics, only rich: monomials of the velocities, what acts beyond a speed
 the motion, and anything that sets in during the log, or somewhere on the water.
 """
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -90,16 +89,6 @@ def _passed(weak: WeakForm, forms: Iterable[_Form], blind: Sequence[bool]) -> Fr
     copies = max(column.shape[0] for _, column in tested)
     every = np.stack([np.broadcast_to(column, (copies, column.shape[1])) for _, column in tested], axis=-1)
     return FreeForms(tuple(name for name, _ in tested), every[0], every[1:] - every[0])
-
-
-def is_sideways(name: str) -> bool:
-    """Whether a form follows sway speed or yaw rate, and nothing but speeds and steps of them."""
-    return re.fullmatch(r"[uvr|^\d]*[vr][uvr|^\d]*( beyond .*| below .*)?", name) is not None
-
-
-def changes_in_time(name: str) -> bool:
-    """Whether a form grows while the log goes on, or sets in at some time."""
-    return re.match(r"the time|(.* )?from (minute|part)", name) is not None
 
 
 def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:

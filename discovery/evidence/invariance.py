@@ -44,13 +44,11 @@ class Invariance(NamedTuple):
     ----------
     parts : its numbers in them
     gap : the largest relative difference of a number between two parts, less two standard errors
-    differs : which number that is, and its two values, as the end of a sentence; empty where none differs
     scatter : by symbol, half the difference between two parts beyond its error: what widens its interval
     """
 
     parts: tuple[Part, ...]
     gap: float = 0.0
-    differs: str = ""
     scatter: Mapping[str, float] = {}
 
 
@@ -87,7 +85,7 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
         if option.kind is not Kind.EFFECT or not own or option.key in general:
             continue  # the numbers of a curve are each of a part of the log already
         parts: list[Part] = []
-        gaps: list[tuple[float, str]] = [(0.0, "")]
+        gaps = [0.0]
         scatter: dict[str, float] = {}
         for region in cuts:
             inside = np.tile(region.tests, 3)
@@ -100,9 +98,9 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
                 sizes = _Sizes(search, option, symbol, *fit.of(len(own), place))
                 if sizes.known:
                     parts += sizes.told(region.names)
-                    gaps.append((sizes.relative_gap, sizes.in_words(region.names)))
+                    gaps.append(sizes.relative_gap)
                     scatter[symbol] = max(scatter.get(symbol, 0.0), sizes.excess)
-        found[option.key] = Invariance(tuple(parts), *max(gaps), scatter)
+        found[option.key] = Invariance(tuple(parts), max(gaps), scatter)
     return found
 
 
@@ -172,11 +170,6 @@ class _Sizes(NamedTuple):
     def excess(self) -> float:
         """Half of the gap that its error does not explain."""
         return 0.5 * float(np.sqrt(max(self.gap**2 - (_ERRORS * self.error) ** 2, 0.0)))
-
-    def in_words(self, names: tuple[str, str]) -> str:
-        """Both, in words."""
-        one, other = self.told(names)
-        return f"{self.symbol} is {one.value:.3g} {names[0]} and {other.value:.3g} {names[1]}"
 
 
 def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:

@@ -5,18 +5,13 @@ the catalogue or anything that changes during a log leaves behind has one. Besid
 the models that were tried it is the least wrong, and the blocks of the log agree on that.
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.frames import AXES, Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..candidates.candidate import Candidate, Kind
-from ..candidates.free_forms import changes_in_time, is_sideways
-from ..findings import LastingRest, OtherForm
+from ..findings import LastingRest
 from ..search.floating import Search
 
 _SECONDS = 5.0
@@ -29,8 +24,6 @@ _LASTING = 0.5
 _LEFT = 0.5
 """Share of what the nominal model leaves, in these means and in rollouts where those judge, from which what was found
 explains little: weather leaves less in the field where the effects that are missing take the rest."""
-_STRIPS, _OF_HULL = set(AXES[1:]), ("hull", "coupling")
-"""Axes on which strips of a hull push sideways, and families of effects that such forces belong to."""
 _LEAST = 8
 """Means below which their size is chance."""
 
@@ -60,62 +53,6 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
         LastingRest(axis=AXES[axis], force=float(lasting[axis]), share=float(share[axis]), unit=balance.unit[axis])
         for axis in sorted(np.flatnonzero(left).tolist(), key=lambda axis: -share[axis])
     )
-
-
-class Remains(NamedTuple):
-    """What is left on an axis by all that was found.
-
-    Attributes
-    ----------
-    axis : its name
-    share : of the force at work
-    in_words : a part of a sentence
-    follows : the form that it has, if any
-    """
-
-    axis: str
-    share: float
-    in_words: str
-    follows: str | None = None
-
-
-def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm]) -> list[Remains]:
-    """What lasts, and what follows a form without a name, more than any rehearsal of noise does."""
-    found = [Remains(rest.axis, rest.share, rest.in_words) for rest in rests]
-    for form in forms:
-        told = f"{form.in_words} stays unexplained, {100.0 * form.share:.2g} % of the force at work"
-        found.append(Remains(form.axis, form.share, told, form.follows))
-    return found
-
-
-def beside_rests(
-    pool: Sequence[Candidate], claimed: Sequence[str], left: Sequence[Remains]
-) -> dict[str, tuple[float, str]]:
-    """The most that is left where an effect acts, as a share of the force at work, and in words, by key.
-
-    One without an axis of its own acts on all of them. A hull that moves sideways or turns feels it along its length:
-    sway force and yaw moment are sums over the same strips (the cross-flow principle; Faltinsen 1990, chapter 6), and a
-    law that is not known on one of these axes is not known on the other. What changes while the log goes on makes
-    another boat of it, and a name that the whole log gave is that of no boat.
-    """
-    found = {}
-    for candidate in (c for c in pool if c.key in claimed and c.kind is Kind.EFFECT):
-        own = {AXES[p.axis] for p in candidate.parameters if p.axis is not None} or set(AXES)
-        along = own | _STRIPS if candidate.effect.family in _OF_HULL and own <= _STRIPS else own
-        reached = [one for one in left if one.axis in _reached(one.follows, own, along)]
-        if reached:
-            most = max(reached, key=lambda one: one.share)
-            found[candidate.key] = most.share, most.in_words
-    return found
-
-
-def _reached(follows: str | None, own: set[str], along: set[str]) -> set[str]:
-    """Axes on which what is left doubts an effect that acts on its own ones, or along a hull."""
-    if follows is None:
-        return own
-    if changes_in_time(follows):
-        return set(AXES)
-    return along if is_sideways(follows) else own
 
 
 def _pieces(time: Array) -> NDArray[np.int64]:

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...measurements.kinematics import gyro_lateness
 from ...physics.matrices import damping_matrix
 from ...physics.motion import Motion
 from ...physics.possible_hulls import impossible
 from ...physics.vehicle import Vehicle
-from ..balance.sensor_errors import gyro_lateness, misalignment
+from ..balance.sensor_errors import misalignment
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..search.bootstrap import Interval
@@ -33,7 +34,6 @@ _FAR = 1e4
 _TIMES, _INERTIA = ("lag", "delay"), "N_rdot"
 _FASTER = 0.01
 """Share by which turning is faster where the slope of its damping is taken."""
-_ELSEWHERE = "where it acts it explains next to nothing, and what asks for it is the force on another axis"
 
 
 def as_timed(intervals: Mapping[str, Interval], pool: Sequence[Candidate]) -> dict[str, Interval]:
@@ -88,20 +88,6 @@ def of_differences(pool: Sequence[Candidate], kept: Sequence[str], motions: Sequ
     if not any(any(motion.derived[:2]) for motion in motions):
         return {}
     return {c.key: _DIFFERENCES for c in pool if c.key in kept and c.effect.family == "mass"}
-
-
-def of_other_axes(
-    evidence: Sequence[Evidence], pool: Sequence[Candidate], kept: Sequence[str], least: float
-) -> dict[str, str]:
-    """Why effects are not certain that matter on no axis on which they act, by key: others fit better beside them.
-
-    Parameters
-    ----------
-    least : share of the force on an axis below which an effect never matters
-    """
-    axes = {c.key: [p.axis for p in c.parameters if p.axis is not None] for c in pool}
-    asked = [e for e in evidence if e.key in kept and e.kind is Kind.EFFECT and axes[e.key]]
-    return {e.key: _ELSEWHERE for e in asked if e.share[axes[e.key]].max() < least}
 
 
 def clearance(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> float | None:

@@ -32,10 +32,8 @@ class _Part(NamedTuple):
     tests: NDArray[np.bool_]
 
 
-def own_changes(
-    search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance
-) -> dict[str, tuple[float, str]]:
-    """By what share of itself each effect's force differs in a part of the log, and where; those that keep it, not.
+def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance) -> dict[str, str]:
+    """In which part of the log each effect's force differs, and by how much, as a sentence; those that keep it, not.
 
     Parameters
     ----------
@@ -57,8 +55,8 @@ def own_changes(
     for key in there:
         change = rest.own_change(key, tests, _LEAST, copies)
         if change is not None and change.worth > change.chance:
-            told = f"{parts[change.part].name} it differs by {abs(change.share):.1g} times its size in the model"
-            found[key] = abs(change.share), told
+            where, more = parts[change.part].name, "more" if change.share > 0.0 else "less"
+            found[key] = f"{where[0].upper()}{where[1:]} it is {100.0 * abs(change.share):.1g} % {more} than elsewhere."
     return found
 
 

@@ -7,24 +7,25 @@ from typing import Literal
 import numpy as np
 
 from ...measurements.compass import Compass
-from ...measurements.kinematics import compass_shown, turning_of
+from ...measurements.kinematics import compass_shown, gyro_lateness, turning_of
 from ...physics.effects import BY_NAME, COMMAND_OFFSET
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.sensor_errors import STRAIGHT_RUNS, gyro_lateness
+from ..balance.sensor_errors import STRAIGHT_RUNS
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
+from ..candidates.linearisation import Option
 from ..findings import Findings, SensorError
 from ..found_effects import FoundEffect, FoundTerm
 from ..reason import Reason
 from ..search.bootstrap import Interval
+from ..search.floating import Search, State
+from ..search.neighbours import apply_fit
 from ..search.scoring import Scoring
 from .weighing import found_terms
 
 _MATERIAL = 0.2
 """Share of the time between two records from which an offset is worth a word: less is how the averages fall."""
-_PUSHES = 0.01
-"""Share of its thrust from which a thruster pushes to a side."""
 _DEVIATING = 0.03
 """Error of a gyro's scale from which it is told where a compass could look like it: on a part of the circle one that
 deviates by 0.02 rad, which does not matter, makes up to 0.02 of it, and a scale matters from 0.01 on."""
@@ -131,42 +132,62 @@ def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
 
 
 def beside_record(
-    search: Scoring, fitted: Vehicle, active: Sequence[str], kept: Collection[str], errors: Sequence[SensorError]
-) -> dict[str, str]:
-    """Why effects are not certain beside a record whose clocks or headings contradict it, by key.
+    search: Search, state: State, kept: Collection[str], errors: Sequence[SensorError]
+) -> dict[str, tuple[float, str]]:
+    """By what share of itself an effect would change beside a record whose clocks or headings contradict it, and why.
 
     Parameters
     ----------
-    fitted, active : the model
-    kept : effects in question
+    state : the model
+    kept : keys of the effects in question
     errors : what the record does wrong, see `without_forces`
     """
-    return _beside_timing(search, fitted, active, kept) | _beside_turning(search.pool, kept, errors)
+    return _beside_turning(search, state.vehicle, kept, errors) | _beside_timing(search, state, kept)
 
 
-def _beside_turning(pool: Sequence[Candidate], kept: Collection[str], errors: Sequence[SensorError]) -> dict[str, str]:
+def _beside_turning(
+    search: Search, found: Vehicle, kept: Collection[str], errors: Sequence[SensorError]
+) -> dict[str, tuple[float, str]]:
     """The same beside a heading that turns too fast for the gyro: all but those that no turn of the boat touches."""
     scales = [error.terms[0].value for error in errors if error.error == "gyro_scale"]
     if not scales:
         return {}
     why = f"the heading turns {1.0 / scales[0]:.3g} times as fast as the gyro says"
-    turns = [c.key for c in pool if any(p.axis != 0 or "r" in p.form for p in c.parameters)]
-    return {key: why for key in turns if key in kept}
+    turns = [c for c in search.pool if c.key in kept and any(p.axis != 0 or "r" in p.form for p in c.parameters)]
+    wrong = found.with_values({s: found.value(s) * scales[0] for c in turns for s in c.symbols})
+    return {c.key: (_change(c, search.nominal, found, wrong), why) for c in turns}
 
 
-def _beside_timing(search: Scoring, fitted: Vehicle, active: Sequence[str], kept: Collection[str]) -> dict[str, str]:
-    """The same where commands are off by more than one step of their record.
+def _beside_timing(search: Search, state: State, kept: Collection[str]) -> dict[str, tuple[float, str]]:
+    """The same where commands are off by more than one step of their record: what an effect is if they are on time.
 
-    Late commands lag behind what they drive: less drag, another thrust, another inertia. Certain is what acts across a
-    hull alone, where no thruster pushes aside.
+    Late commands lag behind what they drive: less drag, another thrust, another inertia.
     """
-    offsets = [c for c in search.pool if c.kind is Kind.SENSOR and c.key in active]
-    if not any(limit_at(p, fitted.value(p.symbol)) is not None for c in offsets for p in c.parameters):
+    offsets = [c for c in search.pool if c.kind is Kind.SENSOR and c.key in state.active]
+    if not any(limit_at(p, state.vehicle.value(p.symbol)) is not None for c in offsets for p in c.parameters):
         return {}
     why = "the commands may act at another time than their record says, by more than one step of it"
-    aside = any(abs(np.sin(thruster.angle)) > _PUSHES for thruster in fitted.thrusters)
-    driven = [c.key for c in search.pool if aside or any(p.axis != 1 for p in c.parameters)]
-    return {key: why for key in driven if key in kept}
+    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    late = {key: linear.options[key][0] for key in state.active}
+    on_time = late | {c.key: linear.options[c.key][1] for c in offsets}
+    there, here = (
+        apply_fit(state.vehicle, options, search.fit(scores, options)) for options in map(_listed, (late, on_time))
+    )
+    asked = [c for c in search.pool if c.key in kept and c.kind is not Kind.SENSOR]
+    return {c.key: (_change(c, search.nominal, there, here) if c.key in late else 1.0, why) for c in asked}
+
+
+def _listed(options: Mapping[str, Option]) -> list[Option]:
+    return list(options.values())
+
+
+def _change(candidate: Candidate, nominal: Vehicle, before: Vehicle, after: Vehicle) -> float:
+    """The largest change of a number, as a share of what the effect makes of the file's; all of it at most."""
+    shares = [
+        abs(after.value(s) - before.value(s)) / max(abs(before.value(s) - nominal.value(s)), 1e-12)
+        for s in candidate.symbols
+    ]
+    return float(min(max(shares, default=0.0), 1.0))
 
 
 def compass_error(compass: Compass) -> tuple[SensorError, ...]:

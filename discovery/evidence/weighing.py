@@ -11,7 +11,6 @@ from ...measurements.statistics.second_processor import shared
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..balance.rollout_test import rollouts_object
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
@@ -20,7 +19,6 @@ from ..found_effects import FoundTerm
 from ..identifiability.visible import Identifiability
 from ..reason import Reason
 from ..search.bootstrap import Interval
-from ..search.chance import Chance, Rehearsals
 from ..search.equivalent_thruster_scales import same_model
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
@@ -40,6 +38,8 @@ PERHAPS = 0.5
 _LATE = 0.5
 """Share of the time that an effect stands for from which the log's own misalignment may be all of it."""
 _SCALES = ("thrust_scale", "thruster_asymmetry")
+_PART_OF_GAIN = 0.05
+"""Share of what a simple law earns that a general one must explain beyond it to take its name."""
 _PAIRED = 12
 """Rivals of one effect, the best as columns foretell, that are tried two at a time in its place."""
 _BEYOND = 200.0
@@ -64,18 +64,17 @@ class Evidence:
     rival : that rival; empty where there is none
     worth : share of the nominal model's squared error that it removes beside the others, on the axis where that is most
     rollout_worth : the same of the squared errors of rollouts
-    left : force that the model leaves beyond sensor noise on the axes of the effect, as a multiple of its own force
+    left : force that the model leaves beyond sensor noise on the axes of the effect, as a multiple of its own; 0 where
+        rollouts judge, of which the weather leaves much that follows no effect
     unexplained : the same as a share of what the nominal model leaves there
     indistinguishable_from : candidates that explain the log as well in its place; for one not selected, the selected
         ones in whose place it does, and those that explain what moves a quiet axis as well
-    rollouts_object : True when open-loop rollouts get worse with it
     at_limit : True when a physical limit holds one of its parameters: the log asks for more than physics allows
     dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
     absorbed : True when it was not selected, and calibration takes up what a plausible amount of it would do
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
     out_of_step : misalignment of the log's channels [s], for a lag, a delay or an inertia that may look like it
     late : the same as a share of the time that the effect stands for
-    chance : of nothing looking as good, for one that was selected
     faint : the quiet axis on which it would explain what moves there, too faint for the search; else empty
     """
 
@@ -87,7 +86,6 @@ class Evidence:
     error_drop: float
     confidence: float
     indistinguishable_from: tuple[str, ...]
-    rollouts_object: bool
     at_limit: bool = False
     dormant: bool = False
     absorbed: bool = False
@@ -95,7 +93,6 @@ class Evidence:
     out_of_step: float = 0.0
     late: float = 0.0
     faint: str = ""
-    chance: Chance | None = None
     identity: float = 0.0
     rival: str = ""
     worth: float = 0.0
@@ -105,9 +102,8 @@ class Evidence:
 
     @property
     def sure(self) -> bool:
-        """True when it stands, nothing does as well in its place, and nothing speaks against it."""
-        doubted = self.rollouts_object or self.at_limit or self.late >= _LATE or self.by_chance
-        return self.stands and not self.indistinguishable_from and not doubted
+        """True when it stands, nothing does as well in its place, and no clock of the log explains it."""
+        return self.stands and not self.indistinguishable_from and self.late < _LATE
 
     @property
     def stands(self) -> bool:
@@ -115,12 +111,7 @@ class Evidence:
 
         Such a name stands in the corrected model, however sure it is.
         """
-        return self.selected and self.confidence >= SURE and not (self.rollouts_object or self.at_limit)
-
-    @property
-    def by_chance(self) -> bool:
-        """Whether some rehearsal of nothing looked as good."""
-        return self.chance is not None and not self.chance.none
+        return self.selected and self.confidence >= SURE and not self.at_limit
 
     @property
     def reason(self) -> Reason:
@@ -130,11 +121,9 @@ class Evidence:
             Reason.LOOK_ALIKES: bool(self.indistinguishable_from),
             Reason.OUT_OF_STEP: self.late >= _LATE,
             Reason.AT_LIMIT: self.at_limit,
-            Reason.ROLLOUTS_OBJECT: self.rollouts_object,
             Reason.NOT_EXCITED: self.dormant,
             Reason.ABSORBED: self.absorbed,
             Reason.NOISE: self.noise_limited,
-            Reason.CHANCE: self.by_chance,
             Reason.WEAK: self.selected or self.confidence >= PERHAPS,
         }
         return next((reason for reason in Reason if held.get(reason)), Reason.NOT_FOUND)
@@ -151,9 +140,8 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
     general = _general_instead(search, state)
-    rehearsals = Rehearsals(search, linear, scores, now, seed)
     nominal = search.balance.squares(search.nominal)
-    model = _Model(search, state, linear, scores, now, seed, rehearsals, general, nominal)
+    model = _Model(search, state, linear, scores, now, seed, general, nominal)
     whole, squares = search.fit(scores, list(now.values())), search.balance.squares(state.vehicle)
 
     def of(candidate: Candidate) -> Evidence:
@@ -188,7 +176,6 @@ class _Model:
     scores: GramScores
     now: dict[str, Option]
     seed: int
-    rehearsals: Rehearsals
     general: Mapping[str, State]
     squares: Array
     """(starts, 3) squared rollout errors of the nominal vehicle."""
@@ -254,6 +241,8 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     worse |= _pairs(search, scores, {**rest, **gone}, dict(zip(quick, shapes, strict=True)), candidate, state)
     for key, there in model.general.items():
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
+        if special and _explained(search, there) - _explained(search, state) < _PART_OF_GAIN * gain:
+            continue  # what the simple law lacks is a trifle beside what it explains
         if special or _explained(search, search.without(there, candidate.key)) > _explained(search, state) + enough:
             rivals.append(key)
             worse[key] = _explained(search, state) - _explained(search, there)
@@ -277,14 +266,12 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         error_drop(without.fit, state.fit, search),
         confidence,
         tuple(rivals),
-        rollouts_object(before, squares, search.balance.overlap),
         _at_limit(search, candidate, now[candidate.key]),
-        chance=model.rehearsals.chance(candidate.key),
         identity=min(worse.get(rival, _BEYOND), _BEYOND),
         rival=rival,
         worth=float(np.max((without.fit.held_out - state.fit.held_out) / np.maximum(search.nominal_error, 1e-300))),
         rollout_worth=_removed(before, squares, model.squares),
-        left=left,
+        left=left if search.balance.forces else 0.0,
         unexplained=unexplained,
     )
 
@@ -362,7 +349,6 @@ def _not_selected(model: _Model, candidate: Candidate, whole: Fit) -> Evidence:
         error_drop(whole, fit, search),
         share_of_resamples(search, whole, fit, price, model.seed, bool((share >= search.settings.materiality).any())),
         (),
-        False,
     )
 
 

@@ -13,11 +13,9 @@ from undertow.discovery.evidence.limits import clearance
 from undertow.discovery.evidence.other_forms import Beside, OtherForms
 from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.findings import OtherForm
-from undertow.discovery.fold_findings import Folds
 from undertow.discovery.judgement import REASONS, features
 from undertow.discovery.reason import Reason
 from undertow.discovery.search.bootstrap import Interval
-from undertow.discovery.search.chance import Chance
 from undertow.physics.vehicle import Vehicle, load_vehicle
 
 HULL = load_vehicle("blueboat")
@@ -34,8 +32,6 @@ NAMED = Evidence(
     0.5,
     1.0,
     (),
-    rollouts_object=False,
-    chance=Chance(better=0, of=999),
     identity=40.0,
     rival="hull_fouling",
     worth=0.4,
@@ -52,24 +48,14 @@ def test_what_no_test_concerns_has_no_size():
     ("tests", "name", "size"),
     [
         (Asked(limits={DRAG: "it stands at a limit"}), "at_limit", 1.0),
-        (Asked(record={DRAG: "commands are cut"}), "record", 1.0),
+        (Asked(record={DRAG: (0.3, "commands are cut")}), "record", 0.3),
         (Asked(sensors={DRAG: "an arm"}), "sensors", 1.0),
-        (Asked(elsewhere={DRAG: "next to nothing"}), "elsewhere", 1.0),
         (Asked(unjudged={DRAG: "sway lift"}), "unjudged_rival", 1.0),
-        (Asked(changes={DRAG: (0.4, "from minute 1.0 on it differs")}), "uneven", 0.4),
-        (Asked(invariant={DRAG: Invariance((), 0.3, "X_uu is -8 slow and -12 fast")}), "uneven", 0.3),
-        (Asked(rests={DRAG: (0.05, "5 % lasts")}), "lasting_rest", 0.05 / 0.2),
         (Asked(forms=OtherForms((), {DRAG: Beside(0.6, {"X_uu": 3.0}, told="beside u^3")})), "other_form", 0.6),
-        (Asked(forms=OtherForms((FORM,), {})), "forms", 1.0),
         (Asked(accused=2), "accused", 2.0),
-        (Asked(structure=True), "structure", 1.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(margin=7.0)})), "substitute", 7.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(margin=-30.0)})), "substitute", -30.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(does=True)})), "substituted", 1.0),
-        (Asked(folds=Folds(count=4, named={DRAG: 3})), "folds", 0.25),
-        (Asked(untold=(DRAG,)), "untold", 1.0),
-        (Asked(names=5), "crowd", 4.0),
-        (Asked(terms=2), "terms", 2.0),
         (Asked(rolls=True), "rolls", 1.0),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
@@ -78,7 +64,7 @@ def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
     assert tests.sizes(NAMED) == pytest.approx({name: size})
     assert name in REASONS
     other = replace(NAMED, key=LIFT)
-    everyones = {"crowd", "terms", "rolls", "forms", "accused", "structure"}
+    everyones = {"rolls", "accused"}
     assert set(tests.sizes(other)) == {name} & everyones, "what is asked of a name is said of no other"
 
 
@@ -87,10 +73,7 @@ def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
     [
         (replace(NAMED, at_limit=True), "at_limit", 1.0),
         (replace(NAMED, late=0.3), "out_of_step", 0.3),
-        (replace(NAMED, left=1.5), "left", 1.5),
-        (replace(NAMED, rollouts_object=True), "rollouts_object", 1.0),
-        (replace(NAMED, chance=Chance(better=7, of=999)), "chance", 7.0),
-        (replace(NAMED, confidence=0.92), "weak", 0.08),
+        (replace(NAMED, unexplained=0.4), "unexplained", 0.4),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
@@ -98,51 +81,31 @@ def test_what_the_evidence_says_against_a_name_has_a_size(evidence: Evidence, na
     assert Asked().sizes(evidence) == pytest.approx({name: size})
 
 
-def test_a_name_that_no_fold_was_asked_for_misses_none():
-    assert Asked(folds=Folds(count=4, named={LIFT: 1})).sizes(NAMED) == {}
-    assert Folds(count=0).missed(DRAG) == 0.0
-
-
 def test_no_size_is_without_end_or_no_number():
     """What explains next to nothing on its axis is divided by little, and a fit may end in no number."""
-    faint = replace(NAMED, share=np.zeros(3), late=np.nan, left=np.inf)
-    found = Asked(rests={DRAG: (5.0, "all of it")}).sizes(faint)
-    assert found == {"lasting_rest": 1e3, "left": 1e3}
-    assert Asked().sizes(replace(NAMED, confidence=1.0 - 1e-9)) == {}, "nor is any so small that a file would say 0"
-
-
-def test_of_two_differences_the_larger_is_told_with_its_words():
-    uneven = Asked(changes={DRAG: (0.2, "ahead")}, invariant={DRAG: Invariance((), 0.5, "slow and fast")})
-    assert uneven.sizes(NAMED) == {"uneven": 0.5}
-    assert uneven.told(NAMED)[Reason.UNEVEN] == "slow and fast"
+    assert Asked().sizes(replace(NAMED, late=np.nan, unexplained=np.inf)) == {"unexplained": 1e3}
+    assert Asked().sizes(replace(NAMED, unexplained=1e-9)) == {}, "nor is any so small that a file would say 0"
 
 
 def test_every_test_that_has_a_size_tells_what_it_found():
     """The sentence of a doubt is never without what it speaks of."""
     every = Asked(
         limits={DRAG: "at a limit"},
-        record={DRAG: "cut"},
+        record={DRAG: (1.0, "cut")},
         sensors={DRAG: "an arm"},
-        elsewhere={DRAG: "elsewhere"},
         unjudged={DRAG: "sway lift"},
-        changes={DRAG: (0.4, "it differs")},
-        rests={DRAG: (0.05, "5 % lasts")},
         forms=OtherForms((FORM,), {DRAG: Beside(0.6, {"X_uu": 3.0}, 7.0, True, "in place of it", FORM)}),
-        folds=Folds(count=4, named={DRAG: 1}),
-        names=3,
-        terms=2,
     )
-    told = every.told(replace(NAMED, late=0.7, out_of_step=0.2))
+    told = every.told(replace(NAMED, late=0.7, out_of_step=0.2, unexplained=0.3))
     speaking = {reason for reason in REASONS.values() if "{told}" in reason.sentence} - {Reason.FILE_VALUE}
     assert speaking <= set(told)
-    assert told[Reason.CROWD] == "3 names and 2 terms without one"
-    assert told[Reason.FOLDS] == "of 4 searches, each without one part of the log, 1 found it"
+    assert told[Reason.LASTING_REST] == "the model leaves 30 % of the force that the file's leaves"
     assert told[Reason.OUT_OF_STEP] == "0.20"
 
 
-def claimed(evidence: Evidence, interval: Interval | None, tests: Asked | None = None):
+def claimed(evidence: Evidence, interval: Interval | None, tests: Asked | None = None, kept: tuple[str, ...] = (DRAG,)):
     intervals = {} if interval is None else {"X_uu": interval}
-    return claims([evidence], POOL, HULL, intervals, tests or Asked(), (DRAG,))
+    return claims([evidence], POOL, HULL, intervals, tests or Asked(), kept)
 
 
 def test_a_claim_holds_the_numbers_of_its_evidence():
@@ -172,8 +135,8 @@ def test_a_value_of_the_file_that_an_interval_holds_is_not_excluded(interval, ex
 
 def test_only_what_was_selected_or_joins_the_model_is_a_claim():
     left_out = replace(NAMED, selected=False)
-    assert claimed(left_out, None) == {}
-    assert set(claimed(left_out, None, Asked(untold=(DRAG,)))) == {DRAG}
+    assert claimed(left_out, None, kept=()) == {}
+    assert set(claimed(left_out, None)) == {DRAG}
     assert claimed(replace(NAMED, key="surge:u^2", kind=Kind.TERM), None) == {}
 
 
@@ -190,10 +153,10 @@ def test_of_several_numbers_the_one_that_is_farthest_out_counts():
 MIDDLE, HALF = FILE - 10.0, 2.0
 
 
-def wide(tests: Asked | None = None, apart=()) -> Interval:
+def wide(tests: Asked | None = None, apart=(), left: float = 0.0) -> Interval:
     """The interval of a drag of 10 +- 2 N s^2/m^2 beyond the file's, widened."""
     own = {"X_uu": Interval(MIDDLE - HALF, MIDDLE + HALF)}
-    return widened(own, POOL, HULL, tests or Asked(), apart)["X_uu"]
+    return widened(own, POOL, HULL, tests or Asked(), apart, {DRAG: left})["X_uu"]
 
 
 def half(interval: Interval) -> float:
@@ -207,10 +170,11 @@ def test_an_interval_of_which_nothing_is_unknown_stays():
 
 def test_what_is_left_and_what_parts_differ_by_are_added_in_squares():
     form = OtherForms((FORM,), {DRAG: Beside(0.2, {"X_uu": -3.0})})
-    parts = {DRAG: Invariance((), 0.4, "", {"X_uu": 4.0})}
+    parts = {DRAG: Invariance((), 0.4, {"X_uu": 4.0})}
     assert half(wide(Asked(forms=form))) == pytest.approx(np.hypot(HALF, 3.0))
     assert half(wide(Asked(invariant=parts))) == pytest.approx(np.hypot(HALF, 4.0))
     assert half(wide(Asked(forms=form, invariant=parts))) == pytest.approx(np.sqrt(HALF**2 + 9.0 + 16.0))
+    assert half(wide(left=0.3)) == pytest.approx(np.hypot(HALF, 0.3 * (FILE - MIDDLE))), "of what it adds to the file"
 
 
 def without(*values: float) -> list[Vehicle]:
@@ -250,8 +214,6 @@ def test_a_wide_interval_takes_the_verdict_of_a_name():
 
 
 def test_where_several_logs_are_judged_sizes_of_one_log_are_not_asked():
-    asked = Asked(
-        record={DRAG: "commands are cut"}, accused=3, structure=True, rolls=True, folds=Folds(count=4, named={DRAG: 3})
-    )
-    assert {"record", "accused", "structure", "rolls", "folds"} == set(asked.sizes(NAMED))
-    assert {"folds"} == set(replace(asked, several=True).sizes(NAMED))
+    asked = Asked(record={DRAG: (1.0, "commands are cut")}, accused=3, rolls=True, limits={DRAG: "at its limit"})
+    assert {"record", "accused", "rolls", "at_limit"} == set(asked.sizes(NAMED))
+    assert {"at_limit"} == set(replace(asked, several=True).sizes(NAMED))

@@ -134,9 +134,6 @@ def test_a_delay_is_fitted_without_a_fold_as_it_is_with_all():
 
 def test_folds_tell_how_many_of_them_find_an_effect():
     told = Folds(count=4, same_names=1, named={"surge_trim": 4, "cg_offset": 1})
-    assert [told.missed(key) for key in ("surge_trim", "cg_offset", "sway_lift")] == [0.0, 0.75, 1.0]
-    assert told.in_few("cg_offset") == "of 4 searches, each without one part of the log, 1 found it"
-    assert told.in_few("sway_lift") == "of 4 searches, each without one part of the log, none found it"
     begun = "The search was repeated 4 times, each time with a different part of the log left out: "
     means = " A name that hangs on one part of the log is less sure."
     assert told.in_words(True) == f"{begun}it found just these names once (cg offset once).{means}"

@@ -28,18 +28,9 @@ DOUBTS = (
     "record",
     "sensors",
     "out_of_step",
-    "uneven",
-    "lasting_rest",
-    "left",
     "unjudged_rival",
-    "elsewhere",
-    "rollouts_object",
-    "chance",
-    "folds",
-    "weak",
-    "crowd",
-    "terms",
-    "untold",
+    "unexplained",
+    "accused",
     "rolls",
 )
 """The tests of a claim by the names under which their sizes stand in it."""
@@ -52,7 +43,7 @@ CLEAR = Claim(
     tests={"file_value": 0.05},
 )
 """A name for which everything speaks."""
-TESTS = tuple(list(Reason)[list(Reason).index(Reason.FILE_VALUE) : list(Reason).index(Reason.UNTOLD) + 1])
+TESTS = tuple(list(Reason)[list(Reason).index(Reason.FILE_VALUE) : list(Reason).index(Reason.WEAK) + 1])
 EVEN = replace(odds(), intercept=0.0, weights={name: 1.0 if name in SUPPORT else -1.0 for name in REASONS})
 """Odds in which every feature counts."""
 
@@ -143,7 +134,7 @@ def test_what_everything_speaks_for_is_missing_and_a_stand_in_is_not():
     assert verdict(CLEAR, probability(CLEAR)) == "missing"
     stand_in = CLEAR.but(
         identity=-20.0,
-        tests={"file_value": 0.3, "substitute": 100.0, "substituted": 1.0, "other_form": 0.8, "uneven": 0.8},
+        tests={"file_value": 0.3, "substitute": 100.0, "substituted": 1.0, "other_form": 0.8, "unexplained": 0.8},
     )
     assert probability(stand_in) < LIKELY
     nothing = Claim(gain=0.0, identity=0.0, worth=Worth(force=0.0), null_excluded=False)
@@ -171,9 +162,9 @@ def test_little_that_speaks_for_a_name_is_a_doubt_too(name: str, value: float, r
 
 def test_two_halves_of_a_doubt_count_together():
     """A form in its place that explains more, and leaves nothing for it, is one doubt: larger than one in between."""
-    told = {**features(CLEAR), "substitute": 3.0, "substituted": 3.0, "folds": 4.0}
+    told = {**features(CLEAR), "substitute": 3.0, "substituted": 3.0, "unexplained": 4.0}
     assert EVEN.largest_doubt(told) is Reason.SUBSTITUTE
-    assert EVEN.largest_doubt({**told, "substituted": 0.0}) is Reason.FOLDS
+    assert EVEN.largest_doubt({**told, "substituted": 0.0}) is Reason.LASTING_REST
 
 
 def test_where_rollouts_were_not_asked_the_worth_in_force_stands_for_theirs():
@@ -194,8 +185,9 @@ def test_odds_without_a_feature_are_those_of_the_intercept():
     [
         ("doubtful_value", Reason.FILE_VALUE),
         ("worse_unseen", Reason.WEAK),
-        ("mostly_doubted", Reason.CROWD),
-        ("not_in_most_folds", Reason.FOLDS),
+        ("mostly_doubted", Reason.LASTING_REST),
+        ("not_in_most_folds", Reason.WEAK),
+        ("chance", Reason.WEAK),
     ],
 )
 def test_words_of_earlier_files_are_read(word: str, reason: Reason):

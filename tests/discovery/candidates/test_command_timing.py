@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import add_effects
-from undertow.discovery.balance.sensor_errors import gyro_lateness
 from undertow.discovery.candidates.candidate import Kind, candidates
 from undertow.discovery.candidates.nuisance import calibratable
 from undertow.discovery.discover import find_missing
@@ -16,6 +15,7 @@ from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.search.bootstrap import Interval
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.canonical import Channel
+from undertow.measurements.kinematics import gyro_lateness
 from undertow.measurements.log import read_log
 from undertow.measurements.preparation.dataset import WEAK
 from undertow.measurements.preparation.prepare import prepare
@@ -149,7 +149,7 @@ def test_of_several_logs_no_inertia_is_doubted_for_a_late_gyro():
     velocity[4:, 2] = velocity[:-4, 2]
     late = replace(motion, velocity=velocity)
     found = HULL.with_values({"N_rdot": HULL.values["N_rdot"] - 0.3})
-    inertia = Evidence("yaw_added_mass", Kind.EFFECT, True, 20.0, np.zeros(3), 0.5, 1.0, (), rollouts_object=False)
+    inertia = Evidence("yaw_added_mass", Kind.EFFECT, True, 20.0, np.zeros(3), 0.5, 1.0, ())
 
     def doubted(*motions: Motion) -> bool:
         (e,) = in_step([inertia], candidates(HULL), HULL, found, motions)

@@ -30,7 +30,6 @@ def test_a_true_drag_is_one_number_everywhere(noise: str):
     assert found.verdict == "missing"
     assert found.agrees is True
     assert found.claim is not None
-    assert found.claim.tests.get("uneven", 0.0) < 0.1
     assert {"slow", "fast", "ahead", "astern"} & {part.where for part in found.parts}
     for part in found.parts:
         assert part.value == pytest.approx(-8.0, rel=0.15)
@@ -46,7 +45,6 @@ def test_a_drag_with_a_kink_is_no_quadratic_drag_for_sure():
     )
     state = search.evaluate(HULL, (key,))
     said = invariance(search, state, search.linearise(state.vehicle, state.active, state.fit.in_sample))
-    assert " slow and " in said[key].differs
     size = abs(state.vehicle.value("X_uu") - HULL.value("X_uu"))
     assert said[key].gap > 0.15
     assert said[key].scatter["X_uu"] > 0.1 * size

@@ -5,10 +5,9 @@ import pytest
 
 from undertow.discovery import verdicts as words
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.candidates.candidate import Candidate, Kind, candidates
+from undertow.discovery.candidates.candidate import Candidate, candidates
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.limits import at_limits, of_other_axes
-from undertow.discovery.evidence.weighing import Evidence
+from undertow.discovery.evidence.limits import at_limits
 from undertow.discovery.identifiability.visible import Identifiability
 from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.reason import Reason
@@ -49,20 +48,6 @@ def test_an_estimate_outside_its_own_interval_is_told():
         at_limits(POOL, PAPER, estimate, SCALES[:1], {"thrust_scale": Interval(2.6, 3.0)})
     )
     assert at_limits(POOL, PAPER, estimate, SCALES[:1], {"thrust_scale": Interval(2.1, 2.4)}) == {}
-
-
-@pytest.mark.parametrize(("key", "share", "doubted"), [
-    ("surge_trim", (0.004, 0.0, 0.03), True),
-    ("surge_trim", (0.008, 0.0, 0.03), False),
-    ("sway_yaw_coupling", (0.0, 0.002, 0.01), False),
-    ("thrust_scale", (0.0, 0.0, 0.0), False),
-])  # fmt: skip
-def test_an_effect_that_matters_on_no_axis_on_which_it_acts_is_asked_for_elsewhere(
-    key: str, share: tuple[float, float, float], doubted: bool
-):
-    found = Evidence(key, Kind.EFFECT, True, 20.0, np.array(share), 0.1, 1.0, (), rollouts_object=False)
-    assert list(of_other_axes([found], POOL, [key], 0.007)) == [key] * doubted
-    assert of_other_axes([found], POOL, [], 0.007) == {}
 
 
 def test_a_centre_of_gravity_that_no_such_hull_has_is_no_number_of_the_log():
