@@ -1,4 +1,4 @@
-"""The verb `compare`, and a run compared with more models: everything on the same held-out rows."""
+"""The verb `compare`, and a run compared with more models: everything on the same rows."""
 
 import os
 from collections.abc import Sequence

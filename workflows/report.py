@@ -1,4 +1,4 @@
-"""The verb `report`: the page of each run, one page of several runs, models compared on demand, and PDF."""
+"""The verb `report`: the page of each run or comparison, one page of several runs, models on demand, and PDF."""
 
 import os
 from collections.abc import Iterable, Sequence

@@ -44,7 +44,8 @@ def table(log: Path) -> dict[str, np.ndarray]:
     """A simulated log as a wide table of 10 Hz, with the commands that were in force half way to the next row."""
     long = pd.read_csv(log)
     fields = dict(iter(long.groupby("field")))
-    time = np.arange(*fields["u"]["time"].iloc[[0, -1]], 0.1)
+    stamps = fields["u"]["time"].to_numpy()
+    time = np.arange(stamps[0], stamps[-1], 0.1)
     found = {"t": time}
     for name, group in fields.items():
         if str(name).startswith("newton"):
