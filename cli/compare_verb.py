@@ -30,10 +30,20 @@ def compare(
             "--model", help="Vehicle file, run folder, network, ONNX file, or package.module:function (imported)."
         ),
     ] = None,
-    judge: Annotated[str, typer.Option("--split", help="Rows to judge on: test, validation, train or all.")] = "test",
+    judge: Annotated[
+        str | None,
+        typer.Option(
+            "--split",
+            help="Rows to judge on: test, validation, train or all; all of a log that a model was not fitted to, else "
+            "test.",
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="comparison.json to write.")] = None,
     series: Annotated[
         Path | None, typer.Option("--series", help="MCAP file to write, for Foxglove or PlotJuggler.")
+    ] = None,
+    page: Annotated[
+        Path | None, typer.Option("--page", help="Folder to write: report.html, and what it is made of.")
     ] = None,
     force: ForceOption = False,
     frame: FrameOption = None,
@@ -46,11 +56,15 @@ def compare(
     with failing_clearly():
         from ..physics.files import write_json
         from ..workflows.compare import compare as compare_models
+        from ..workflows.run_folder.targets import check_page
 
         targets = (("--out", "compare", out), ("--series", "compare --series", series))
-        earlier = earlier_files(targets, (logs, vehicle, channels, model), force=force)
+        reads = (logs, vehicle, channels, model)
+        earlier = earlier_files(targets, reads, force=force)
+        if page is not None:
+            check_page(page, reads, force=force)
         inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
-        found = compare_models(inputs, model or [], series, progress=progress)
+        found = compare_models(inputs, model or [], series, page=page, force=force, progress=progress)
         if out is not None:
             write_json(out, found.to_dict())
         tell_replaced(earlier)
@@ -67,5 +81,7 @@ def compare(
             show(structure_list(found.structure), notes_list(found))
             if out is not None:
                 say(f"Comparison: {out}")
+            if page is not None:
+                say(f"Page: {page / 'report.html'}")
             if series is not None:
                 say(f"Series for Foxglove and PlotJuggler: {series}")

@@ -13,6 +13,7 @@ EXAMPLES = {
     "compare": (
         "undertow compare boat.csv --vehicle boat.yaml --model run --model lstm",
         "undertow compare boat.csv --vehicle boat.yaml --split all --out comparison.json --json",
+        "undertow compare second.csv --vehicle boat.yaml --model run --page second",
     ),
     "check": ("undertow check run", "undertow check lstm boat.csv --vehicle boat.yaml --out audit.json"),
     "ci": (

@@ -11,7 +11,10 @@ from .options import ForceOption, RunLogs
 
 def report(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="Run folders; several give a page for all, too.")
+        list[Path],
+        typer.Argument(
+            metavar="RUN...", help="Run folders, several give a page for all, too; or what compare --page wrote."
+        ),
     ],
     model: Annotated[
         list[str] | None, typer.Option("--model", help="Model to compare with the run's own; as in compare.")

@@ -1,6 +1,6 @@
 """All models on the same rows, as `comparison.json` has them: errors, laws, domain, and what is more than chance."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -12,7 +12,7 @@ from ..discovery.findings import Step
 from ..measurements.preparation.held_out import Fold
 from ..measurements.preparation.idle import active
 from ..measurements.preparation.split import PARTS
-from ..measurements.prepared_logs import FOLDS, Inputs, Parts
+from ..measurements.prepared_logs import ALL, WHOLE, Inputs, Parts
 from ..physics.errors import RequestError
 from ..physics.in_words import percent
 from ..physics.motion import Motion
@@ -41,8 +41,8 @@ from .failing.failures import Fails, where_they_fail
 from .recommendation import best
 
 BASELINE = "baseline"
-_FITTED_TO = ("train", "all")
-"""What judges where a calibration has seen it; such a model is told, and not recommended."""
+_FITTED_TO = ("train", ALL)
+"""What judges where a calibration has seen it."""
 _FAR_OUT = 0.05
 """Share of the judged rows far from what a network was trained on that is worth a sentence."""
 _AT_REST = 0.1
@@ -136,12 +136,14 @@ def ends(models: Sequence[Model], recommended: str = "") -> tuple[Model, Model]:
     return named[0], by_name.get(CORRECTED) or by_name.get(recommended) or named[-1]
 
 
-def where_ends_fail(table: SeriesTable, first: Model, after: Model, parts: Parts) -> Fails:
-    """Where the two models of a series fail, as `comparison.json` says it."""
+def where_ends_fail(
+    table: SeriesTable, first: Model, after: Model, parts: Parts, fitted: Collection[str] = ()
+) -> Fails:
+    """Where the two models of a series fail, as `comparison.json` says it; see `comparison` for `fitted`."""
     data = [parts.data(part) for part in PARTS]
     # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
     last = after if after is not first else None
-    return where_they_fail(table, first, last, data, parts.judge, link=after.name != CALIBRATED)
+    return where_they_fail(table, first, last, data, parts.judge, link=after.name not in (CALIBRATED, *fitted))
 
 
 def comparison(
@@ -152,6 +154,7 @@ def comparison(
     *,
     timed: bool = False,
     notes: Sequence[str] = (),
+    fitted: Collection[str] = (),
 ) -> Comparison:
     """Every model on the same rows, as `comparison.json` says it.
 
@@ -162,27 +165,30 @@ def comparison(
     fails : where these two fail, see `where_ends_fail`; found here where it is None
     timed : True to tell wall times; equal inputs do not give equal files then
     notes : sentences on how the models came to be
+    fitted : names of models that were fitted to rows that are judged, beside the calibrated one; they are marked, and
+        none but the nominal one is recommended, save on the test part, see `docs/decisions.md`
     """
     parts = inputs.parts
-    # Where folds judge, every row is in the training of the others.
-    folded = parts.judge == FOLDS
-    inside = None if folded else spanned(inputs.vehicle, parts.known).inside(parts.judged.motions)
-    counts = [found for found in judged if not (found.name == CALIBRATED and parts.judge in _FITTED_TO)]
-    recommended = best([(found.model, found.errors, found.audit) for found in counts])
+    if parts.judge in _FITTED_TO:
+        fitted = {*fitted, CALIBRATED}
+    # Where all rows judge, no part says what is known.
+    inside = None if parts.judge in WHOLE else spanned(inputs.vehicle, parts.known).inside(parts.judged.motions)
+    counts = [found for found in judged[1:] if parts.judge == "test" or found.name not in fitted]
+    recommended = best([(found.model, found.errors, found.audit) for found in (judged[0], *counts)])
     if inputs.broken:
         told = f"Of a broken log that was taken as it is, no advice: {recommended.sentence}"
         recommended = recommended.but(sentence=told)
     first, after = ends([found.model for found in judged], recommended.model)
     if table is None:
         table = series(first, after, parts, inputs.channels)
-    failures, structure = fails or where_ends_fail(table, first, after, parts)
+    failures, structure = fails or where_ends_fail(table, first, after, parts, fitted)
     apart = differences([(found.model, found.errors) for found in judged], (NOMINAL, CALIBRATED, CORRECTED))
     return Comparison(
         split=parts.judge,
         logs=tuple(inputs.paths),
         warnings=tuple(inputs.warnings),
         best=recommended,
-        models=tuple(row(found, inside, timed=timed) for found in judged),
+        models=tuple(row(found, inside, timed=timed).but(fitted_here=found.name in fitted) for found in judged),
         differences=tuple(apart),
         failures=failures,
         structure=structure,

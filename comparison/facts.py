@@ -147,6 +147,7 @@ class ComparedModel(Record):
     audit, laws : what the laws say, in a word and one by one; none for a baseline
     parameters : how many numbers were fitted
     seconds_to_fit, seconds_to_evaluate : wall times [s]; None where nobody took them
+    fitted_here : it was fitted to rows that are judged, so that its errors are too small
     """
 
     name: str
@@ -161,6 +162,7 @@ class ComparedModel(Record):
     parameters: Whole | None = None
     seconds_to_fit: Number | None = None
     seconds_to_evaluate: Number | None = None
+    fitted_here: Flag = False
 
 
 class Comparison(Card, Drawn, Record):

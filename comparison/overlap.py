@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..measurements.log_digests import log_digests
-from ..measurements.prepared_logs import FOLDS, Inputs
+from ..measurements.prepared_logs import ALL, FOLDS
 from ..physics.in_words import listing
 from ..physics.reading import Plain, read_yaml
 from ..physics.sources import WHOLE
@@ -20,7 +20,7 @@ from ..residuals.models.neural import SETTINGS, is_network_folder
 _SOURCE = re.compile(rf"(?:identified by undertow from|fitted by undertow to) ({WHOLE})?([^;(]+)")
 """How `sources` in a vehicle file name the logs, and whether to every row of them; see `physics.sources.with_sources`.
 """
-_FITTED = ("train", "validation", "all", FOLDS)
+_FITTED = ("train", "validation", ALL, FOLDS)
 """Rows of a log of which undertow fits some; it never fits the test part, where one is kept."""
 
 Digests = Sequence[tuple[str, str | None]]
@@ -35,38 +35,87 @@ class Overlap:
     alike: tuple[str, ...]
 
 
-def fitted_notes(models: Sequence[tuple[str, Model]], inputs: Inputs) -> list[str]:
-    """Sentences that name every model that was fitted to the judged logs, or of which nobody can know.
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """A model, and to which logs it was fitted, as far as its files say.
+
+    Attributes
+    ----------
+    path : as the user gave it; empty for the nominal one
+    model : which one; its name is that under which it is compared
+    logs : to which it was fitted; empty where no file says
+    overlap : which of the judged logs are among them
+    whole : it was fitted to every row of its logs
+    """
+
+    path: str
+    model: Model
+    logs: Digests
+    overlap: Overlap
+    whole: bool
+
+    @property
+    def apart(self) -> bool:
+        """Whether it is known to come from other logs than the judged ones."""
+        return bool(self.logs) and not (self.overlap.same or self.overlap.alike)
+
+    def saw(self, judge: str) -> bool:
+        """Whether it was fitted to rows of its logs that judge."""
+        return self.whole or judge in _FITTED
+
+    def surely_saw(self, judge: str) -> bool:
+        """Whether it was surely fitted to rows that judge: the content of a judged log is that of one of its own."""
+        return bool(self.overlap.same) and self.saw(judge)
+
+
+def fitted_to(models: Sequence[tuple[str, Model]], paths: Sequence[str]) -> list[Fitted]:
+    """What the files of models say of the logs to which these were fitted.
 
     Parameters
     ----------
     models : path as the user gave it, and model; an empty path for the nominal one
-    inputs : what is judged
+    paths : of the logs that are judged; what they hold is known by their SHA-256, wherever they lie now
+
+    Returns
+    -------
+    list of Fitted
+        One of each model, in their order.
+    """
+    records = [logs_of(path, model) for path, model in models]
+    judged = _pairs(log_digests(paths if any(records) else ()))  # where no record is, no log need be read again
+    return [
+        Fitted(path, model, record, overlap(record, judged), _saw_everything(path, model))
+        for (path, model), record in zip(models, records, strict=True)
+    ]
+
+
+def fitted_notes(models: Sequence[Fitted], judge: str) -> list[str]:
+    """Sentences that name every model that was fitted to the judged logs, or of which nobody can know.
+
+    Parameters
+    ----------
+    models : see `fitted_to`
+    judge : what judges, see `Parts`
 
     Returns
     -------
     list of str
         Empty where every model is known to come from other logs.
     """
-    records = [(path, model.name, logs_of(path, model)) for path, model in models]
-    known = any(record for _, _, record in records)  # or no log need be read again
-    judged = _pairs(log_digests(inputs.paths if known else ()))
-    sure: dict[tuple[str, ...], list[str]] = {}
-    perhaps: dict[tuple[str, ...], list[str]] = {}
-    unknown = [name for path, name, record in records if path and not record]
-    for _, name, record in records:
-        found = overlap(record, judged)
-        if found.same:
-            sure.setdefault(found.same, []).append(name)
-        elif found.alike:
-            perhaps.setdefault(found.alike, []).append(name)
-    whole = {model.name for path, model in models if _saw_everything(path, model)}
-    fitted = inputs.parts.judge in _FITTED
+    sure: dict[tuple[str, ...], list[Fitted]] = {}
+    perhaps: dict[tuple[str, ...], list[Fitted]] = {}
+    for one in models:
+        if one.overlap.same:
+            sure.setdefault(one.overlap.same, []).append(one)
+        elif one.overlap.alike:
+            perhaps.setdefault(one.overlap.alike, []).append(one)
     told = []
     for of, known_by in (("", sure), (" of the same name", perhaps)):
-        for logs, names in known_by.items():
-            for group, saw in ([n for n in names if n in whole], True), ([n for n in names if n not in whole], fitted):
-                told += [_sentence(group, logs, of, saw)] if group else []
+        for logs, known in known_by.items():
+            for saw in (True, False):
+                names = [one.model.name for one in known if one.saw(judge) is saw]
+                told += [_sentence(names, logs, of, judge if saw else "")] if names else []
+    unknown = [one.model.name for one in models if one.path and not one.logs]
     if unknown:
         told.append(
             f"whether {listing(unknown)} {_were(unknown)} fitted to the judged rows cannot be known: no file of "
@@ -97,17 +146,24 @@ def logs_of(path: str | os.PathLike[str], model: Model) -> Digests:
     whole = source.is_dir() or source.name == SETTINGS
     if os.fspath(path) and whole and is_network_folder(folder):
         return _recorded(_read(folder / SETTINGS).get("training"))
-    if os.fspath(path) and whole and (folder / "run.json").is_file():
-        return _recorded(_read(folder / "run.json"))
+    if record := _run_record(path):
+        return _recorded(record)
     # A network or a foreign model carries the nominal vehicle, whose sources are not its own.
     return _named_in(model.vehicle) if isinstance(model, VehicleModel) else []
 
 
 def _saw_everything(path: str | os.PathLike[str], model: Model) -> bool:
     """Whether a model was fitted to all rows of its logs: a discovery that folds judged keeps no test part."""
-    if os.fspath(path) and (Path(path) / "run.json").is_file():
-        return _read(Path(path) / "run.json").get("judged_on") == FOLDS
+    if record := _run_record(path):
+        return record.get("judged_on") == FOLDS
     return isinstance(model, VehicleModel) and any(every for every, _ in _told_of(model.vehicle))
+
+
+def _run_record(path: str | os.PathLike[str]) -> Plain:
+    """How a run was made, of its folder or of the model.yaml in it; nothing where it is no run."""
+    source = Path(path)
+    folder = source.parent if source.name == "model.yaml" else source
+    return _read(folder / "run.json") if os.fspath(path) else {}
 
 
 def _told_of(vehicle: Vehicle) -> list[tuple[str, str]]:
@@ -144,12 +200,14 @@ def _read(path: Path) -> Plain:
     return content if isinstance(content, dict) else {}
 
 
-def _sentence(names: Sequence[str], logs: Sequence[str], of: str, fitted: bool) -> str:
+def _sentence(names: Sequence[str], logs: Sequence[str], of: str, judge: str) -> str:
+    """That models saw the rows that judge, or where `judge` is empty that they saw others of the same logs."""
     who, which = listing(list(names)), listing(list(logs))
     whose = f"{'logs' if len(logs) > 1 else 'a log'}{of} ({which})" if of else which
     done = f"{who} {'may have been' if of else _were(names)} fitted to"
-    if fitted:
-        return f"{done} rows that are judged here, of {whose}: errors there are too small"
+    if judge:
+        uncounted = "" if of or judge == "test" else ", and do not count"
+        return f"{done} rows that are judged here, of {whose}: errors there are too small{uncounted}"
     return f"{done} the earlier parts of {whose}, but not to the test part, which judges"
 
 

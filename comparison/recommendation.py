@@ -73,8 +73,12 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
         kept = " that keeps the laws" if lawful and len(lawful) < len(named) else ""
         sentence = f"Trust none of the models on these rows: {_beaten(base, chosen, what, kept)}."
         better = [c for c in named if kept and c not in lawful and c.beats(base)]
-        tempting = "; ".join(f"{c.name} is, but breaks {c.broken}" for c in better)
-        return Best(sentence=f"{sentence} {tempting}." if tempting else sentence, horizon=decides.horizon)
+        told = [f"{c.name} is, but breaks {c.broken}" for c in better]
+        if chosen.beats(named[0]):
+            told.append(
+                f"{chosen.name} errs {percent(-chosen.against(named[0]).relative)} less than {named[0].name} does"
+            )
+        return Best(sentence=f"{sentence} {'; '.join(told)}." if told else sentence, horizon=decides.horizon)
     others = [c for c in named if c is not chosen]
     told = [_why(chosen, named[0], what), _and_the_others(chosen, others)]
     return Best(model=chosen.name, sentence=" ".join(filter(None, told)), horizon=decides.horizon)

@@ -15,20 +15,23 @@ from .log import read_log
 from .log_options import AS_GUESSED, Reading
 from .preparation.dataset import PAPER, DataSet
 from .preparation.held_out import Fold, cut
-from .preparation.split import PARTS, Split, split
+from .preparation.split import Split, filtered, split
 
 PathLike = str | os.PathLike[str]
 FOLDS = "folds"
 """In the place of a part that judges: all rows, each by a model that was made without the fold that it lies in."""
+ALL = "all"
+"""In the place of a part that judges: all rows, uncut, by models that were fitted to other logs."""
+WHOLE = (FOLDS, ALL)
+"""What judges all rows: nothing is kept aside, and the test part holds them."""
 INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
 
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """The prepared parts of the logs by name, and which one judges: a part, all of them, or `FOLDS`.
+    """The prepared parts of the logs by name, and which one judges: a part, or one of `WHOLE`.
 
-    Where folds judge, no part is kept for fitting: all rows are those of the test part, each judged by models that have
-    not seen it.
+    Where all rows judge, no part is kept for fitting: they are those of the test part.
     """
 
     split: Split
@@ -36,8 +39,8 @@ class Parts:
 
     @property
     def known(self) -> tuple[Motion, ...]:
-        """The motions that tell the domain and the size of signals: the training part, or all where folds judge."""
-        return self.judged.motions if self.judge == FOLDS else self.split.train.motions
+        """The motions that tell the domain and the size of signals: the training part, or all where all judge."""
+        return self.judged.motions if self.judge in WHOLE else self.split.train.motions
 
     def data(self, part: str) -> DataSet:
         """A part by name: train, validation or test."""
@@ -46,18 +49,8 @@ class Parts:
 
     @property
     def judged(self) -> DataSet:
-        """The data on which models are scored: one part, or all of them."""
-        if self.judge == FOLDS:
-            return self.split.test
-        if self.judge != "all":
-            return self.data(self.judge)
-        every = [self.data(part) for part in PARTS]
-        return DataSet(
-            tuple(m for data in every for m in data.motions),
-            every[0].notes,
-            every[0].recipe,
-            tuple(m for data in every for m in data.raw),
-        )
+        """The data on which models are scored: one part, or all rows."""
+        return self.data("test" if self.judge in WHOLE else self.judge)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,14 +114,22 @@ class Inputs(Card):
             ("notes", f"{len(self.notes)}, see .notes" if self.notes else ""),
         ]
 
-    def whole(self) -> "Inputs":
-        """The same for folds to judge, where nobody asked for a part: nothing is kept aside, and all may be fitted."""
+    def whole(self, judge: str = FOLDS) -> "Inputs":
+        """The same for all rows to judge, where nobody asked for a part: nothing is kept aside, and all may be fitted.
+
+        Parameters
+        ----------
+        judge : `FOLDS`, whose rows are filtered when they are cut, see `in_folds`; or `ALL`
+        """
         if self.undivided is None:
             return self
         weak, even = self.undivided
-        judged = replace(self.parts.split.test, motions=even.raw, unfiltered=even.raw)
+        if judge == ALL:
+            judged = filtered(even.raw, even.notes, PAPER)
+        else:
+            judged = replace(self.parts.split.test, motions=even.raw, unfiltered=even.raw)
         none, empty = replace(weak, motions=()), replace(even, motions=())
-        parts = Parts(Split(empty, empty, judged), FOLDS)
+        parts = Parts(Split(empty, empty, judged), judge)
         return replace(self, weak=Split(weak, none, none), parts=parts, undivided=None)
 
     def with_checks(self, checks: Checks) -> "Inputs":
@@ -166,22 +167,28 @@ class Inputs(Card):
         if not left or self.recorded is None:
             return self
         weak, even = corrected(self.recorded, self.sensors, left)
-        if self.parts.judge == FOLDS:
-            return replace(self, undivided=(weak, even)).whole()
+        if self.parts.judge in WHOLE:
+            return replace(self, undivided=(weak, even)).whole(self.parts.judge)
         undivided = None if self.undivided is None else (weak, even)
         return replace(self, weak=split(weak), parts=Parts(split(even, PAPER), self.parts.judge), undivided=undivided)
 
-    def parted(self, verb: str) -> "Inputs":
-        """Itself, for a verb that fits one model and judges it on a part of the logs.
+    def parted(self, verb: str, *, fits: bool = True) -> "Inputs":
+        """Itself, for a verb that judges one model on a part of the logs.
+
+        Parameters
+        ----------
+        fits : whether it fits that model to the rest of them, which there must be then
 
         Raises
         ------
         RequestError
-            when folds are to judge, each of which needs a model of its own.
+            when folds are to judge, each of which needs a model of its own; when all rows are, and the verb `fits`.
         """
-        if self.parts.judge == FOLDS:
+        judge = self.parts.judge
+        if judge == FOLDS or (fits and judge == ALL):
             raise RequestError(
-                f"{verb}: expected a part of the logs to judge on (test), got folds, as discover has them"
+                f"{verb}: expected a part of the logs to judge on (test), got {judge}, where all rows judge; leave "
+                "judge out in read_inputs"
             )
         return self
 
@@ -194,7 +201,7 @@ class Inputs(Card):
 
     @property
     def fitting(self) -> tuple[Motion, ...]:
-        """Unfiltered motions that may be fitted: never those of a test part; all of them where folds judge."""
+        """Unfiltered motions that may be fitted: never those of a test part; all of them where all judge."""
         return (*self.weak.train.motions, *self.weak.validation.motions)
 
     @property

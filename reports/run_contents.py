@@ -1,4 +1,4 @@
-"""The contents of a run folder, read and checked: all that a page is made of."""
+"""The contents of a run folder, or of a comparison, read and checked: all that a page is made of."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,6 +15,21 @@ from ..physics.vehicle import Vehicle
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonFolder:
+    """The files that `compare --page` wrote, read and checked.
+
+    Attributes
+    ----------
+    comparison : Comparison
+    series : DataFrame
+        `series.csv` of the two models of which it tells where they fail, SI units, one row per time step (10 Hz).
+    """
+
+    comparison: Comparison
+    series: "pd.DataFrame"
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -92,6 +92,6 @@ def _model(inputs: Inputs, path: PathLike | None) -> Model:
 
 def _errors(inputs: Inputs, model: Model, horizons: tuple[float, ...], *, laws: bool) -> ComparedModel:
     """The row of a comparison, with other horizons, and the laws only where somebody asks."""
-    parts = inputs.parted("ci").parts
+    parts = inputs.parted("ci", fits=False).parts
     errors = evaluate(model, parts.judged, horizons)
     return row(judge(model, parts, errors) if laws else Judged(model, errors, None))

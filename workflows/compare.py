@@ -1,16 +1,16 @@
-"""The verb `compare`, and a run compared with more models: everything on the same held-out rows."""
+"""The verb `compare`, and a run compared with more models: everything on the same rows."""
 
 import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..comparison.comparison import BASELINE, comparison, judge, reference_models
-from ..comparison.facts import CORRECTED, Comparison
+from ..comparison.comparison import BASELINE, comparison, ends, judge, reference_models
+from ..comparison.facts import CORRECTED, NOMINAL, Comparison
 from ..comparison.models_by_name import check_commands, fitted_numbers, load_model
-from ..comparison.overlap import fitted_notes
+from ..comparison.overlap import fitted_notes, fitted_to
 from ..exports.mcap_series import compared, require_mcap, write_series
 from ..measurements.preparation.held_out import Fold
-from ..measurements.prepared_logs import INPUTS_CURE, Inputs, PathLike
+from ..measurements.prepared_logs import ALL, INPUTS_CURE, Inputs, PathLike
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import RequestError, expect
 from ..physics.stage import Say, Stage
@@ -18,8 +18,11 @@ from ..physics.vehicle import load_vehicle
 from ..reports.terminal.pace import paced
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import Model, VehicleModel
+from ..residuals.series import series
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run_inputs
+from .run_folder.targets import check_page
+from .run_folder.write import write_comparison
 
 
 @showing
@@ -28,15 +31,20 @@ def compare(
     models: Sequence[PathLike] = (),
     series_file: PathLike | None = None,
     *,
+    page: PathLike | None = None,
+    force: bool = False,
     progress: Say | None = SHOWN,
 ) -> Comparison:
     """Models against measurements: nominal, calibrated, two baselines and any others, on the same rows.
 
     Parameters
     ----------
-    inputs : logs and nominal vehicle, with the part to judge on
+    inputs : logs and nominal vehicle, with the part to judge on; where none was asked for, logs to which one of the
+        `models` was surely not fitted are judged whole
     models : vehicle files, run folders, folders of trained networks, ONNX files, or `package.module:function`
     series_file : MCAP file to write for viewers, with what was measured and what each model but the baselines predicts
+    page : folder to write, whole or not at all: `report.html`, and what it is made of, which `report` reads
+    force : replace also files in it that undertow did not write, or that were changed since
     progress : called with lines about the work, shown where nothing is said; None for silence
 
     Returns
@@ -47,15 +55,23 @@ def compare(
     Raises
     ------
     RequestError, VehicleError
-        when a model cannot be read, takes other commands than the nominal vehicle, is given twice, or is a network
-        that was trained at another rate than that of the comparison, 10 Hz; when a series is asked for and the package
-        mcap is missing.
+        when the folder of the page cannot be written or holds a run; when a model cannot be read, takes other commands
+        than the nominal vehicle, is given twice, or is a network that was trained at another rate than that of the
+        comparison, 10 Hz; when a series is asked for and the package mcap is missing.
     """
     expect("compare: inputs", inputs, Inputs, INPUTS_CURE)
     expect("compare: models", models, (list, tuple), "give a list of paths")
     if series_file is not None:
         require_mcap()
-    return _compared(inputs.parted("compare"), (), models, series_file, progress=progress)
+    inputs = inputs.parted("compare", fits=False)
+    if page is None:
+        return _compared(inputs, (), models, series_file, progress=progress)[0]
+    check_page(page, (inputs.paths, inputs.reading.channel_map, models), force=force)
+    found, inputs, (first, after) = _compared(inputs, (), models, series_file, progress=progress)
+    if progress is not None:
+        progress(Stage("writing the page"))
+    write_comparison(found, series(first, after, inputs.parts, inputs.channels), inputs, page, force=force)
+    return found
 
 
 @showing
@@ -90,7 +106,8 @@ def compare_run(
     folds = [fold for fold, _ in unseen]
     size = fitted_numbers(folder)
     corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", size, unseen=unseen)
-    return _compared(inputs.in_folds(folds) if folds else inputs, (corrected,), models, folds=folds, progress=progress)
+    inputs = inputs.in_folds(folds) if folds else inputs
+    return _compared(inputs, (corrected,), models, folds=folds, progress=progress)[0]
 
 
 @single_threaded
@@ -101,20 +118,23 @@ def _compared(
     series_file: PathLike | None = None,
     folds: Sequence[Fold] = (),
     progress: Say | None = None,
-) -> Comparison:
+) -> tuple[Comparison, Inputs, tuple[Model, Model]]:
+    """All models compared, the logs with the rows that judged, and the two models whose failures are told."""
     given = [os.fspath(path) for path in paths]
     for path in given:
         if given.count(path) > 1:
             raise RequestError(f"model {path} is given twice; give it once")
     loaded = [_comparable(path, inputs) for path in given]  # before the fits, which take seconds
+    nominal = VehicleModel(inputs.vehicle, NOMINAL, "physics")
+    sources = fitted_to([("", nominal), *zip(given, loaded, strict=True)], inputs.paths)
+    if any(one.path and one.apart for one in sources):
+        inputs = inputs.whole(ALL)  # every row of a log that a model has not seen tells what it is worth
     if progress is not None:
         progress(Stage("calibrating the model of the vehicle file, to compare with"))
     found, notes = reference_models(inputs, middle, folds=folds)
-    asked = [("", found[0])]
     for path, model in zip(given, loaded, strict=True):
         if model.name in [other.name for other in found]:
             model.name = path
-        asked.append((path, model))
         found.append(model)
     named = [model for model in found if model.kind != BASELINE]
     judged = [judge(model, inputs.parts) for model in paced(found, "models judged", progress, even=False)]
@@ -123,7 +143,11 @@ def _compared(
         write_series(series_file, told, inputs.channels, inputs.parts, inputs.starts)
     if progress is not None:
         progress(Stage("finding where the models fail"))
-    return comparison(judged, inputs, timed=True, notes=[*notes, *fitted_notes(asked, inputs)])
+    rows = inputs.parts.judge
+    told = [*notes, *fitted_notes(sources, rows)]
+    fitted = {one.model.name for one in sources if one.surely_saw(rows)}
+    done = comparison(judged, inputs, timed=True, notes=told, fitted=fitted)
+    return done, inputs, ends(found, done.best.model)
 
 
 def _comparable(path: str, inputs: Inputs) -> Model:

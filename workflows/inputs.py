@@ -16,7 +16,7 @@ from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK, DataSet
 from ..measurements.preparation.prepare import prepare
 from ..measurements.preparation.split import PARTS, split
-from ..measurements.prepared_logs import FOLDS, Checks, Inputs, Parts, PathLike, corrected
+from ..measurements.prepared_logs import ALL, FOLDS, WHOLE, Checks, Inputs, Parts, PathLike, corrected
 from ..measurements.quality.examination import examine, pool
 from ..measurements.quality.finding import Finding, Reach
 from ..measurements.statistics.single_threaded import single_threaded
@@ -29,7 +29,7 @@ from ..reports.terminal.pace import Pace, megabytes
 from ..reports.terminal.progress import SHOWN, showing
 from .soundness import defects, sound
 
-_JUDGES = (*PARTS, "all", FOLDS)
+_JUDGES = (*PARTS, ALL, FOLDS)
 
 
 @showing
@@ -50,8 +50,8 @@ def read_inputs(
     vehicle : a vehicle, the path of its file, or the name of a shipped one
     reading : how the logs are read, and whether broken ones are taken as they are
     judge : the part on which models are scored: "test", "validation", "train", "all", or "folds" for all rows, each by
-        models that are made without a part of the log around it; None for folds in a discovery, and the test part
-        elsewhere
+        models that are made without a part of the log around it; None for folds in a discovery, all rows where
+        `compare` is given a model that was fitted to other logs, and the test part elsewhere
     progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
@@ -139,7 +139,7 @@ def _prepared(read: Sequence[Log], model: Vehicle, reading: Reading, judge: str 
     weak, even = recorded = prepare(read, model, WEAK), prepare(read, model, replace(PAPER, cutoff=None))
     sensors = {} if reading.as_is else _sensors(read, weak)
     weak, even = corrected(recorded, sensors)
-    part = None if judge == FOLDS else judge
+    part = None if judge in WHOLE else judge
     found = Inputs(
         paths=tuple(str(log.path) for log in read),
         starts={str(log.path): log.start_ns for log in read},
@@ -152,7 +152,7 @@ def _prepared(read: Sequence[Log], model: Vehicle, reading: Reading, judge: str 
         undivided=(weak, even) if part is None else None,
         recorded=recorded,
     )
-    return found.whole() if judge == FOLDS else found
+    return found.whole(judge) if judge in WHOLE else found
 
 
 def read_motions(log: PathLike, vehicle: Vehicle, reading: Reading = AS_GUESSED) -> tuple[Log, tuple[Motion, ...]]:

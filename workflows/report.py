@@ -1,4 +1,4 @@
-"""The verb `report`: the page of each run, one page of several runs, models compared on demand, and PDF."""
+"""The verb `report`: the page of each run or comparison, one page of several runs, models on demand, and PDF."""
 
 import os
 from collections.abc import Iterable, Sequence
@@ -12,14 +12,13 @@ from ..physics.files import write_json, write_text
 from ..physics.folders import check_folder, replace_folder
 from ..physics.stage import Say
 from ..reports.page.fleet_page import fleet_page
-from ..reports.page.page import page
 from ..reports.page.pdf import find_browser, print_pdf
 from ..reports.terminal.progress import SHOWN, showing
 from .run_folder.moved_files import UNMOVED, Moved
-from .run_folder.read import read_run
-from .run_folder.run_files import PAGE, PDF, RECORD, RUN_FILES, own_report, reseal
+from .run_folder.read import read_comparison, read_run
+from .run_folder.run_files import PAGE, PDF, RECORD, RUN_FILES, is_comparison, own_report, reseal
 from .run_folder.targets import Kind, check_targets, same_place
-from .run_folder.write import write_page
+from .run_folder.write import page_of, write_page
 
 PathLike = str | os.PathLike[str]
 FLEET = Path("report.html")
@@ -41,7 +40,7 @@ def report(
 
     Parameters
     ----------
-    runs : run folders, or one; each gets its `report.html`
+    runs : run folders, or one; each gets its `report.html`; or one folder that `compare --page` wrote
     models : to compare with the run's own, on the run's logs, before the page is written; `comparison.json` then has
         them
     pdf : print every page to a PDF file beside it
@@ -73,7 +72,14 @@ def report(
     new = [PAGE, *[PDF] * pdf, *[COMPARISON, RECORD] * bool(models)]
     seen = {folder: identity(folder) for folder in folders}
     for folder in folders:
-        read_run(folder)
+        compared = is_comparison(folder)
+        if compared and (models or len(folders) > 1):
+            raise RequestError(
+                f"{folder} holds a comparison, not a run: expected it alone and without --model; 'undertow compare' "
+                "puts more models into one"
+            )
+        read = read_comparison if compared else read_run
+        read(folder)
         _check_run(folder, new, force)
     if target is not None:
         if target.suffix.lower() not in (".html", ".htm"):
@@ -89,8 +95,10 @@ def report(
             _rewrite(folder)
     pages = [folder / PAGE for folder in folders]
     if target is not None:
-        read = [read_run(folder) for folder in folders]
-        text = fleet_page(read, target.absolute().parent) if len(read) > 1 else pages[0].read_text("utf-8")
+        if len(folders) > 1:
+            text = fleet_page([read_run(folder) for folder in folders], target.absolute().parent)
+        else:
+            text = pages[0].read_text("utf-8")
         pages.append(_written(target, text))
     if browser is None:
         return pages
@@ -112,7 +120,7 @@ def _rewrite(folder: Path) -> None:
     try:
         while True:
             seen = identity(folder)
-            text = page(read_run(folder))
+            text = page_of(folder)
             with at_rest(folder):
                 if identity(folder) == seen:
                     write_text(folder / PAGE, text)

@@ -149,6 +149,6 @@ def _short(run: RunFolder, name: str, index: int) -> Html:
         element("h2", f"Run {index + 1}: {name}"),
         headline(run, title="h3"),
         element("h3", TITLE),
-        models(run, short_of=name),
+        models(run.comparison, run.audit, short_of=name),
         attributes={"id": f"run-{index + 1}"},
     )

@@ -25,6 +25,7 @@ class Rival:
     audit : pass, fail or not run
     parameters : fitted numbers; None where the comparison does not say
     diverged, starts : predictions that ran away, of how many
+    fitted_here : it was fitted to rows that are judged
     """
 
     name: str
@@ -36,6 +37,7 @@ class Rival:
     parameters: int | None
     diverged: int
     starts: int
+    fitted_here: bool
 
     @property
     def broken(self) -> int:
@@ -64,6 +66,7 @@ def rivals(comparison: Comparison, audit: AuditRecord | None = None) -> list[Riv
                 model.parameters,
                 score.diverged,
                 score.starts or 0,
+                model.fitted_here,
             )
         )
     return sorted(found, key=lambda rival: (rival.error != rival.error, rival.error))
@@ -81,9 +84,13 @@ def hero_horizon(comparison: Comparison) -> str:
 
 
 def reference_of(comparison: Comparison) -> str:
-    """The model against which the others are told: the corrected one where there is one, else the first."""
+    """The model against which the others are told: the corrected one where there is one, else the first.
+
+    None that was fitted to the judged rows, whose errors are too small.
+    """
     names = [model.name for model in comparison.models]
     paired = {name for item in comparison.differences for name in (item.model, item.against)}
+    paired -= {model.name for model in comparison.models if model.fitted_here}
     return next((name for name in ("corrected", "calibrated", "nominal") if name in paired), names[0] if names else "")
 
 

@@ -16,6 +16,8 @@ from ..wording import INTERVAL_HOLDS, held_shares, judged_rows
 from .layout import BAD, GOOD, Fitting, Prose, bullets, plain_table, section, stacked
 
 MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell": "?"}
+FITTED_HERE = "*"
+"""The mark of a model that was fitted to rows that are judged."""
 _STYLES = {"better": GOOD, "worse": BAD}
 _ROLLED = (*AXES, "position")
 
@@ -47,7 +49,7 @@ def comparison_table(
     where = judged_rows(split)
     first = models[0].name
     verdicts = {(d.model, d.quantity, d.horizon, d.axis): d.verdict for d in differences if d.against == first}
-    legend = _legend(set(verdicts.values()), first)
+    legend = _legend(set(verdicts.values()), first, any(model.fitted_here for model in models))
     tables = [
         Fitting([_accelerations(models, where, verdicts, mae) for mae in (True, False)]),
         _predictions(models, where, verdicts),
@@ -65,8 +67,8 @@ def notes_list(comparison: Comparison) -> RenderableType | None:
     return section("Notes", bullets(told)) if notes else None
 
 
-def _legend(told: set[str], first: str) -> RenderableType | None:
-    """What the marks mean that the tables have."""
+def _legend(told: set[str], first: str, fitted: bool) -> RenderableType | None:
+    """What the marks mean that the tables have; `fitted` says that a name has one."""
     meaning = {
         "better": f"a smaller error than {first}'s by more than chance",
         "worse": "a larger one",
@@ -74,7 +76,13 @@ def _legend(told: set[str], first: str) -> RenderableType | None:
         "too short to tell": "too few rows to tell",
     }
     marks = [f"{MARKS[verdict]} {text}" for verdict, text in meaning.items() if verdict in told]
-    return Prose(f"Marks beside numbers: {'; '.join(marks)}.") if marks else None
+    texts = [f"Marks beside numbers: {'; '.join(marks)}."] * bool(marks)
+    texts += [f"{FITTED_HERE} beside a name: fitted to rows that are judged, its errors are too small."] * fitted
+    return Prose(" ".join(texts)) if texts else None
+
+
+def _name(model: ComparedModel) -> Text:
+    return Text(f"{model.name} {FITTED_HERE}" if model.fitted_here else model.name)
 
 
 def _accelerations(models: Sequence[ComparedModel], where: str, verdicts: Marks, mae: bool) -> Table:
@@ -91,7 +99,7 @@ def _accelerations(models: Sequence[ComparedModel], where: str, verdicts: Marks,
         found, name = model.acceleration, model.name
         cells = [_marked(found.rmse.of(axis), verdicts.get((name, "acceleration", None, axis))) for axis in AXES]
         cells += [Text(number(found.mae.of(axis))) for axis in AXES] * mae
-        table.add_row(Text(name), *cells, *(Text(_share(found.r2.of(axis))) for axis in AXES))
+        table.add_row(_name(model), *cells, *(Text(_share(found.r2.of(axis))) for axis in AXES))
     return table
 
 
@@ -110,7 +118,7 @@ def _predictions(models: Sequence[ComparedModel], where: str, verdicts: Marks) -
             error = model.rollout.get(horizon) or RolloutRecord()
             cells = [_marked(error.of(a), verdicts.get((model.name, "rollout", horizon, a))) for a in _ROLLED]
             cells += [Text(f"{error.diverged} of {'?' if error.starts is None else error.starts}")] * lost
-            table.add_row(f"{horizon} s" if k == 0 else "", Text(model.name), *cells, end_section=model is models[-1])
+            table.add_row(f"{horizon} s" if k == 0 else "", _name(model), *cells, end_section=model is models[-1])
     return table
 
 
@@ -140,7 +148,7 @@ def _beside(models: Sequence[ComparedModel]) -> Table:
             cells += [Text(number(s, 2, blank="")) for s in (model.seconds_to_fit, model.seconds_to_evaluate)]
         if beyond:
             cells += [Text(_ratio(domain, axis)) for axis in AXES]
-        table.add_row(Text(model.name), *cells)
+        table.add_row(_name(model), *cells)
     return table
 
 
@@ -152,7 +160,7 @@ def _intervals(models: Sequence[ComparedModel]) -> Table:
         table.add_column(where, justify="right", no_wrap=True)
     for model in models:
         if model.interval:
-            table.add_row(Text(model.name), *(Text(held_shares(side)) for side in _sides(model)))
+            table.add_row(_name(model), *(Text(held_shares(side)) for side in _sides(model)))
     return table
 
 

@@ -84,7 +84,7 @@ def test_several_runs_get_a_page_each_and_one_for_all(fleet):
 
 
 def test_the_page_for_all_links_to_each_run_from_where_it_lies(fleet, monkeypatch):
-    monkeypatch.setattr("undertow.workflows.report.page", lambda run: "<!doctype html><title>no figures</title>")
+    monkeypatch.setattr("undertow.workflows.report.page_of", lambda run: "<!doctype html><title>no figures</title>")
     Path("elsewhere").mkdir()
     done("report", "one", "two", "--out", "elsewhere/all.html")
     links = [link for link in re.findall(r'href="([^"]*)"', Path("elsewhere/all.html").read_text()) if link[0] != "#"]

@@ -216,6 +216,7 @@ def test_bad_input_leaves_an_earlier_run_alone(copy: Path) -> None:
         "simulate -v blueboat --duration 20 --out earlier.csv",
         f"add {HIDDEN} --run RUN --out boat.yaml",
         "discover LOG -v blueboat --out new",
+        "compare LOG -v blueboat --page new",
         "report run",
     ],
 )

@@ -28,7 +28,7 @@ from undertow.discovery.basis import choose
 from undertow.discovery.found_effects import FoundEffect
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.preparation.dataset import WEAK, DataSet
-from undertow.measurements.prepared_logs import Inputs, Parts
+from undertow.measurements.prepared_logs import ALL, Inputs, Parts
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
 from undertow.physics.integration import Rollouts
@@ -318,6 +318,16 @@ def test_where_no_model_beats_a_baseline_none_is_trusted(inputs: Inputs):
     )
 
 
+def test_where_none_is_trusted_it_is_told_what_the_best_saves(inputs: Inputs):
+    """A verdict against a guess does not hide that the model errs much less than the one that was given."""
+    bad = VehicleModel(HULL.with_values({"X_u": -400.0, "Y_v": -900.0, "N_r": -200.0}), "nominal")
+    better = VehicleModel(bad.vehicle.with_values({"X_u": -100.0, "N_r": -60.0, "Y_v": -300.0}), "better")
+    field = [judge(model, inputs.parts) for model in (bad, better, *baselines(HULL))]
+    told = best([(j.model, j.errors, j.audit) for j in field]).sentence
+    assert told.startswith("Trust none")
+    assert re.search(r" better errs \d+\s% less than nominal does\.$", told)
+
+
 def test_rows_that_are_too_few_for_anything_are_said_to_be(inputs: Inputs):
     data = DataSet((inputs.parts.judged.motions[0].slice(0, 20),), (), WEAK)
     models = (VehicleModel(HULL, "nominal"), VehicleModel(TRUE, "true"))
@@ -338,12 +348,12 @@ def test_calibration_leaves_the_judged_part_alone(inputs: Inputs, calibrated: tu
 
 
 def test_calibration_on_judged_rows_is_told(inputs: Inputs):
-    _, notes = calibrated_model(replace(inputs, parts=Parts(inputs.parts.split, "all")))
+    _, notes = calibrated_model(inputs.whole(ALL))
     assert notes == ["calibrated was fitted to rows that are judged here: its errors are too small, and do not count"]
 
 
 def test_a_calibration_on_judged_rows_is_not_recommended(inputs: Inputs, calibrated: tuple[list[Model], list[str]]):
-    whole = replace(inputs, parts=Parts(inputs.parts.split, "all"))
+    whole = inputs.whole(ALL)
     nominal = VehicleModel(inputs.vehicle, "nominal")
     held, seen = (
         comparison(judge_all([nominal, *calibrated[0]], given.parts), given, notes=calibrated[1]).best

@@ -24,7 +24,7 @@ from ...physics.printable import listed, shortened, shown
 from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, read_json, reason, text_of
 from ...physics.stage import Say
 from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
-from ...reports.run_contents import RunFolder
+from ...reports.run_contents import ComparisonFolder, RunFolder
 from ...reports.terminal.progress import SHOWN
 from ...residuals.models.neural import is_network_folder
 from .moved_files import UNMOVED, Moved, logs_now, made_logs, made_map, map_now
@@ -118,12 +118,7 @@ def read_run(folder: PathLike, moved: Moved = UNMOVED) -> RunFolder:
     digests: dict[str, str] = {}
 
     def content(name: str, most: int = MOST_TEXT) -> bytes:
-        try:
-            found = read_bytes(folder / name, most)
-        except FileNotFoundError:
-            raise RequestError(f"run folder {folder} has no {name}; {REMEDY}") from None
-        except (OSError, ValueError) as error:
-            raise RequestError(f"{folder / name} cannot be read ({reason(error)}); {REMEDY}") from None
+        found = _file(folder, name, most, REMEDY)
         digests[name] = hashlib.sha256(found).hexdigest()[:12]
         return found
 
@@ -156,15 +151,46 @@ def read_run(folder: PathLike, moved: Moved = UNMOVED) -> RunFolder:
     )
 
 
-def read_record(content: bytes, kind: type[Read], path: Path) -> Read:
-    """The record that a JSON file of a run folder holds.
+def read_comparison(folder: PathLike) -> ComparisonFolder:
+    """Read the folder of a comparison.
+
+    Parameters
+    ----------
+    folder : that `compare --page` wrote, see `is_comparison`
+
+    Raises
+    ------
+    RequestError
+        When a file is missing, cannot be read, or is not of the expected schema.
+    """
+    folder, remedy = Path(folder), "run 'undertow compare LOG --vehicle V --page FOLDER' to write the folder anew"
+    found, table = folder / "comparison.json", folder / "series.csv"
+    comparison = read_record(_file(folder, found.name, MOST_TEXT, remedy), Comparison, found, remedy)
+    if not comparison.models:
+        raise RequestError(f"{found}: expected at least one entry in 'models', got none; {remedy}")
+    _check_horizons([model.rollout or {} for model in comparison.models], found, remedy)
+    return ComparisonFolder(comparison, _series(_file(folder, table.name, _MOST_SERIES, remedy), table, remedy))
+
+
+def _file(folder: Path, name: str, most: int, remedy: str) -> bytes:
+    """A file of a folder, with at most so many bytes."""
+    try:
+        return read_bytes(folder / name, most)
+    except FileNotFoundError:
+        raise RequestError(f"run folder {folder} has no {name}; {remedy}") from None
+    except (OSError, ValueError) as error:
+        raise RequestError(f"{folder / name} cannot be read ({reason(error)}); {remedy}") from None
+
+
+def read_record(content: bytes, kind: type[Read], path: Path, remedy: str = REMEDY) -> Read:
+    """The record that a JSON file of a run folder holds; `remedy` ends the message of the error.
 
     Raises
     ------
     RequestError
         When it holds none.
     """
-    return kind.read(_bounded(content, path), path, REMEDY)
+    return kind.read(_bounded(content, path, remedy), path, remedy)
 
 
 def read_findings(content: bytes, path: Path) -> Findings:
@@ -184,24 +210,24 @@ def read_findings(content: bytes, path: Path) -> Findings:
     return findings.but(candidates=tuple(item.but(confidence=math.nan) for item in findings.candidates))
 
 
-def _bounded(content: bytes, path: Path) -> Any:
+def _bounded(content: bytes, path: Path, remedy: str = REMEDY) -> Any:
     try:
         found = parse_json(text_of(content))
     except ValueError as error:
-        raise RequestError(f"{path} is not valid JSON ({error}); {REMEDY}") from None
+        raise RequestError(f"{path} is not valid JSON ({error}); {remedy}") from None
     try:
         check_bounds(found)
     except ValueError as error:
-        raise RequestError(f"{path}: {error}; {REMEDY}") from None
+        raise RequestError(f"{path}: {error}; {remedy}") from None
     return found
 
 
-def _check_horizons(rollouts: Iterable[Mapping[str, Any]], path: Path) -> None:
+def _check_horizons(rollouts: Iterable[Mapping[str, Any]], path: Path, remedy: str = REMEDY) -> None:
     """Errors of predictions stand under their horizon in seconds, as JSON writes keys."""
     for rollout in rollouts:
         for key in rollout:
             if not _SECONDS.fullmatch(key):
-                raise RequestError(f"{path}: expected seconds as the name of a horizon, got {shown(key)}; {REMEDY}")
+                raise RequestError(f"{path}: expected seconds as the name of a horizon, got {shown(key)}; {remedy}")
 
 
 def _vehicle(content: bytes, path: Path) -> Vehicle:
@@ -213,28 +239,28 @@ def _vehicle(content: bytes, path: Path) -> Vehicle:
         raise RequestError(f"{path} is not valid YAML ({error}); {REMEDY}") from None
 
 
-def _series(content: bytes, path: Path) -> "pd.DataFrame":
+def _series(content: bytes, path: Path, remedy: str = REMEDY) -> "pd.DataFrame":
     import pandas as pd
 
     if content.count(b",") > _MOST_CELLS or content.find(b"\n", 0, _LONGEST_HEADER) < 0 < len(content):
-        raise RequestError(f"{path}: expected at most {_MOST_CELLS} numbers in lines, got another table; {REMEDY}")
+        raise RequestError(f"{path}: expected at most {_MOST_CELLS} numbers in lines, got another table; {remedy}")
     del content  # of a long log, more than the numbers in it
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", pd.errors.DtypeWarning)  # what is no number is refused below
             series = pd.read_csv(path)
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-        raise RequestError(f"{path} is not a readable CSV ({shortened(str(error), 300)}); {REMEDY}") from None
+        raise RequestError(f"{path} is not a readable CSV ({shortened(str(error), 300)}); {remedy}") from None
     lacking = [name for name in SERIES_COLUMNS if name not in series.columns]
     if lacking:
-        raise RequestError(f"{path} lacks the column {', '.join(lacking)}; {REMEDY}")
+        raise RequestError(f"{path} lacks the column {', '.join(lacking)}; {remedy}")
     if series.empty:
-        raise RequestError(f"{path} has no rows; {REMEDY}")
+        raise RequestError(f"{path} has no rows; {remedy}")
     numeric = [name for name in series.columns if name != "part"]
     broken = [name for name in numeric if not pd.api.types.is_numeric_dtype(series[name])]
     broken += [name for name in numeric if name not in broken and not (series[name].abs().fillna(0) < LARGEST).all()]
     if broken:
-        raise RequestError(f"{path}: expected numbers in the column {listed(broken)}; {REMEDY}")
+        raise RequestError(f"{path}: expected numbers in the column {listed(broken)}; {remedy}")
     return series
 
 

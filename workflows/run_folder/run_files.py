@@ -10,6 +10,8 @@ from ...physics.file_marks import written_by
 from ...physics.files import strict_json, write_json
 from ...physics.reading import BLOCK, read_json
 
+COMPARE = "compare"
+"""The `verb` in the `run.json` of a comparison; that of a run has none."""
 RUN_SCHEMA = "undertow.run/1"
 RECORD, PAGE, PDF = "run.json", "report.html", "report.pdf"
 _SCHEMAS = {
@@ -32,6 +34,11 @@ RUN_FILES = (*DATA, RECORD, PAGE, PDF)
 def is_run(folder: str | os.PathLike[str]) -> bool:
     """Whether a folder holds a run, be it whole or damaged."""
     return any(_of_schema(Path(folder) / name) for name in (RECORD, "findings.json"))
+
+
+def is_comparison(folder: str | os.PathLike[str]) -> bool:
+    """Whether a folder holds what `compare --page` wrote, and not a run: its `run.json` says so."""
+    return _content(Path(folder) / RECORD).get("verb") == COMPARE
 
 
 def own_run(folder: Path) -> set[str]:

@@ -19,7 +19,7 @@ from ...residuals.models.foreign import is_function_name
 from ...residuals.models.model_files import NETWORK_FILES
 from ...residuals.models.neural import is_network_folder
 from .moved_files import made_logs, made_map, places
-from .run_files import PAGE, PDF, RUN_FILES, is_run, own_run
+from .run_files import PAGE, PDF, RECORD, RUN_FILES, is_comparison, is_run, own_run
 
 _MCAP = b"\x89MCAP0\r\n"
 _HEAD = 400
@@ -151,6 +151,27 @@ def check_target(
     target = Path(out)
     new = {name for name in RUN_FILES if name != PDF and (report or name != PAGE)}
     check_target_folder("--out", target, new, own_run, reads, force=force)
+    return target
+
+
+def check_page(out: str | os.PathLike[str], reads: Iterable[Any] = (), *, force: bool = False) -> Path:
+    """The path of the folder of a comparison, if it can be written, nothing of the user's be lost, and no run.
+
+    Parameters
+    ----------
+    reads : logs, vehicle, map, models: what is compared
+    force : replace also what undertow did not write; never a run
+
+    Raises
+    ------
+    RequestError
+        see `check_target_folder`, and when the folder holds a run.
+    """
+    expect("compare: page", out, (str, os.PathLike), "give the path of a folder")
+    target = Path(out)
+    if is_run(target) and not is_comparison(target):
+        raise RequestError(f"--page {target} holds a run, which would be lost; give another folder")
+    check_target_folder("--page", target, ("comparison.json", "series.csv", RECORD, PAGE), own_run, reads, force=force)
     return target
 
 

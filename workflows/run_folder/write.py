@@ -1,4 +1,4 @@
-"""The run folder is written whole or not at all."""
+"""The folder of a run, or of a comparison, is written whole or not at all."""
 
 import json
 import os
@@ -9,12 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ...comparison.facts import Comparison
 from ...discovery.candidates.effect_forces import found_forces
 from ...exports.mcap_series import Prediction, require_mcap, write_series
 from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections
 from ...measurements.log_digests import log_digests
 from ...measurements.preparation.standardisation import Standardisation
+from ...measurements.prepared_logs import Inputs
 from ...measurements.statistics.second_processor import beside
 from ...physics.errors import RequestError, expect
 from ...physics.files import write_json, write_text, writing
@@ -23,12 +25,13 @@ from ...physics.freed_memory import hand_back
 from ...physics.stage import WRITING, Say, Stage
 from ...reports.terminal.pace import Pace
 from ...reports.terminal.progress import SHOWN, showing
+from ...residuals.series_table import SeriesTable
 from .moved_files import paths_from
 from .provenance import command, seen_from, versions
-from .read import read_run
+from .read import read_comparison, read_run
 from .run import Run
-from .run_files import DATA, RUN_SCHEMA, own_run, seal
-from .targets import check_target
+from .run_files import COMPARE, DATA, PAGE, RUN_SCHEMA, is_comparison, own_run, seal
+from .targets import check_page, check_target
 
 _NAMING = ("findings.json", "comparison.json", "audit.json", "inspection.json", "model.yaml", "nominal.yaml")
 """Files that tell of logs by their names."""
@@ -104,19 +107,62 @@ def _write_files(run: Run, folder: Path, called: Callable[[str], str]) -> None:
             write_text(folder / name, called(text))
 
 
+def write_comparison(
+    found: Comparison, table: SeriesTable, inputs: Inputs, out: str | os.PathLike[str], *, force: bool = False
+) -> Path:
+    """Write the folder of a comparison, with its page; see `write_run`.
+
+    Parameters
+    ----------
+    found : of which models
+    table : the series of the two models of which it tells where they fail
+    inputs : what it was made from
+    out : the folder
+    force : replace also files that undertow did not write, or that were changed since
+
+    Raises
+    ------
+    RequestError
+        when the folder cannot be written; see `check_page`.
+    """
+    target = check_page(out, (inputs.paths, inputs.reading.channel_map), force=force)
+
+    def build(work: Path) -> list[str]:
+        write_json(work / "comparison.json", found.to_dict())
+        with writing(work / "series.csv") as stream:
+            table.write(stream)
+        seal(work, {**_made_from(inputs, target), "verb": COMPARE}, DATA)
+        write_page(work)
+        return os.listdir(work)
+
+    try:
+        replace_folder(target, build, own_run, force=force)
+    except OSError as error:
+        raise RequestError(f"cannot write the comparison to {target}: {error.strerror or error}") from None
+    return target
+
+
 def _record(run: Run, target: Path) -> dict[str, Any]:
     """What the run was made from, as `run.json` has it."""
-    paths, reading, judge = list(run.inputs.paths), run.inputs.reading, run.inputs.parts.judge
+    reading, judge = run.inputs.reading, run.inputs.parts.judge
     mapped = None if reading.channel_map is None else seen_from(target, str(reading.channel_map))
-    there, seen = replace(reading, channel_map=mapped), [seen_from(target, path) for path in paths]
+    there, seen = replace(reading, channel_map=mapped), [seen_from(target, path) for path in run.inputs.paths]
+    return {
+        **_made_from(run.inputs, target),
+        "seed": run.settings.seed,
+        "refit": run.settings.refit,
+        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=run.settings.refit, judge=judge),
+    }
+
+
+def _made_from(inputs: Inputs, target: Path) -> dict[str, Any]:
+    """The logs of a folder, how they were read and which rows judged, as `run.json` has it."""
+    paths, reading = list(inputs.paths), inputs.reading
     return {
         "schema": RUN_SCHEMA,
         "logs": paths,
         **asdict(reading),
-        "seed": run.settings.seed,
-        "refit": run.settings.refit,
-        "judged_on": judge,
-        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=run.settings.refit, judge=judge),
+        "judged_on": inputs.parts.judge,
         "versions": versions(),
         "log_sha256": log_digests(paths),
         **paths_from(target, paths, reading.channel_map),
@@ -153,7 +199,7 @@ def write_page(run: Path) -> Path:
     ----------
     run : Path
         A folder with `findings.json`, `comparison.json`, `nominal.yaml`, `model.yaml`, `series.csv` and, where there is
-        one, `inspection.json`.
+        one, `inspection.json`; or that of a comparison.
 
     Returns
     -------
@@ -165,6 +211,18 @@ def write_page(run: Path) -> Path:
     RequestError
         When a file is missing, cannot be read, or is not of the expected schema; no page is written then.
     """
-    from ...reports.page.page import page  # here, because figures take half a second
+    return write_text(Path(run) / PAGE, page_of(Path(run)))
 
-    return write_text(Path(run) / "report.html", page(read_run(Path(run))))
+
+def page_of(folder: Path) -> str:
+    """The HTML text of the page of a run folder, or of the folder of a comparison.
+
+    Raises
+    ------
+    RequestError
+        see `write_page`.
+    """
+    from ...reports.page.comparison_page import comparison_page  # here, because figures take half a second
+    from ...reports.page.page import page
+
+    return comparison_page(read_comparison(folder)) if is_comparison(folder) else page(read_run(folder))

@@ -1,5 +1,7 @@
 """Measured against predicted: motion over time and from above, accelerations as scatter, their errors as histograms."""
 
+import pandas as pd
+
 from ....comparison.facts import Comparison
 from ....physics.frames import AXES
 from ....physics.in_words import unit_text
@@ -18,11 +20,17 @@ ARROW = "\N{RIGHTWARDS ARROW}"
 
 def agreement(run: RunFolder) -> Section:
     """Speeds over time and the track, then the accelerations of all held-out rows."""
-    stretch = held_out_stretch(run.series)
+    drawn = render(legend(), motion(run.series, "that the fit never saw"), legend(MODELS), *_pointwise(run))
+    return Section("Measured against predicted", drawn)
+
+
+def motion(series: pd.DataFrame, which: str) -> Html:
+    """Measured and predicted speeds over time, and the track; `which` says what motion it is."""
+    stretch = held_out_stretch(series)
     seconds = stretch["time"].iloc[-1] - stretch["time"].iloc[0]
     over_time = figure(
         [speeds(stretch)],
-        f"{typeset(float(seconds), 2)} s of motion that the fit never saw. At each dotted line the predictions start "
+        f"{typeset(float(seconds), 2)} s of motion {which}. At each dotted line the predictions start "
         "again from the measured state and then run open loop: the farther a coloured line strays before the next one, "
         "the worse the model. Lines that leave the frame go on outside it.",
         cls="wide",
@@ -33,8 +41,7 @@ def agreement(run: RunFolder) -> Section:
         "the starts.",
         cls="one",
     )
-    drawn = render(legend(), over_time, from_above, legend(MODELS), *_pointwise(run))
-    return Section("Measured against predicted", drawn)
+    return render(over_time, from_above)
 
 
 MODELS = ("before", "after")

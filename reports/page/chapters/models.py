@@ -4,11 +4,10 @@ import math
 from collections.abc import Sequence
 
 from ....comparison.differences import PairedRecord
-from ....comparison.facts import ComparedModel, Comparison, Domain
+from ....comparison.facts import AuditRecord, ComparedModel, Comparison, Domain
 from ....physics.frames import AXES
 from ....physics.in_words import unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
-from ...run_contents import RunFolder
 from ...wording import INTERVAL_HOLDS, OWN_NUMBERS, goodness, held_shares, interval, judged_rows, typeset, within
 from ..figures.model_figures import trust
 from ..markup import Html, element, figure, folded, lines, render, table
@@ -29,11 +28,10 @@ MEANING = {
 TITLE = "Which model to trust"
 
 
-def models(run: RunFolder, *, short_of: str = "") -> Html:
+def models(comparison: Comparison, audit: AuditRecord | None = None, *, short_of: str = "") -> Html:
     """The picture, then the tables, with every paired difference folded away; without tables where `short_of` a run."""
-    comparison = run.comparison
     horizon, reference = hero_horizon(comparison), reference_of(comparison)
-    shown = rivals(comparison, run.audit)
+    shown = rivals(comparison, audit)
     paired = any(rival.interval for rival in shown)
     caption = (
         "Look for the row at the top whose mark is a blue disc: it keeps the laws of a hull. "
@@ -218,4 +216,4 @@ def _marked(value: str, told: PairedRecord | None) -> str:
     return render(value, " ", element("span", sign, cls=cls, attributes={"title": told.verdict}))
 
 
-MODELS = Chapter(50, lambda run: Section(TITLE, models(run)))
+MODELS = Chapter(50, lambda run: Section(TITLE, models(run.comparison, run.audit)))

@@ -114,11 +114,10 @@ def falling_error(run: RunFolder) -> Section:
     return Section("The error, step by step" if len(steps) > 1 else "The error of the nominal model", drawing)
 
 
-def legend(roles: Sequence[str] = ("measured", "before", "after")) -> Html:
-    """What the colours mean."""
-    return element(
-        "div", *(element("span", element("i"), text, cls=role) for role, text in LEGEND if role in roles), cls="key"
-    )
+def legend(roles: Sequence[str] = ("measured", "before", "after"), after: str = "corrected") -> Html:
+    """What the colours mean; `after` is the name of the second model."""
+    texts = ((role, text.replace("corrected", after)) for role, text in LEGEND if role in roles)
+    return element("div", *(element("span", element("i"), text, cls=role) for role, text in texts), cls="key")
 
 
 def _line(line: Line) -> Html:

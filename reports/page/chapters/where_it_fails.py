@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from ....comparison.facts import CORRECTED, Comparison
 from ....comparison.failing.failures import Structure
 from ....comparison.failing.rows import scene
 from ....comparison.failing.segments import FailingSeconds
@@ -24,13 +25,26 @@ from ..markup import Html, element, enlargeable, figure, lines, render, table
 from .base import Chapter, Section
 from .verdict import legend
 
+TITLE = "Where it fails"
 _LOOKS = ("Fast or slow", "Early or late", "With the heading", "Over time")
 
 
 def where_it_fails(run: RunFolder) -> Section:
-    """Where the error gathers before and after: from above, by regime, in time, by frequency and heading."""
-    places, structure = run.comparison.failures or run.findings.failures, run.comparison.structure
-    rows, held_out = regime_rows(run.series)
+    """Where the error of a run gathers before and after."""
+    return Section(TITLE, failing(run.comparison, run.series, run.findings.failures))
+
+
+def failing(comparison: Comparison, series: pd.DataFrame, known: Sequence[FailingPlace] = ()) -> Html:
+    """Where the error gathers before and after: from above, by regime, in time, by frequency and heading.
+
+    Parameters
+    ----------
+    series : of the two models of which the comparison tells that
+    known : the places where it tells none
+    """
+    places, structure = comparison.failures or known, comparison.structure
+    after = structure[-1].model if len(structure) > 1 else CORRECTED
+    rows, held_out = regime_rows(series)
     source = (
         "held-out data" if held_out else "all parts of the log, because the held-out part alone is too short for a map"
     )
@@ -41,24 +55,23 @@ def where_it_fails(run: RunFolder) -> Section:
         "The percentage under each bin is its share of the time.",
         cls="pair",
     )
-    drawn = render(
-        _maps(run.series, places),
-        _worst(places, told_of(run.comparison.models, structure)),
-        legend(("before", "after")),
+    return render(
+        _maps(series, places, after),
+        _worst(places, told_of(comparison.models, structure)),
+        legend(("before", "after"), after),
         bars,
         _times(structure),
         _structure(structure),
     )
-    return Section("Where it fails", drawn)
 
 
-def _maps(series: pd.DataFrame, places: Sequence[FailingPlace]) -> Html:
+def _maps(series: pd.DataFrame, places: Sequence[FailingPlace], after: str) -> Html:
     """The longest log from above, before and after, on one scale of colour."""
     axis = AXES.index(places[0].axis) if places and places[0].axis in AXES else _worst_axis(series)
     longest = series[series["log"] == series["log"].value_counts(sort=False).idxmax()]
     errors = [local_error(longest, model, axis) for model in ("before", "after")]
     bounds = heat_steps(float(scene(SeriesTable.of(longest)).spread[axis]), errors)
-    titles = ["before: the nominal model", "after: the corrected model"]
+    titles = ["before: the nominal model", f"after: the {after} model"]
     alone = np.array_equal(*errors, equal_nan=True)
     if alone:
         errors, titles = errors[:1], ["the nominal model"]
@@ -194,7 +207,7 @@ def _structure(structure: Sequence[Structure]) -> Html:
         element("dl", *told, cls="told"),
         cls="card",
     )
-    key = legend(("measured", "before", "after") if len(known) > 1 else ("measured", "before"))
+    key = legend(("measured", "before", "after") if len(known) > 1 else ("measured", "before"), structure[-1].model)
     return render(element("h3", "What the error is like"), key, fast, turned, in_words)
 
 

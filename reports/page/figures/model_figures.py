@@ -100,7 +100,9 @@ def _look(rival: Rival) -> Look:
 
 
 def _about(rival: Rival) -> str:
-    """The kind of the model, and how many numbers were fitted."""
+    """The kind of the model, and how many numbers were fitted, or that they were to the rows that judge."""
+    if rival.fitted_here:
+        return f"{rival.kind}, fitted to these rows"
     if not rival.parameters:
         return rival.kind
     count = f"{rival.parameters:,}".replace(",", "\N{NO-BREAK SPACE}")

@@ -1,6 +1,7 @@
 """The report page in a real browser: light and dark, wide and narrow: no overflow, no missing glyph, no network."""
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from sample_run import compare_many, write_sample
 from undertow.physics.errors import RequestError
 from undertow.reports.page.pdf import find_browser, print_pdf
 from undertow.workflows.report import report
+from undertow.workflows.run_folder.write import write_page
 
 LOOKS = [(scheme, width) for scheme in ("light", "dark") for width in (1280, 390)]
 A4_WIDTH = 703  # pixels between the margins of the print style, 186 mm
@@ -79,12 +81,17 @@ def browser(executable):
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory):
-    """The page of seven models on a log of ten minutes, and the page of two runs."""
+    """The page of seven models on a log of ten minutes, the page of two runs, and that of a comparison."""
     folder = tmp_path_factory.mktemp("browser")
     runs = [write_sample(folder / "long", seconds=600.0), write_sample(folder / "short", seconds=60.0)]
     compare_many(runs[0])
     one, *_, fleet = report(runs, out=folder / "fleet.html")
-    return {"one": one, "fleet": fleet}
+    compared = folder / "compared"
+    compared.mkdir()
+    for name in ("comparison.json", "series.csv"):
+        shutil.copy(runs[0] / name, compared)
+    (compared / "run.json").write_text('{"schema": "undertow.run/1", "verb": "compare"}')
+    return {"one": one, "fleet": fleet, "compared": write_page(compared)}
 
 
 @pytest.fixture
@@ -110,7 +117,7 @@ def test_a_page_of_many_models_is_small(pages):
     assert pages["one"].stat().st_size < 3_000_000
 
 
-@pytest.mark.parametrize("name", ["one", "fleet"])
+@pytest.mark.parametrize("name", ["one", "fleet", "compared"])
 @pytest.mark.parametrize(("scheme", "width"), LOOKS)
 def test_the_page_fits_the_window_and_asks_for_nothing(pages, looked, name, scheme, width, tmp_path):
     tab = looked(pages[name], scheme, width)

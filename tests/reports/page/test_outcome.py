@@ -167,7 +167,7 @@ def test_no_model_is_in_bold_where_none_is_to_be_trusted(tmp_path: Path, monkeyp
 
     monkeypatch.setattr("undertow.reports.page.chapters.models.trust", drawn)
     none = Best(sentence="Trust none of the models on these rows: nothing is better.")
-    one, other = (models(replace(run, comparison=run.comparison.but(best=best))) for best in (BEST.best, none))
+    one, other = (models(run.comparison.but(best=best)) for best in (BEST.best, none))
     assert "The model to trust is in bold" in render(one)
     assert "None is in bold: none is to be trusted" in render(other)
     assert bold == ["nominal", ""]
