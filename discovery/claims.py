@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..physics.in_words import words
 from ..physics.vehicle import Vehicle
 from .candidates.candidate import Candidate, Kind
 from .evidence.invariance import Invariance
@@ -91,7 +92,7 @@ class Tests:
             Reason.CROWD: f"{self.names} names" + (f" and {self.terms} terms without one" if self.terms else ""),
             Reason.CHANCE: f"{e.chance.better} of {e.chance.of}" if e.chance else "",
             Reason.OUT_OF_STEP: f"{e.out_of_step:.2f}",
-            Reason.LOOK_ALIKES: ", ".join(name.replace("_", " ") for name in e.indistinguishable_from or (e.rival,)),
+            Reason.LOOK_ALIKES: ", ".join(map(words, e.indistinguishable_from or (e.rival,))),
         }
         return {reason: text for reason, text in listed.items() if text}
 

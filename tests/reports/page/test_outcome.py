@@ -46,7 +46,7 @@ def story(before: float | None, after: float | None, *missing: str) -> Findings:
     ]
     return Findings(
         verdict="missing",
-        headline="The model is missing munk moment.",
+        headline="The model is missing Munk moment.",
         missing=missing or ("munk_moment",),
         candidates=(),
         steps=tuple(steps),
@@ -139,7 +139,7 @@ def test_discover_prints_which_model_to_trust(tmp_path: Path, monkeypatch: pytes
     said = " ".join(done("discover", "log.csv", "-v", "blueboat", "--out", "run", "--no-report").split())
     sentence = read_run(tmp_path / "run").comparison.best.sentence
     assert sentence.replace(NARROW, " ") in said.replace(NARROW, " ")
-    assert said.index("Trust ") < said.index("Effects, best first")
+    assert said.index("Trust ") < said.index("Effects, surest first")
     assert "Adding it removes" in said.split("Trust ")[0]
     marks, model = source_marks(read_run(tmp_path / "run").findings), load_vehicle(tmp_path / "run" / "model.yaml")
     assert f"X_uu {marks['X_uu']}: identified by undertow from" in str(model.sources)
@@ -217,7 +217,7 @@ def test_an_open_verdict_is_an_answer_in_three_lines():
         "Predicts best: the corrected model (model.yaml), with a position error of 10 s predictions of 0.50 m on "
         "unseen rows, 75 % less than the nominal model's 2.0 m."
     )
-    assert second == ("In play: surge linear damping (63 %) and munk moment (40 %). model.yaml has them.")
+    assert second == ("In play: surge linear damping (63 %) and Munk moment (40 %). model.yaml has them.")
     assert third == (
         "Next step: check X_u in the vehicle file: it says \N{MINUS SIGN}9.00, this log asks for about "
         "\N{MINUS SIGN}17.0 N s/m."
