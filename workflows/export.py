@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..comparison.facts import AuditRecord, Comparison
 from ..comparison.models_by_name import MODEL_CURE, load_model
@@ -22,7 +22,7 @@ from ..physics.forces import CURRENT
 from ..physics.in_words import number
 from ..physics.laws.damping_power import Envelope
 from ..physics.printable import one_line
-from ..physics.reading import read_bytes
+from ..physics.reading import Plain, read_bytes
 from ..physics.sources import ALL
 from ..physics.stated_values import amount, values_of
 from ..physics.vehicle import Vehicle, load_vehicle
@@ -198,7 +198,7 @@ def _numbers(
     """
     vehicle, found, notes = model.vehicle, list[KnownNumber](), list[str]()
     kept = (ALL, "thrusters") if model.kind == "network" else tuple(vehicle.sources)
-    sources: dict[str, Any] = {}
+    sources: Plain = {}
     for key, entry in vehicle.sources.items():
         if key in kept:
             inside = entry if isinstance(entry, Mapping) else {}

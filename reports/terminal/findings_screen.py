@@ -18,6 +18,7 @@ from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, Rollo
 from ..page.outcome import (
     also_worse,
     answer,
+    cannot,
     gets_worse,
     headline,
     opening,
@@ -94,6 +95,7 @@ def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) 
         outcome(findings, comparison): done,
         with_likely(findings, comparison): done,
         also_worse(findings, comparison): UNSURE,
+        cannot(comparison): BAD,
         recommendation(findings, comparison): trust_style(comparison),
     }
     return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison, nominal)]
