@@ -1,6 +1,6 @@
 """The first lines of a run, from typed facts: the verdict, what it did to the error, and what it leaves open."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import isfinite
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from ...discovery.found_effects import FoundEffect
 from ...physics.frames import AXES
 from ...physics.in_words import listing, number, percent, share_removed, words
 from ...physics.vehicle import Vehicle
-from ...residuals.scores import ROLLOUT_UNITS, RolloutRecord
+from ...residuals.scores import ROLLOUT_UNITS
 from ..sureness import file_numbers, in_order, named, odds, with_odds
 from ..wording import CALIBRATED, LEAD, effect_words, pick_horizon, twins
 from .rivals import difference
@@ -182,23 +182,15 @@ def cannot(comparison: Comparison) -> str:
     if horizon in own.rollout and guesses:
         mine = own.rollout[horizon]
         least = {axis: min(guess.of(axis) for guess in guesses) for axis in AXES}
-        worse = [
-            f"{axis} ({_against(mine.of(axis), least[axis], axis)})" for axis in AXES if _errs_more(mine, least, axis)
-        ]
+        worse = [axis for axis in AXES if _errs_more(mine.of(axis), least[axis])]
         told += [f"in the speeds predicted over {horizon} s of {listing(worse)}"] * bool(worse)
     name = own.name[:1].upper() + own.name[1:]
     return f"{name} errs more than a guess that knows nothing of the boat {' and '.join(told)}." if told else ""
 
 
-def _errs_more(own: RolloutRecord, least: Mapping[str, float], axis: str) -> bool:
-    """Whether predictions err more than the best guess; those that all run away have no error, and do."""
-    return isfinite(least[axis]) and not own.of(axis) <= least[axis] * (1.0 + _LEVEL)
-
-
-def _against(own: float, guess: float, axis: str) -> str:
-    """Two errors of a speed, side by side."""
-    mine = number(own, 2) if isfinite(own) else "run away"
-    return f"{mine} against {number(guess, 2)} {ROLLOUT_UNITS[axis]}"
+def _errs_more(own: float, guess: float) -> bool:
+    """Whether an error is larger than that of a guess; that of predictions which all run away is unknown, and is."""
+    return isfinite(guess) and not own <= guess * (1.0 + _LEVEL)
 
 
 def recommendation(findings: Findings, comparison: Comparison) -> str:
