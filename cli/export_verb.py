@@ -19,7 +19,10 @@ def formats() -> str:
 def export(
     model: Annotated[str, typer.Argument(metavar="MODEL", help="Vehicle file, or run folder: its corrected model.")],
     to: Annotated[str, typer.Option("--to", metavar="FORMAT", help="Format, see below.")],
-    out: Annotated[Path, typer.Option("--out", "-o", help="File to write; some formats write one beside it.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="File to write, named after MODEL if left out; some formats write two."),
+    ] = None,
     time_step: Annotated[float, typer.Option("--time-step", help="Of the step function, in seconds.")] = 0.05,
     gz: Annotated[str, typer.Option("--gz", help="sdf: garden, for Gazebo Garden and later, or fortress.")] = "garden",
     added_mass: Annotated[
@@ -31,9 +34,11 @@ def export(
     with failing_clearly():
         from ..exports.formats.base import chosen
         from ..workflows.export import export as write
+        from ..workflows.export import named_after
 
-        earlier = earlier_files((("--out", "export", out),), (model,), force=force)
-        done = write(model, to, out, chosen(time_step, gz, added_mass), force=force)
+        target = out or named_after(model, to)
+        earlier = earlier_files((("--out", "export", target),), (model,), force=force)
+        done = write(model, to, target, chosen(time_step, gz, added_mass), force=force)
         tell_replaced(earlier)
         say(f"{to}: {', '.join(map(str, done.files))}")
         if done.facts.found:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..physics.in_words import words
 from ..physics.vehicle import Vehicle
 from .candidates.candidate import Candidate, Kind
 from .evidence.invariance import Invariance
@@ -69,7 +70,7 @@ class Tests:
             Reason.OTHER_FORM: beside.told if beside else "",
             Reason.SUBSTITUTE: beside.told if beside and beside.told else "one free force explains this log as well",
             Reason.OUT_OF_STEP: f"{e.out_of_step:.2f}",
-            Reason.LOOK_ALIKES: ", ".join(name.replace("_", " ") for name in e.indistinguishable_from or (e.rival,)),
+            Reason.LOOK_ALIKES: ", ".join(map(words, e.indistinguishable_from or (e.rival,))),
         }
         return {reason: text for reason, text in listed.items() if text}
 

@@ -239,7 +239,7 @@ def _open(e: Evidence, reason: Reason) -> bool:
 
 def _told(g: Grounds, e: Evidence, reason: Reason, terms: Sequence[FoundTerm]) -> str:
     """What the evidence adds to the sentence of a reason."""
-    rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
+    rivals = ", ".join(map(words, e.indistinguishable_from))
     if reason is Reason.FAINT:
         return f"{f'This log cannot tell it from {rivals}' if rivals else 'Perhaps'}: {_FAINT.format(e.faint)}"
     if reason is Reason.FILE_VALUE:

@@ -24,7 +24,7 @@ _NOTHING = 1e-9
 
 
 def told(vehicle: Vehicle, envelope: Envelope, instead: Mapping[str, float]) -> list[str]:
-    """A sentence for each effect that has other values in a format, with the force that it lacks.
+    """A sentence for each effect that has other values in a format, with the force that is missing.
 
     Parameters
     ----------
@@ -50,8 +50,13 @@ def _sentence(name: str, vehicle: Vehicle, envelope: Envelope, moved: Mapping[st
     return f"{begin}{when}: {difference(vehicle, vehicle.with_values(moved), envelope)}"
 
 
-def difference(one: Vehicle, other: Vehicle, envelope: Envelope) -> str:
-    """How much the forces of two vehicles differ in the same motions over ground, in words."""
+def difference(one: Vehicle, other: Vehicle, envelope: Envelope, what: str = "the missing force") -> str:
+    """How much the forces of two vehicles differ in the same motions over ground, in words.
+
+    Parameters
+    ----------
+    what : name of the difference
+    """
     drawn = _drawn(one, envelope)
     a, b = (forces(vehicle, drawn) for vehicle in (one, other))
     told = []
@@ -61,7 +66,7 @@ def difference(one: Vehicle, other: Vehicle, envelope: Envelope) -> str:
             told.append(f"{axis} {np.sqrt(np.mean((x - y) ** 2)):.3g} {unit} (up to {most:.3g})")
     if not told:
         return "no force within the envelope."
-    return f"the force lacks, root mean square over the envelope, {listing(told)}."
+    return f"{what}, root mean square over the envelope, is {listing(told)}."
 
 
 class _Drawn(NamedTuple):

@@ -107,6 +107,15 @@ def log_prefixes(logs: Sequence[int]) -> list[str]:
     return [f"/log{log}" if len(logs) > 1 else "" for log in sorted(logs)]
 
 
+def mcap_installed() -> bool:
+    """Whether files can be written: the package mcap is there."""
+    try:
+        import mcap.records  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
 def require_mcap() -> None:
     """Check that files can be written.
 
@@ -115,10 +124,8 @@ def require_mcap() -> None:
     RequestError
         when the package mcap is missing, with the remedy.
     """
-    try:
-        import mcap.records  # noqa: F401
-    except ImportError:
-        raise RequestError(f"a series for viewers needs the package mcap: {how_to_install('logs')}") from None
+    if not mcap_installed():
+        raise RequestError(f"a series for viewers needs the package mcap: {how_to_install('logs')}")
 
 
 def write_series(

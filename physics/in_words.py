@@ -17,11 +17,11 @@ def words(name: str) -> str:
     --------
     >>> words("surge_quadratic_damping")
     'surge quadratic damping'
-    >>> words("thruster_asymmetry[port]")
-    'thruster asymmetry of port'
+    >>> words("thruster_asymmetry[port]"), words("munk_moment")
+    ('thruster asymmetry of port', 'Munk moment')
     """
     what, _, whose = name.rstrip("]").partition("[")
-    return what.replace("_", " ") + (f" of {whose}" if whose else "")
+    return what.replace("_", " ").replace("munk", "Munk") + (f" of {whose}" if whose else "")
 
 
 def finite(value: Any) -> float:

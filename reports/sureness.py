@@ -18,8 +18,13 @@ SURE_IN_SHORT = "sure: calibrated probability that the name is true (docs/judgem
 """The same where there is one line for it."""
 UNCALIBRATED = "not known: an earlier version wrote this run, before the odds of a name were calibrated"
 """What stands there of the findings of an earlier version."""
-REMOVED = "share of the nominal model's force error on unseen rows, on the axis where it is most"
-"""What "force error removed" is."""
+BACK = "comes back without it"
+"""Over the column of what an effect is worth."""
+COMES_BACK = (
+    "squared force error on unseen rows when it alone is left out (or that it would still remove), as a share of the "
+    "nominal model's on its best axis"
+)
+"""What that is."""
 _MOST = 0.999
 """Probability that is written of more: nothing is ever certain."""
 
@@ -69,18 +74,25 @@ def marked(found: FoundEffect) -> str:
     return f"{verdict_word(found)} ({known})" if known else verdict_word(found)
 
 
-def removed(found: FoundEffect) -> str:
-    """Share of the unseen force error that an effect removes; empty where the log cannot show it."""
-    if found.cannot_tell:
-        return ""
-    return share_removed(found.error_drop if found.claim is None else found.claim.worth.force)
+def worth(found: FoundEffect) -> float:
+    """Share of the nominal model's squared force error on unseen rows that comes back without an effect."""
+    return finite(found.error_drop if found.claim is None else found.claim.worth.force)
+
+
+def comes_back(found: FoundEffect) -> str:
+    """The same in words; empty where the log cannot show it."""
+    return "" if found.cannot_tell else share_removed(worth(found))
 
 
 def in_order(candidates: Iterable[FoundEffect]) -> list[FoundEffect]:
-    """Candidates by verdict, those of one verdict by their odds; what the log cannot show stands after what it can."""
+    """Candidates by verdict, those of one verdict by the odds that are shown, then by what comes back without them.
 
-    def place(item: FoundEffect) -> tuple[int, bool, float]:
-        return item.rank, item.cannot_tell, -max(finite(item.confidence), 0.0)
+    What the log cannot show stands after what it can.
+    """
+
+    def place(item: FoundEffect) -> tuple[int, bool, float, float]:
+        shown = finite(item.confidence) if odds(item) else 0.0
+        return item.rank, item.cannot_tell, -shown, -worth(item)
 
     return sorted(candidates, key=place)
 

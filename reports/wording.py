@@ -203,9 +203,9 @@ def energy_verdict(passivity: Passivity) -> str:
 
 
 def told_of(models: Sequence[ComparedModel], structure: Sequence[Structure]) -> str:
-    """The models whose failures are told, and those that were not looked at, as a sentence; empty where none say."""
+    """The models whose failures are shown, and those that were not looked at, as a sentence; empty where none say."""
     shown = [one.model for one in structure]
     others = [m.name for m in models if m.kind != "baseline" and m.name not in shown]
     if not shown:
         return ""
-    return f"Told of {listing(shown)}{f'; not looked at: {listing(others)}' if others else ''}."
+    return f"Failures of {listing(shown)}{f'; not looked at: {listing(others)}' if others else ''}."

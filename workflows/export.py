@@ -22,7 +22,7 @@ from ..physics.forces import CURRENT
 from ..physics.in_words import number
 from ..physics.laws.damping_power import Envelope
 from ..physics.printable import one_line
-from ..physics.reading import read_bytes
+from ..physics.reading import Plain, read_bytes
 from ..physics.sources import ALL
 from ..physics.stated_values import amount, values_of
 from ..physics.vehicle import Vehicle, load_vehicle
@@ -106,6 +106,30 @@ def export(
     return Exported(tuple(written), facts)
 
 
+def named_after(model: PathLike, to: str) -> Path:
+    """The file, in the working folder, that an export of a model has where nobody names one.
+
+    Parameters
+    ----------
+    model : vehicle file, run folder, or name of a shipped vehicle
+    to : name of the format
+
+    Raises
+    ------
+    RequestError
+        when the format is unknown.
+
+    Examples
+    --------
+    >>> str(named_after("runs/otter-run", "c")), str(named_after("runs/otter-run/model.yaml", "sdf"))
+    ('otter-run.h', 'otter-run.sdf')
+    """
+    path = Path(model).absolute()
+    name = path.parent.name if path.name == "model.yaml" else path.name.removesuffix(".yaml").removesuffix(".yml")
+    named = Path(f"{name or 'model'}{format_named(to).suffix}")
+    return named if named.absolute() != path else named.with_stem(f"{named.stem}_{to}")
+
+
 def _network(model: Model) -> "NetworkModel | None":
     """A network beside a vehicle's physics or in its place; None for any other model."""
     if model.kind not in ("hybrid", "network") or isinstance(model, FunctionModel):
@@ -170,10 +194,16 @@ def _numbers(
     """Each number of a model that is not null, with its unit, interval and source; then the sources of sections.
 
     Of a vehicle whose physics a network replaces, these are the thrusters and the current, which the network sees.
+    A section's source may be one text, or one for each symbol or thruster in it.
     """
     vehicle, found, notes = model.vehicle, list[KnownNumber](), list[str]()
     kept = (ALL, "thrusters") if model.kind == "network" else tuple(vehicle.sources)
-    sources = {key: text for key, text in vehicle.sources.items() if key in kept}
+    sources: Plain = {}
+    for key, entry in vehicle.sources.items():
+        if key in kept:
+            inside = entry if isinstance(entry, Mapping) else {}
+            sources |= {name if name in vehicle.values else f"{key}, {name}": text for name, text in inside.items()}
+            sources |= {} if inside else {key: entry}
     for symbol in vehicle.values:
         parameter = vehicle.parameter(symbol)
         seen = model.kind != "network" or parameter.section == "thrusters" or symbol in CURRENT[:2]

@@ -175,7 +175,7 @@ def init(
     thrusters, astern = _with_astern(records, found) if base is None else (found, True)
     known = hull or Hull()
     first = read[0].name if len(read) == 1 else f"{len(read)} logs"
-    called = name or (f"{base.name}, from {first}" if base else f"boat of {first.split('.')[0]}")
+    called = name or (f"{base.name}, from {first}" if base else f"boat of {Path(first.removesuffix('.gz')).stem}")
     vehicle = (
         on_typical_hull(records, thrusters, known, called)
         if base is None

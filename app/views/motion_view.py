@@ -27,7 +27,7 @@ _SPEEDS = tuple(
 )
 _MISSING = tuple(
     Panel(
-        f"{axis} force that lacks",
+        f"missing {axis} force",
         unit,
         (Line(f"{name}_before", "as it was", "before"), Line(f"{name}_after", "now", "after")),
     )

@@ -5,6 +5,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import PlainSerializer, SerializerFunctionWrapHandler, model_serializer
 
 from ...physics.file_records import Number, Record
+from ...physics.in_words import words
 from ..found_effects import FoundTerm
 from .memory import Past
 
@@ -131,7 +132,7 @@ class Distilled(Record):
         """The answer in a sentence."""
         if not any(axis.matters for axis in self.axes):
             return f"Nothing to distil: what {self.model} adds to {self.nominal} is too small to matter on every axis."
-        names = [part.effect.replace("_", " ") for part in self.effects if part.verdict == "named"]
+        names = [words(part.effect) for part in self.effects if part.verdict == "named"]
         if not names:
             return f"No named effect is found for sure in what {self.model} adds to {self.nominal}."
         listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -7,6 +7,7 @@ The force balance with the velocities as they were measured tells whether one th
 
 from collections.abc import Sequence
 
+from ...physics.in_words import words
 from ..candidates.candidate import Candidate, Kind
 from ..search.floating import Search, State
 from .weighing import TELL_APART
@@ -46,7 +47,7 @@ def beside_unjudged(forces: Search, state: State, kept: Sequence[str], unjudged:
             if min(wide.quick(scores, {**now, **gone, rival.key: shape}) for shape in shapes) < beside + TELL_APART:
                 for key in group:
                     found.setdefault(key, []).append(rival.effect.name)
-    return {key: " or ".join(n.replace("_", " ") for n in dict.fromkeys(names)) for key, names in found.items()}
+    return {key: " or ".join(map(words, dict.fromkeys(names))) for key, names in found.items()}
 
 
 def _axes(candidate: Candidate) -> set[int]:

@@ -6,6 +6,7 @@ from math import ceil
 import numpy as np
 
 from ...physics.frames import AXES
+from ...physics.in_words import words
 from ..evidence.weighing import CERTAINLY, Evidence
 from ..findings import Advice
 from ..identifiability.rehearsal import Rehearsal, rehearse
@@ -129,8 +130,8 @@ def reasons(settled: Sequence[Parting], trial: int) -> str:
     if hidden:
         # Some show in a trial by being told from others there and not by their size: their shares would say nothing.
         larger = [p for p in hidden if _larger(p, trial)][:_MOST_NAMED]
-        shown = [f"{_words(p.effects[0])} as {_shares(p, trial)}" for p in larger]
-        names = [_words(p.effects[0]) for p in hidden[: 0 if shown else _MOST_NAMED]]
+        shown = [f"{words(p.effects[0])} as {_shares(p, trial)}" for p in larger]
+        names = [words(p.effects[0]) for p in hidden[: 0 if shown else _MOST_NAMED]]
         more = len(hidden) - len(shown) - len(names)
         what = f"show a plausible {', '.join(shown)}" if shown else f"tell from the others {', '.join(names)}"
         rest = f" and {more} more effect{'s' * (more > 1)}" if more > 0 else ""
@@ -157,21 +158,17 @@ def _told_by(p: Parting, trial: int) -> int:
 def _purpose(p: Parting) -> str:
     several = len(p.effects) > 1
     return (
-        f"would tell {_apart(p.effects)}" if several else f"would settle whether there is {_words(''.join(p.effects))}"
+        f"would tell {_apart(p.effects)}" if several else f"would settle whether there is {words(''.join(p.effects))}"
     )
 
 
 def _apart(keys: Sequence[str]) -> str:
-    return f"{_words(keys[0])} from {_words(keys[1])}" if len(keys) == 2 else f"{_listed(keys)} apart"
+    return f"{words(keys[0])} from {words(keys[1])}" if len(keys) == 2 else f"{_listed(keys)} apart"
 
 
 def _listed(keys: Sequence[str]) -> str:
-    names = [_words(key) for key in keys]
+    names = [words(key) for key in keys]
     return f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def _words(key: str) -> str:
-    return key.replace("_", " ").replace("[", " (").replace("]", ")")
 
 
 def _percent(share: float) -> str:

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Strict
 
 from ...physics.file_records import Number, Record
+from ...physics.in_words import words
 
 Ratio = Annotated[float, BeforeValidator(lambda value: math.inf if value is None else value), Strict()]
 """A ratio that JSON has as null where it is infinite."""
@@ -56,14 +57,10 @@ class Identifiability(Record):
     @property
     def sentence(self) -> str:
         """What the log cannot show or tell apart, for a line of progress."""
-        blind = [_words(key) for key in (*self.dormant, *self.absorbed, *self.noise_limited)]
-        groups = [" and ".join(map(_words, group)) for group in self.groups]
+        blind = [words(key) for key in (*self.dormant, *self.absorbed, *self.noise_limited)]
+        groups = [" and ".join(map(words, group)) for group in self.groups]
         told = [f"does not show {', '.join(blind)}"] if blind else []
         told += [f"hardly tells apart {'; '.join(groups)}"] if groups else []
         return (
             f"before the search: this log {', and '.join(told) or 'shows every effect, and no two of them move alike'}"
         )
-
-
-def _words(key: str) -> str:
-    return key.replace("_", " ")

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from ...measurements.statistics.second_processor import shared
+from ...physics.in_words import words
 from ...physics.stage import Say, Stage
 from ..candidates.candidate import Candidate
 from .neighbours import changes, difference, present
@@ -137,7 +138,7 @@ class Search(Scoring):
             for loss in sorted(self.losses(state)):
                 trial = self.without(state, loss.key)
                 if trial.score <= state.score or not self.matters(trial, state):
-                    say(Stage(f"- {loss.key} (too small to matter)"))
+                    say(Stage(f"trying without {words(loss.key)}, which is too small to matter"))
                     state = trial
                     break
             else:

@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from ...physics.in_words import listing, words
 from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Linearisation, Option
 from .gram import Fit, GramScores
@@ -77,7 +78,8 @@ def settled(before: Vehicle, after: Vehicle, chosen: Sequence[Option]) -> bool:
 
 
 def difference(before: Sequence[str], after: Sequence[str]) -> str:
-    """A change in words for the progress lines: + what came, - what went."""
-    gone = [f"- {key}" for key in before if key not in after]
-    come = [f"+ {key}" for key in after if key not in before]
-    return ", ".join(come + gone) or "reshaped"
+    """A change in words for the progress lines: a move of the search, which later moves may take back."""
+    gone = [words(key) for key in before if key not in after]
+    come = [words(key) for key in after if key not in before]
+    moves = [f"with {listing(come)}"] * bool(come) + [f"without {listing(gone)}"] * bool(gone)
+    return f"trying {' and '.join(moves) or 'other shapes'}"

@@ -191,23 +191,20 @@ def _fortress_coriolis(vehicle: Vehicle, given: Given) -> str:
     wrong = vehicle.with_values(
         {"surge:vr": vehicle.value("surge:vr") - 2.0 * a22, "yaw:uv": vehicle.value("yaw:uv") + a22}
     )
-    return f"Coriolis force of the added mass, which Fortress works out otherwise: {_swapped(vehicle, wrong, given)}"
-
-
-def _swapped(vehicle: Vehicle, wrong: Vehicle, given: Given) -> str:
-    return difference(vehicle, wrong, given.facts.envelope).replace("lacks", "is off by")
+    error = difference(vehicle, wrong, given.facts.envelope, "the error of the force")
+    return f"Coriolis force of the added mass, which Fortress works out otherwise: {error}"
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
     choices, vehicle = given.choices, given.vehicle
     inertial = choices.added_mass == "inertial"
     if inertial and choices.gz == "fortress":
-        raise RequestError("--added-mass inertial needs SDF 1.10, which Fortress does not read; leave --gz out")
+        raise RequestError("--added-mass inertial needs SDF 1.10, which Fortress does not read; use --gz garden")
     if not inertial and growth(vehicle) >= 1.0:
         raise RequestError(
             f"export: the added mass of {given.facts.name} is up to {growth(vehicle):.3g} times its own, and Gazebo's "
-            "plugin, which takes the acceleration of the step before, explodes from 1 on; --added-mass inertial hands "
-            "it to the physics engine (Garden and later)"
+            "plugin, which takes the acceleration of the step before, explodes from 1 on; use --gz garden "
+            "--added-mass inertial, which hands it to the physics engine (Garden and later)"
         )
     root = _document(given, identifier(path.stem), inertial)
     ElementTree.indent(root)

@@ -1,104 +1,273 @@
-"""Several runs side by side: which effects they share, which are of one boat, and whether their values agree."""
+"""Numbers of several runs side by side: which are the same, which differ and by how much, which are of one run only."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from enum import Enum
 
+import numpy as np
+from scipy.stats import chi2
+
+from ...discovery.evidence.weighing import CERTAINLY
 from ...discovery.found_effects import FoundEffect
+from ...physics.in_words import listing, number, unit_text, words
 from ..run_contents import RunFolder
-from ..sureness import odds, verdict_word
-from ..wording import effect_words
-from .coefficients import CoefficientRow, coefficient_rows
+from ..sureness import FileNumber, file_numbers, odds, vehicle_value, verdict_word
+from ..wording import effect_words, interval
 
 _FOUND = ("missing", "likely")
 """Verdicts with which an effect counts as found in a run."""
+_TWO_SIDED = 1.959964
+"""Half width of a 95 % interval, in standard deviations of a normal distribution."""
+_CHANCE = 0.05
+"""Probability under which a difference between equal numbers is called one: that of a 95 % interval."""
+_SEEN = 2.0 * CERTAINLY
+"""Log-likelihood that another log must be expected to give an effect so that its absence there says something: twice
+what a name needs, for the noise of that log is another. `benchmarks/two_runs.py` measures how often it misleads."""
+
+
+class Relation(Enum):
+    """How a number of several runs stands in them."""
+
+    DIFFERS = "differs"
+    ONLY_HERE = "only here"
+    SAME = "same"
+    CANNOT_TELL = "cannot tell"
 
 
 @dataclass(frozen=True, slots=True)
-class Shared:
-    """One effect over several runs.
+class Held:
+    """A number as one run has it.
 
     Attributes
     ----------
-    effect : its name in words, with the thruster where it concerns one
-    values : of each run, the coefficients of the corrected vehicle where the effect is missing or likely; else none
-    verdicts : of each run: missing, likely, possible, cannot tell, no evidence, or not judged
-    odds : of each run, how sure that is, such as "87 %"; empty where nobody knows
+    effect : in words, with the thruster where it concerns one
+    verdict : of the effect: missing, likely, possible; or calibrated, of a number that was fitted beside the effects
+    odds : how sure that is, such as "87 %"; empty where nobody knows
+    number : value and 95 % interval, as a corrected vehicle file has them
+    found : the effect; None for a number that was calibrated
     """
 
     effect: str
-    values: tuple[tuple[CoefficientRow, ...], ...]
-    verdicts: tuple[str, ...]
-    odds: tuple[str, ...]
+    verdict: str
+    odds: str
+    number: FileNumber
+    found: FoundEffect | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """How far a number of several runs is apart: the largest less the smallest.
+
+    Attributes
+    ----------
+    value, ci95 : of the difference, with its 95 % interval, in the unit of the number
+    chance : probability that numbers which are the same scatter by as much
+    """
+
+    value: float
+    ci95: tuple[float, float]
+    chance: float
+
+
+@dataclass(frozen=True, slots=True)
+class SharedNumber:
+    """One number over several runs.
+
+    Attributes
+    ----------
+    symbol, unit : its name and SI unit
+    held : of each run; None where its corrected model has the number of its file
+    elsewhere : of each run that does not hold it, what it says of the effect; empty for the others
+    filed : of each run, the value of its nominal vehicle; NaN where that has none
+    relation : how the runs stand to each other
+    difference : of two and more; None where fewer have an interval
+    why : where the runs cannot tell, what keeps them from it
+    """
+
+    symbol: str
+    unit: str
+    held: tuple[Held | None, ...]
+    elsewhere: tuple[str, ...]
+    filed: tuple[float, ...]
+    relation: Relation
+    difference: Difference | None = None
+    why: str = ""
 
     @property
-    def found_in(self) -> tuple[int, ...]:
-        """Indices of the runs that miss it, or probably do."""
-        return tuple(k for k, verdict in enumerate(self.verdicts) if verdict in _FOUND)
+    def holders(self) -> tuple[int, ...]:
+        """Indices of the runs that hold it."""
+        return tuple(k for k, one in enumerate(self.held) if one is not None)
 
     @property
-    def sure(self) -> bool:
-        """Whether it is missing wherever it was found, and nowhere merely likely."""
-        return all(self.verdicts[k] == "missing" for k in self.found_in)
+    def effect(self) -> str:
+        """The effect in words, of the first run that holds it."""
+        return next(one.effect for one in self.held if one is not None)
 
-    @property
-    def symbols(self) -> tuple[str, ...]:
-        """Its coefficients, in the order in which they were found."""
-        return tuple(dict.fromkeys(row.symbol for rows in self.values for row in rows))
+    def told(self, names: Sequence[str]) -> str:
+        """How the runs stand to each other, as a phrase.
 
-    def of(self, symbol: str) -> tuple[CoefficientRow | None, ...]:
-        """A coefficient in each run."""
-        return tuple(next((row for row in rows if row.symbol == symbol), None) for rows in self.values)
-
-    def agree(self, symbol: str) -> bool | None:
-        """True when the 95 % intervals of the coefficient have a value in common; None with fewer than two."""
-        known = [row.interval for row in self.of(symbol) if row is not None]
-        if len(known) < 2:
-            return None
-        return max(low for low, _ in known) <= min(high for _, high in known)
-
-
-def shared_effects(runs: Sequence[RunFolder]) -> list[Shared]:
-    """Every effect that some run misses or probably misses, those of most runs first, of these the sure ones."""
-    found = [{effect_words(item): item for item in run.findings.candidates if item.verdict in _FOUND} for run in runs]
-    names = {name: item.effect for one in found for name, item in one.items()}
-    effects = [
-        Shared(
-            name,
-            tuple(_values(one.get(name), run) for one, run in zip(found, runs, strict=True)),
-            tuple(
-                one[name].verdict if name in one else _verdict(run, name, effect)
-                for one, run in zip(found, runs, strict=True)
-            ),
-            tuple(odds(one[name]) if name in one else "" for one in found),
-        )
-        for name, effect in names.items()
-    ]
-    return sorted(effects, key=lambda effect: (-len(effect.found_in), not effect.sure))
+        Parameters
+        ----------
+        names : of the runs
+        """
+        where = listing([names[k] for k in self.holders])
+        if self.relation is Relation.ONLY_HERE:
+            return f"only in {where}" + ", the same there" * (len(self.holders) > 1)
+        if self.relation is Relation.CANNOT_TELL:
+            return f"cannot tell: {self.why}"
+        some = f" in {where}" if len(self.holders) < len(self.held) else ""
+        if self.relation is Relation.SAME or self.difference is None:
+            return f"same{some}"
+        apart, unit = self.difference, unit_text(self.unit)
+        size = f"{number(apart.value)} {unit}".rstrip()
+        rare = "< 0.1 %" if apart.chance < 1e-3 else f"{100.0 * apart.chance:.1f} %"
+        return f"differs{some} by {size} (95 %: {interval(apart.ci95)}); by chance: {rare}"
 
 
-def told(effect: Shared, names: Sequence[str]) -> str:
-    """Whether the runs agree about an effect, as a sentence."""
-    holders = [names[k] for k in effect.found_in]
-    if len(holders) == 1:
-        return f"only {holders[0]}"
-    both = "both runs" if len(names) == 2 else "all runs"
-    whole = both if len(holders) == len(names) else f"{len(holders)} of {len(names)} runs"
-    answers = {symbol: effect.agree(symbol) for symbol in effect.symbols}
-    apart = [symbol for symbol, answer in answers.items() if answer is False]
-    if apart:
-        return f"{whole}; the 95 % intervals of {', '.join(apart)} do not overlap"
-    return f"{whole}; the 95 % intervals overlap" if any(answers.values()) else whole
+def shared_numbers(runs: Sequence[RunFolder], names: Sequence[str]) -> list[SharedNumber]:
+    """Every number that some run found or calibrated, sure or not: what differs first, then what is of one run only.
+
+    Parameters
+    ----------
+    names : of the runs, for reasons
+    """
+    found = [_numbers(run) for run in runs]
+    symbols = dict.fromkeys(symbol for one in found for symbol in one)
+    numbers = [_shared(symbol, [one.get(symbol) for one in found], runs, names) for symbol in symbols]
+    order = list(Relation)
+    return sorted(numbers, key=lambda one: order.index(one.relation))
 
 
-def _values(item: FoundEffect | None, run: RunFolder) -> tuple[CoefficientRow, ...]:
-    """The coefficients of an effect that a run misses; none where it does not."""
-    return () if item is None else tuple(coefficient_rows([item], [item.effect], run.nominal, run.corrected))
+def common_effects(runs: Sequence[RunFolder]) -> tuple[list[str], list[str]]:
+    """The effects that every run misses, and those that each at least probably misses, in words."""
+    found = [{effect_words(item): item.verdict for item in run.findings.candidates} for run in runs]
+    both = [name for name in found[0] if all(one.get(name) in _FOUND for one in found)]
+    sure = [name for name in both if all(one[name] == "missing" for one in found)]
+    return sure, [name for name in both if name not in sure]
 
 
-def _verdict(run: RunFolder, name: str, effect: str) -> str:
-    """What a run says of an effect that it does not miss, or misses on another thruster."""
-    items = [item for item in run.findings.candidates if item.effect == effect]
-    item = next((item for item in items if effect_words(item) == name), items[0] if items else None)
+def difference_of(numbers: Sequence[FileNumber]) -> Difference | None:
+    """How far numbers are apart, and the probability of that where they are the same.
+
+    Estimates are normal. Of an interval that is not symmetric, the side towards what the numbers have in common counts.
+    The probability is that of Cochran's Q, the weighted sum of squares about the mean (Cochran 1954), which of two
+    numbers is the square of their difference in its standard deviations.
+
+    Parameters
+    ----------
+    numbers : those without an interval are passed over; fewer than two give None
+
+    Examples
+    --------
+    >>> one, two = (FileNumber("X_uu", "", x, (x - 0.6, x + 0.6)) for x in (-5.8, -5.3))
+    >>> found = difference_of([one, two])
+    >>> round(found.value, 2), [round(end, 2) for end in found.ci95], round(found.chance, 2)
+    (0.5, [-0.35, 1.35], 0.25)
+    """
+    known = [(one.value, *one.ci95) for one in numbers if one.ci95 is not None]
+    if len(known) < 2:
+        return None
+    value, low, high = np.array(known, float).T
+    tiny = 1e-9 * float(np.abs(value).max()) + 1e-300
+    deviation = np.maximum(0.5 * (high - low) / _TWO_SIDED, tiny)
+    for _ in range(2):
+        centre = np.average(value, weights=deviation**-2)
+        deviation = np.maximum(np.where(value < centre, high - value, value - low) / _TWO_SIDED, tiny)
+    centre = np.average(value, weights=deviation**-2)
+    chance = float(chi2.sf(np.sum(((value - centre) / deviation) ** 2), len(known) - 1))
+    most, least = int(np.argmax(value)), int(np.argmin(value))
+    apart = float(value[most] - value[least])
+    half = _TWO_SIDED * float(np.hypot(deviation[most], deviation[least]))
+    return Difference(apart, (apart - half, apart + half), chance)
+
+
+def _numbers(run: RunFolder) -> dict[str, Held]:
+    """The numbers of a run by symbol: of its effects that are at least possible, and of a calibration."""
+    held = {
+        one.symbol: Held("calibrated", "calibrated", "", FileNumber(one.symbol, one.unit, one.after, one.ci95))
+        for one in run.findings.calibrated
+    }
+    for item in run.findings.candidates:
+        if item.cannot_tell or (item.verdict == "no evidence" and not item.in_model):
+            continue
+        for one in file_numbers(item, run.nominal):
+            held[one.symbol] = Held(effect_words(item), verdict_word(item), odds(item), one, item)
+    return held
+
+
+def _shared(symbol: str, held: Sequence[Held | None], runs: Sequence[RunFolder], names: Sequence[str]) -> SharedNumber:
+    """A number with how the runs stand to each other."""
+    filed = tuple(vehicle_value(run.nominal, symbol) for run in runs)
+    known = [one for one in held if one is not None]
+    elsewhere = tuple("" if one else _said(run, known[0]) for one, run in zip(held, runs, strict=True))
+    difference = difference_of([one.number for one in known])
+    why = next(_doubts(held, runs, names), "") if len(known) < len(runs) else ""
+    if difference is not None and difference.chance < _CHANCE:
+        relation = Relation.DIFFERS
+    elif len(known) < len(runs) and not why:
+        relation = Relation.ONLY_HERE
+    elif difference is not None:
+        relation = Relation.SAME
+    else:
+        relation, why = Relation.CANNOT_TELL, why or "no interval is known"
+    return SharedNumber(symbol, known[0].number.unit, tuple(held), elsewhere, filed, relation, difference, why)
+
+
+def _doubts(held: Sequence[Held | None], runs: Sequence[RunFolder], names: Sequence[str]) -> Iterator[str]:
+    """Why a number may yet be in the runs that do not hold it, as far as the first that does can say."""
+    here = next(k for k, one in enumerate(held) if one is not None)
+    one = held[here]
+    if one is None or one.found is None:
+        yield "the others did not fit it"
+    elif one.found.claim is not None and not one.found.claim.null_excluded:
+        yield f"the interval of {names[here]} holds the value of the file"
+    else:
+        for k, run in enumerate(runs):
+            if held[k] is None and (why := _hides(run, one.found, runs[here], names[k])):
+                yield why
+
+
+def _hides(run: RunFolder, found: FoundEffect, here: RunFolder, name: str) -> str:
+    """Why a run does not show that an effect which another run found is absent; empty where it does.
+
+    The absence counts where the log was searched for the effect and can show it, no look-alike stands in its place, and
+    the effect would have given the search enough: its gain there, in the ratio of the lengths and of the squared forces
+    that a plausible amount makes.
+    """
+    log, own = run.findings, here.findings
+    candidate = _candidate(run, found)
+    known, seen = log.identifiability, own.identifiability
+    if candidate is None:
+        return f"{name} was not searched for it"
+    if candidate.cannot_tell or (known and found.key in (*known.dormant, *known.absorbed, *known.noise_limited)):
+        return f"the log of {name} cannot show it"
+    if candidate.verdict != "no evidence":
+        other = candidate.thrusters and candidate.key != found.key
+        return f"{name} has {effect_words(candidate)} in its place" if other else f"it may be in {name}, too"
+    alike = {*found.indistinguishable_from, *(item.split("[")[0] for item in (known.alike(found.key) if known else ()))}
+    instead = [item.effect for item in log.added if item.effect in alike]
+    if instead := [effect for effect in instead if effect not in {item.effect for item in own.added}]:
+        return f"{name} has {listing(list(map(words, instead)))} in its place"
+    if known is None or seen is None or found.claim is None:
+        return ""
+    there, ours = (which.excitation.get(found.key) for which in (known, seen))
+    length = (log.data.seconds or 0.0) / (own.data.seconds or float("inf"))
+    if there and ours and found.claim.gain * length * (there.share / max(ours.share, 1e-12)) ** 2 < _SEEN:
+        return f"the log of {name} would hardly show it"
+    return ""
+
+
+def _said(run: RunFolder, held: Held) -> str:
+    """What a run says of a number that it does not hold."""
+    if held.found is None:
+        return "not fitted"
+    item = _candidate(run, held.found)
     if item is None:
         return "not judged"
-    return "no evidence" if item.verdict in _FOUND else verdict_word(item)
+    return "no evidence" if item.thrusters and item.key != held.found.key else verdict_word(item)
+
+
+def _candidate(run: RunFolder, found: FoundEffect) -> FoundEffect | None:
+    """What a run says of an effect: of the same thruster, or else of another; None where it did not look for it."""
+    items = [item for item in run.findings.candidates if item.effect == found.effect]
+    return next((item for item in items if item.key == found.key), items[0] if items else None)

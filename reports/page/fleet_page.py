@@ -1,18 +1,18 @@
-"""One page for several runs: the fleet at a glance, the effects side by side, then each run in short."""
+"""One page for several runs: what tells them apart, their numbers side by side, then each run in short."""
 
 import os
 from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from ...physics.in_words import listing, unit_text, words
+from ...physics.in_words import counted, listing, words
 from ..run_contents import RunFolder
 from ..sureness import named, sure_caption, with_odds
-from ..wording import interval, typeset, within
+from ..wording import interval, typeset
 from .chapters.models import TITLE, models
 from .chapters.verdict import headline, hero_errors
 from .figures.fleet_figure import side_by_side
-from .fleet import Shared, shared_effects, told
+from .fleet import Held, Relation, SharedNumber, common_effects, shared_numbers
 from .markup import Html, element, figure, lines, render, table
 from .page import document
 
@@ -26,13 +26,13 @@ def fleet_page(runs: Sequence[RunFolder], home: Path) -> str:
     home : the folder in which the page will lie, from which it points at the page of each run
     """
     names = run_names(runs)
-    effects = shared_effects(runs)
+    numbers = shared_numbers(runs, names)
     sections = [
-        element("h1", _verdict(effects, len(runs))),
-        element("p", *_lead(effects, names), cls="lead"),
+        element("h1", _verdict(numbers, len(runs))),
+        element("p", _lead(runs, numbers), cls="lead"),
+        *_side_by_side(numbers, names, runs),
         element("h2", "The runs"),
         element("div", _table(runs, names, home), cls="card"),
-        *_effects(effects, names, runs),
         *(_short(run, name, index) for index, (run, name) in enumerate(zip(runs, names, strict=True))),
     ]
     return document("fleet", "what the models of a fleet are missing", sections)
@@ -44,31 +44,29 @@ def run_names(runs: Sequence[RunFolder]) -> list[str]:
     return [name if short.count(name) == 1 else str(run.folder) for name, run in zip(short, runs, strict=True)]
 
 
-def _verdict(effects: Sequence[Shared], count: int) -> str:
-    common = [effect for effect in effects if len(effect.found_in) == count]
-    sure, likely = ([one.effect for one in common if one.sure is wanted] for wanted in (True, False))
-    whole = "Both runs" if count == 2 else f"All {count} runs"
-    if sure:
-        return f"{whole} lack {listing(sure)}{f', and probably {listing(likely)}' if likely else ''}."
-    if likely:
-        return f"{whole} probably lack {listing(likely)}."
-    if any(len(effect.found_in) > 1 for effect in effects):
-        return f"No effect is missing in all {count} runs; some are shared."
-    return f"The {count} runs have no missing effect in common."
-
-
-def _lead(effects: Sequence[Shared], names: Sequence[str]) -> list[str]:
-    """What is of some runs only, and where values disagree."""
-    sentences = []
-    alone = [f"{effect.effect} ({names[effect.found_in[0]]})" for effect in effects if len(effect.found_in) == 1]
-    if alone:
-        sentences.append(f"Of one run only: {listing(alone)}.")
-    apart = [s for effect in effects for s in effect.symbols if effect.agree(s) is False]
+def _verdict(numbers: Sequence[SharedNumber], count: int) -> str:
+    """What tells the runs apart, in a sentence."""
+    apart = [one.effect for one in numbers if one.relation in (Relation.DIFFERS, Relation.ONLY_HERE)]
+    same = sum(one.relation is Relation.SAME for one in numbers)
+    whole = "two" if count == 2 else str(count)
     if apart:
-        sentences.append(f"The runs disagree on the value of {listing(apart)}: their intervals do not overlap.")
-    elif any(effect.agree(s) for effect in effects for s in effect.symbols):
-        sentences.append("Where an effect is shared, the intervals of its values overlap.")
-    return [" ".join(sentences)]
+        return f"The {whole} runs differ in {listing(list(dict.fromkeys(apart)))}."
+    if same:
+        return (
+            f"Nothing tells the {whole} runs apart: {counted(same, 'number')} {'is' if same == 1 else 'are'} the same."
+        )
+    return f"Nothing tells the {whole} runs apart, and no number is in two of them."
+
+
+def _lead(runs: Sequence[RunFolder], numbers: Sequence[SharedNumber]) -> str:
+    """What all runs lack, and how many numbers stand how."""
+    sure, likely = common_effects(runs)
+    whole = "Both runs" if len(runs) == 2 else f"All {len(runs)} runs"
+    lack = [f"{whole} lack {listing(sure)}{f', and probably {listing(likely)}' if likely else ''}."] * bool(sure)
+    lack = lack or [f"{whole} probably lack {listing(likely)}."] * bool(likely)
+    counts = [(relation.value, [one.symbol for one in numbers if one.relation is relation]) for relation in Relation]
+    told = [f"{word[:1].upper()}{word[1:]}: {', '.join(symbols)}." for word, symbols in counts if symbols]
+    return " ".join([*lack, *told])
 
 
 def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
@@ -106,40 +104,41 @@ def _names(run: RunFolder) -> list[str]:
     return [*(words(effect) for effect in run.findings.missing), *likely]
 
 
-def _effects(effects: Sequence[Shared], names: Sequence[str], runs: Sequence[RunFolder]) -> list[Html]:
-    if not effects:
-        return [element("h2", "Effects side by side"), element("p", "No run misses an effect.")]
+def _side_by_side(numbers: Sequence[SharedNumber], names: Sequence[str], runs: Sequence[RunFolder]) -> list[Html]:
+    """The drawing and the table of all numbers that some run found."""
+    title = element("h2", "Numbers side by side")
+    if not numbers:
+        return [title, element("p", "No run found a number that is not in its file.")]
     rows = []
-    for effect in effects:
-        cells = []
-        for values, verdict, sure in zip(effect.values, effect.verdicts, effect.odds, strict=True):
-            if not values:
-                cells.append(element("span", verdict, cls="facts"))
-                continue
-            known = f"{verdict} ({sure})" if sure else verdict
-            amounts = [
-                f"{row.symbol} = {within(row.after, row.interval)} {unit_text(row.unit)}".rstrip() for row in values
-            ]
-            spans = [interval(list(row.interval)) for row in values]
-            pairs = (text for pair in zip(amounts, spans, strict=True) for text in pair)
-            cells.append(render(*lines(pairs), element("span", known, cls="facts")))
-        rows.append((element("b", effect.effect), *cells, told(effect, names)))
-    head = ("effect", *names, "found in")
+    for one in numbers:
+        cells = [_cell(held, other) for held, other in zip(one.held, one.elsewhere, strict=True)]
+        name = render(element("div", element("b", one.symbol)), element("span", one.effect, cls="facts"))
+        rows.append((name, one.told(names), *cells))
+    head = ("number", "together", *names)
     note = (
-        "Values are those of the corrected vehicle, with 95 % intervals, so that runs with different vehicle files can "
-        "be compared. Intervals tell the scatter within one log: two runs may differ by more on another day. Current "
-        "and wind belong to the day, not to the boat. "
+        "Values are those of a corrected vehicle file, with 95 % intervals, so that runs with different files can be "
+        "compared. Same: they scatter no more than their intervals allow; one in twenty equal numbers seems to differ. "
+        "Only here: the other log was searched, would show an effect of this size, and does not. Intervals tell the "
+        "scatter within one log: on another day, current and wind are others. "
     ) + f"In brackets {sure_caption(item for run in runs for item in run.findings.candidates)}."
-    drawings = [side_by_side(effect, names) for effect in effects if len(effect.found_in) > 1 and effect.symbols]
     caption = (
-        "Coefficients that several runs share, each on its own scale: dot and band are the value and its 95 % "
-        "interval, the grey stripe is what all intervals have in common. No stripe: the boats, or the days, differ."
+        "Each number on its own scale: dot and band are value and 95 % interval in each run, a ring is the value of "
+        "the file of a run that does not find it. The grey stripe is what numbers that are the same have in common."
     )
+    drawings = [side_by_side(one, names) for one in numbers]
     return [
-        element("h2", "Effects side by side"),
+        title,
+        figure(drawings, caption, cls="pair"),
         element("div", table(head, rows, "l" * len(head)), element("p", note, cls="facts"), cls="card wordy"),
-        *[figure(drawings, caption, cls="pair")] * bool(drawings),
     ]
+
+
+def _cell(held: Held | None, elsewhere: str) -> Html:
+    """A number of one run: its value, its interval, and how sure its effect is."""
+    if held is None:
+        return element("span", elsewhere, cls="facts")
+    known = f"{held.verdict} ({held.odds})" if held.odds else held.verdict
+    return render(*lines([held.number.amount(), interval(held.number.ci95)]), element("span", known, cls="facts"))
 
 
 def _short(run: RunFolder, name: str, index: int) -> Html:

@@ -5,6 +5,7 @@ from math import isfinite
 from typing import NamedTuple
 
 from ...comparison.facts import CORRECTED, NOMINAL, Comparison
+from ...comparison.recommendation import BASELINE
 from ...discovery.findings import Findings, Step
 from ...discovery.found_effects import FoundEffect
 from ...physics.frames import AXES
@@ -158,6 +159,40 @@ def with_likely(findings: Findings, comparison: Comparison) -> str:
     return f"{also_likely(findings)} {outcome(findings, comparison)}".strip()
 
 
+def cannot(comparison: Comparison) -> str:
+    """What the model of a run cannot do, in a sentence: where a guess that knows nothing of the boat errs less.
+
+    The model is the one to trust, or the corrected one where none is. Of the acceleration, a negative R² says so; of
+    predictions over the horizon that decides, the baselines that are compared. Empty where nothing is worse.
+
+    Parameters
+    ----------
+    comparison : of all models on the same rows
+    """
+    by_name = {model.name: model for model in comparison.models}
+    own = next((by_name[name] for name in (comparison.best.model, CORRECTED, NOMINAL) if name in by_name), None)
+    if own is None:
+        return ""
+    horizon = pick_horizon(list(own.rollout), comparison.best.horizon or LEAD)
+    told = []
+    poor = [(axis, own.acceleration.r2.of(axis)) for axis in AXES]
+    named = [f"{axis} (R² {number(r2, 2)})" for axis, r2 in poor if isfinite(r2) and r2 < -_LEVEL]
+    told += [f"in the acceleration of {listing(named)}"] * bool(named)
+    guesses = [m.rollout[horizon] for m in comparison.models if m.kind == BASELINE and horizon in m.rollout]
+    if horizon in own.rollout and guesses:
+        mine = own.rollout[horizon]
+        least = {axis: min(guess.of(axis) for guess in guesses) for axis in AXES}
+        worse = [axis for axis in AXES if _errs_more(mine.of(axis), least[axis])]
+        told += [f"in the speeds predicted over {horizon} s of {listing(worse)}"] * bool(worse)
+    name = own.name[:1].upper() + own.name[1:]
+    return f"{name} errs more than a guess that knows nothing of the boat {' and '.join(told)}." if told else ""
+
+
+def _errs_more(own: float, guess: float) -> bool:
+    """Whether an error is larger than that of a guess; that of predictions which all run away is unknown, and is."""
+    return isfinite(guess) and not own <= guess * (1.0 + _LEVEL)
+
+
 def recommendation(findings: Findings, comparison: Comparison) -> str:
     """Which model to trust, and why that goes with what is missing."""
     best = comparison.best
@@ -167,7 +202,7 @@ def recommendation(findings: Findings, comparison: Comparison) -> str:
 
 
 def opening(findings: Findings, comparison: Comparison, nominal: Vehicle | None = None) -> list[str]:
-    """How the terminal begins: headline, why, what it did to the error, and which model to trust; bad news first.
+    """How the terminal begins: headline, what the model cannot do, why, what changed, which to trust; bad news first.
 
     Where the verdict is open, the lines of the `answer` stand below the headline.
     """
@@ -175,13 +210,14 @@ def opening(findings: Findings, comparison: Comparison, nominal: Vehicle | None 
     worse = gets_worse(findings.steps, comparison.best.horizon)
     did, grown, said = outcome(findings, comparison), also_worse(findings, comparison), headline(findings, comparison)
     again = findings.folds.in_words(bool(findings.added)) if findings.folds else ""
+    weak = cannot(comparison)
     if lines:
-        first = [*[did] * worse, said, *(line.in_words for line in lines), why, grown, again]
+        first = [*[did] * worse, said, weak, *(line.in_words for line in lines), why, grown, again]
         return [text for text in first if text]
     if worse:
-        first = [did, grown, said, also_likely(findings), why]
+        first = [did, grown, said, weak, also_likely(findings), why]
     else:
-        first = [said, why, with_likely(findings, comparison), grown]
+        first = [said, weak, why, with_likely(findings, comparison), grown]
     return [text for text in (*first, again, recommendation(findings, comparison)) if text]
 
 

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from ...physics.effects import EFFECTS, Effect, Parameter
 from ...physics.frames import FORCE_UNITS, Array
-from ...physics.in_words import listing, number, unit_text
+from ...physics.in_words import listing, number, unit_text, words
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.signatures import Signature
 from .layout import Prose, glossary, plain_table
@@ -65,7 +65,7 @@ def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[Renderab
     if found.signal != "time":
         lines += [Text(f"{_signal(found)} there:"), Text(blocks(found.values))]
     return [
-        Text(effect.name.replace("_", " "), style="bold"),
+        Text(words(effect.name), style="bold"),
         glossary(said),
         Group(*lines),
         Prose(

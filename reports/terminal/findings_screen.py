@@ -18,6 +18,7 @@ from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, Rollo
 from ..page.outcome import (
     also_worse,
     answer,
+    cannot,
     gets_worse,
     headline,
     opening,
@@ -26,13 +27,14 @@ from ..page.outcome import (
     with_likely,
 )
 from ..sureness import (
-    REMOVED,
+    BACK,
+    COMES_BACK,
     SURE_IN_SHORT,
     FileNumber,
+    comes_back,
     file_numbers,
     in_order,
     odds,
-    removed,
     sure_caption,
     verdict_word,
 )
@@ -93,6 +95,7 @@ def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) 
         outcome(findings, comparison): done,
         with_likely(findings, comparison): done,
         also_worse(findings, comparison): UNSURE,
+        cannot(comparison): BAD,
         recommendation(findings, comparison): trust_style(comparison),
     }
     return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison, nominal)]
@@ -162,7 +165,7 @@ def error_left(steps: Sequence[Step], deciding: str = "") -> str:
 def candidates_table(
     candidates: Sequence[FoundEffect], nominal: Vehicle, *, most: int = 12, short: bool = False
 ) -> RenderableType:
-    """The `most` best effects with verdict, odds, value and 95 % interval, and the error that each removes.
+    """The `most` surest effects with verdict, odds, value and 95 % interval, and the error that returns without each.
 
     Parameters
     ----------
@@ -172,7 +175,7 @@ def candidates_table(
     rest = len(candidates) - most
     more = f"; and {rest} more in findings.json" if rest > 0 else ""
     caption = SURE_IN_SHORT if short else _caption(candidates)
-    return _effects("Effects, best first", in_order(candidates)[:most], nominal, f"{caption}{more}")
+    return _effects("Effects, surest first", in_order(candidates)[:most], nominal, f"{caption}{more}")
 
 
 def added_table(candidates: Sequence[FoundEffect], nominal: Vehicle) -> RenderableType:
@@ -254,7 +257,7 @@ def advice_list(advice: Sequence[Advice]) -> RenderableType | None:
 
 def _caption(candidates: Sequence[FoundEffect]) -> str:
     """What the columns of a table of effects are."""
-    return f"{sure_caption(candidates)}; force error removed: {REMOVED}"
+    return f"{sure_caption(candidates)}; {BACK}: {COMES_BACK}"
 
 
 def _effects(title: str, candidates: Sequence[FoundEffect], nominal: Vehicle, caption: str) -> RenderableType:
@@ -275,7 +278,7 @@ def _effects_in(
     table.add_column("verdict", no_wrap=True)
     table.add_column("sure", justify="right", no_wrap=True)
     table.add_column("value (95 %)", overflow="fold")
-    table.add_column(f"force{gap_in_heading}error\nremoved", justify="right", no_wrap=True)
+    table.add_column(f"comes{gap_in_heading}back\nwithout{gap_in_heading}it", justify="right", no_wrap=True)
     for item in candidates:
         verdict, others = verdict_word(item), twins(item)
         numbers = file_numbers(item, nominal) if verdict != "no evidence" else ()
@@ -285,7 +288,7 @@ def _effects_in(
             Text(verdict, style=VERDICT_STYLES.get(verdict, "")),
             odds(item),
             Text("\n".join(_value(one, gap) for one in numbers)),
-            removed(item),
+            comes_back(item),
         )
     return table
 

@@ -105,8 +105,8 @@ class Reaching:
         """Where it fades, and why."""
         shares = {"calm": percent(self.calm), "narrow": percent(self.narrow), "wide": percent(self.wide)}
         why = self.why.sentence.format(tried=self.tried, **shares)
-        far = f"{self.fade:.2g} standard deviations of its inputs"
-        return f"Nothing is left of its correction {far} beyond what it has seen: {why}."
+        far = f"{self.fade:.2g} standard deviations outside the range of its training inputs"
+        return f"Its correction fades to zero {far}: {why}."
 
     def to_dict(self) -> dict[str, object]:
         """As a model's file has it; nothing of a trial that there was not."""

@@ -31,8 +31,8 @@ def test_machines_may_read_it() -> None:
 
 
 def test_symbols_and_the_tools_own_spellings_are_understood() -> None:
-    for name in ("N_uv", "munk moment", "munk_moment"):
-        assert done("effects", name, "--vehicle", "otter").startswith("munk moment")
+    for name in ("N_uv", "Munk moment", "munk_moment"):
+        assert done("effects", name, "--vehicle", "otter").startswith("Munk moment")
     assert done("effects", "thruster_asymmetry[stbd]", "--vehicle", "otter").startswith("thruster asymmetry")
 
 

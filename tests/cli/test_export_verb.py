@@ -85,6 +85,30 @@ def test_a_missing_package_is_named_with_its_cure(to: str, package: str, here: P
     refused("export", "otter", "--to", to, "--out", "a", match=rf"{package} is not installed.*pip install .*export")
 
 
+def test_without_a_name_the_file_bears_that_of_the_model(here: Path):
+    assert done("export", "otter", "--to", "c").startswith("c: otter.h, otter_test.c")
+    (here / "boat.yaml").write_text(yaml.safe_dump(undertow.load_vehicle("blueboat").to_dict()), "utf-8")
+    done("export", "boat.yaml", "--to", "sdf")
+    assert sorted(path.name for path in here.iterdir()) == ["boat.sdf", "boat.yaml", "otter.h", "otter_test.c"]
+
+
+def test_a_hull_that_gazebos_plugin_cannot_move_is_refused_with_the_command_that_works(here: Path):
+    refused("export", "otter", "--to", "sdf", match="use --gz garden --added-mass inertial")
+    refused("export", "otter", "--to", "sdf", "--gz", "fortress", match="use --gz garden --added-mass inertial")
+    done("export", "otter", "--to", "sdf", "--gz", "garden", "--added-mass", "inertial")
+
+
+def test_a_source_of_each_number_stands_beside_it_and_no_dictionary_in_the_file(here: Path):
+    content = undertow.load_vehicle("blueboat").to_dict()
+    own = {"damping": {"X_u": "towed"}, "thrusters": {"port": "bollard"}, "mass": "weighed"}
+    (here / "boat.yaml").write_text(yaml.safe_dump({**content, "sources": own}), "utf-8")
+    done("export", "boat.yaml", "--to", "ros")
+    head = [line for line in (here / "boat_ros.yaml").read_text("utf-8").splitlines() if line.startswith("#")]
+    assert any(line.startswith("# - X_u = ") and line.endswith("; towed") for line in head)
+    assert "# - source of thrusters, port: bollard" in head
+    assert not any("{" in line for line in head)
+
+
 def test_a_delay_of_too_many_steps_is_refused(here: Path):
     undertow.load_vehicle("otter").with_values({"delay": 1.0}).save("late.yaml")
     refused(

@@ -102,9 +102,9 @@ def test_fit_refuses_with_a_cure(
 
 def test_refit_is_told_on_the_terminal(place: Path) -> None:
     told = " ".join((place / "told.txt").read_text().split())
-    assert "The model is missing munk moment, also once its own numbers are calibrated." in told
+    assert "The model is missing Munk moment, also once its own numbers are calibrated." in told
     energy = "Energy: the damping takes energy out"
-    for text in ("Calibrated parameters", "own numbers fitted", "+ munk moment", energy):
+    for text in ("Calibrated parameters", "own numbers fitted", "+ Munk moment", energy):
         assert text in told
     assert "would do the same: thrust scale" in told
 
@@ -123,7 +123,7 @@ def test_refit_is_told_in_the_run_folder_and_on_the_page(place: Path) -> None:
 def test_add_fits_the_own_numbers_as_the_run_did(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Else a number that is wrong in the file takes what the effect was found to do beside it."""
     told = " ".join(done("add", "munk_moment", "--run", place / "run", "--out", tmp_path / "with_it.yaml").split())
-    for text in ("beside the model's own numbers", "Calibrated parameters", "own numbers fitted", "+ munk moment"):
+    for text in ("beside the model's own numbers", "Calibrated parameters", "own numbers fitted", "+ Munk moment"):
         assert text in told
     found, added = load_vehicle(place / "run" / "model.yaml"), load_vehicle(tmp_path / "with_it.yaml")
     for symbol in ("N_uv", "X_u", "N_r", "N_rdot"):

@@ -17,7 +17,7 @@ from undertow.measurements.log_digests import log_digests
 from undertow.measurements.log_options import Reading
 from undertow.physics.errors import RequestError
 from undertow.physics.file_marks import remark
-from undertow.reports.page.fleet import shared_effects, told
+from undertow.reports.page.fleet import Relation, SharedNumber, shared_numbers
 from undertow.reports.page.fleet_page import fleet_page
 from undertow.reports.page.pdf import find_browser, print_pdf
 from undertow.workflows.run_folder.provenance import command, versions
@@ -96,31 +96,93 @@ def test_equal_runs_give_equal_pages_for_all(fleet):
     assert first == again
 
 
-def test_shared_effects_are_told_from_those_of_one_boat(fleet):
-    runs = [read_run(Path("one")), read_run(Path("two"))]
-    effects = {effect.effect: effect for effect in shared_effects(runs)}
-    names = ("one", "two")
-    assert list(effects)[-1] == "thruster asymmetry (stbd)"
-    assert told(effects["thruster asymmetry (stbd)"], names) == "only one"
-    assert effects["thruster asymmetry (stbd)"].verdicts == ("missing", "no evidence")
-    assert told(effects["yaw quadratic damping"], names) == "both runs; the 95 % intervals of N_rr do not overlap"
-    assert told(effects["surge quadratic damping"], names) == "both runs; the 95 % intervals overlap"
+NAMES = ("one", "two")
 
 
-def test_intervals_that_only_touch_agree_and_those_a_hair_apart_do_not(fleet):
-    def interval(low, high):
-        def change(findings):
-            term = next(c for c in findings["candidates"] if c["effect"] == "yaw_quadratic_damping")["terms"][0]
-            term["ci95"] = [low, high]
+def numbers() -> dict[str, SharedNumber]:
+    return {one.symbol: one for one in shared_numbers([read_run(Path(name)) for name in NAMES], NAMES)}
 
-        return change
 
-    edit(Path("one/findings.json"), interval(-9.0, -5.0))
-    for end, agrees in ((-5.0, True), (-5.0 + 1e-6, False)):
-        edit(Path("two/findings.json"), interval(end, -3.0))
-        runs = [read_run(Path("one")), read_run(Path("two"))]
-        (effect,) = [effect for effect in shared_effects(runs) if effect.symbols == ("N_rr",)]
-        assert effect.agree("N_rr") is agrees
+def change(run: str, effect: str, **terms: object) -> None:
+    """Give the number of an effect of a run another value or interval, or the effect another verdict."""
+
+    def edited(findings):
+        item = next(c for c in findings["candidates"] if c["effect"] == effect)
+        for key, value in terms.items():
+            (item["terms"][0] if key in ("value", "ci95") else item)[key] = value
+
+    edit(Path(run) / "findings.json", edited)
+
+
+def test_numbers_are_the_same_or_differ_by_so_much_or_are_of_one_run(fleet):
+    found = numbers()
+    assert [one.relation for one in found.values()] == sorted(
+        (one.relation for one in found.values()), key=list(Relation).index
+    )
+    assert (found["X_uu"].relation, found["X_uu"].told(NAMES)) == (Relation.SAME, "same")
+    assert found["N_rr"].relation is Relation.DIFFERS
+    assert re.fullmatch(
+        r"differs by 4\.30 N m s²/rad² \(95 %: [34].* to 4.*\); by chance: < 0\.1 %", found["N_rr"].told(NAMES)
+    )
+    assert found["stbd_scale"].relation is Relation.ONLY_HERE
+    assert found["stbd_scale"].told(NAMES) == "only in one"
+    assert found["stbd_scale"].elsewhere == ("", "no evidence")
+
+
+def test_the_difference_is_held_against_the_interval_of_the_difference_and_not_against_each_interval(fleet):
+    change("one", "surge_quadratic_damping", value=-5.8, ci95=[-6.4, -5.1], verdict="likely")
+    change("two", "surge_quadratic_damping", value=-5.3, ci95=[-6.4, -4.1], verdict="possible")
+    assert numbers()["X_uu"].relation is Relation.SAME
+    half, one, edge = 1.0, -8.0, 2.0**0.5  # of two intervals that are +- 1, that of the difference is +- 1.414
+    for apart, relation in ((edge - 1e-3, Relation.SAME), (edge + 1e-3, Relation.DIFFERS)):
+        change("one", "surge_quadratic_damping", value=one, ci95=[one - half, one + half])
+        change("two", "surge_quadratic_damping", value=one - apart, ci95=[one - apart - half, one - apart + half])
+        assert numbers()["X_uu"].relation is relation, "though the two intervals overlap"
+        assert numbers()["X_uu"].difference.value == pytest.approx(apart)
+
+
+@pytest.mark.parametrize(
+    ("doubt", "why"),
+    [
+        ({"reason": "not_excited", "verdict": "possible"}, "the log of two cannot show it"),
+        ({"verdict": "possible"}, "it may be in two, too"),
+    ],
+)
+def test_what_the_other_log_does_not_rule_out_is_not_of_one_run_only(fleet, doubt, why):
+    change("two", "thruster_asymmetry", **doubt)
+    assert numbers()["stbd_scale"].told(NAMES) == f"cannot tell: {why}"
+
+
+def test_a_log_that_hardly_shows_an_effect_says_nothing_by_not_finding_it(fleet):
+    shown = {"groups": [], "excitation": {"thruster_asymmetry[stbd]": {"share": 0.2}}}
+    for share, relation in ((0.2, Relation.ONLY_HERE), (0.002, Relation.CANNOT_TELL)):
+        seen = {**shown, "excitation": {"thruster_asymmetry[stbd]": {"share": share}}}
+        edit(Path("one/findings.json"), lambda findings: findings.update(identifiability=shown))
+        edit(Path("two/findings.json"), lambda findings, seen=seen: findings.update(identifiability=seen))
+        assert numbers()["stbd_scale"].relation is relation
+
+
+def test_a_look_alike_stands_in_the_place_of_an_effect(fleet):
+    alike = {"groups": [["surge_quadratic_damping", "thruster_asymmetry[stbd]"]]}
+    edit(Path("two/findings.json"), lambda findings: findings.update(identifiability=alike))
+    assert numbers()["stbd_scale"].relation is Relation.ONLY_HERE, "the first run holds both, and told them apart"
+    change("one", "surge_quadratic_damping", verdict="no evidence", terms=[])
+    assert numbers()["stbd_scale"].told(NAMES) == "cannot tell: two has surge quadratic damping in its place"
+
+
+def test_what_two_of_three_runs_share_is_of_these_two_only(fleet):
+    shutil.copytree("one", "three")
+    found = shared_numbers([read_run(Path(name)) for name in ("one", "two", "three")], ("one", "two", "three"))
+    assert next(one.told(("one", "two", "three")) for one in found if one.symbol == "stbd_scale") == (
+        "only in one and three, the same there"
+    )
+
+
+def test_the_page_for_all_draws_each_number_of_each_run(fleet):
+    page = fleet_page([read_run(Path(name)) for name in NAMES], Path.cwd())
+    assert "The two runs differ in yaw quadratic damping and thruster asymmetry (stbd)." in page
+    for symbol in ("X_uu", "N_rr", "Y_vv", "stbd_scale"):
+        assert f'aria-label="{symbol} in each run: ' in page
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
         "Trained the network mlp (291 weights) beside the physics of 'BlueBoat",
         "of 1 log; it took",
         "Without it, in surge the vehicle errs by",
-        "Nothing is left of its correction 0.5 standard deviations of its inputs beyond what it has seen: the training",
+        "Its correction fades to zero 0.5 standard deviations outside the range of its training inputs: the training",
         "training part is too short or too even to try how far it holds",
         "of the judged rows lie beyond what it has seen, and its correction fades to nothing there",
         "Kept epoch",

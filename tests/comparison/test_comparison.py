@@ -205,7 +205,7 @@ def test_a_step_that_errs_more_says_where_and_how_much(inputs: Inputs):
     assert (rise.before, rise.after) == (better.rollout("10").surge, worse.rollout("10").surge)
     assert rise.in_words == f"the surge error of 10 s predictions rises from {rise.before:.2g} to {rise.after:.2g} m/s"
     (told,) = risen([better, worse], "10")
-    assert told.startswith("With munk moment, the surge acceleration error rises from ")
+    assert told.startswith("With Munk moment, the surge acceleration error rises from ")
     assert "2 s predictions" not in told
     effect = FoundEffect(effect="munk_moment", verdict="missing", confidence=1.0, error_drop=0.5)
     assert risen([worse], "10", effect)[0].startswith("With it, the surge acceleration error")
@@ -227,7 +227,7 @@ def test_the_recommended_model_is_told_of_and_the_others_are_named(found: dict[s
     told = Comparison.read(found, "comparison.json", "")
     printed = io.StringIO()
     Console(file=printed, width=200).print(failures_table(told.failures, told_of(told.models, told.structure)))
-    assert "Told of nominal and true; not looked at: calibrated and unlawful." in printed.getvalue()
+    assert "Failures of nominal and true; not looked at: calibrated and unlawful." in printed.getvalue()
 
 
 def test_failures_are_told_of_the_recommended_model_or_else_of_the_last():

@@ -27,7 +27,7 @@ def sizes(sentence: str) -> dict[str, tuple[float, float]]:
 
 def test_a_drag_is_worth_what_it_is_over_the_box():
     (sentence,) = told(BOAT, BOX, {"X_uu": 0.0})
-    assert sentence.startswith("surge_quadratic_damping (X_uu = -8): the force lacks")
+    assert sentence.startswith("surge_quadratic_damping (X_uu = -8): the missing force, root mean square")
     ((mean, most),) = [sizes(sentence)["surge"]]
     assert list(sizes(sentence)) == ["surge"]
     assert mean == pytest.approx(8.0 * 4.0 / np.sqrt(5.0), rel=0.05)  # of u|u| where u is even over -2 to 2

@@ -10,7 +10,7 @@ from undertow.discovery.search.bootstrap import Interval
 from undertow.physics.in_words import MINUS, NARROW
 from undertow.physics.sources import with_sources
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.sureness import file_numbers, in_order, odds, removed, source_marks, with_odds
+from undertow.reports.sureness import comes_back, file_numbers, in_order, odds, source_marks, with_odds
 
 BOAT = load_vehicle("blueboat").with_values({"X_u": -9.0, "X_uu": 0.0, "N_uv": 0.0})
 HOW = "identified by undertow from log.csv"
@@ -45,15 +45,15 @@ def effect(name: str, verdict: str, sure: float, symbol: str = "", value: float 
 def test_odds_agree_with_the_verdict_or_are_not_told(verdict: str, sure: float, said: str):
     found = effect("munk_moment", verdict, sure)
     assert odds(found).replace(NARROW, " ") == said
-    assert with_odds(found).replace(NARROW, " ") == f"munk moment ({said})" if said else "munk moment"
+    assert with_odds(found).replace(NARROW, " ") == f"Munk moment ({said})" if said else "Munk moment"
 
 
 def test_the_worth_of_a_claim_stands_in_the_place_of_the_share_of_its_axis():
     plain = effect("munk_moment", "likely", 0.9)
     claim = {"gain": 9.0, "identity": 2.0, "worth": {"force": 0.55}, "null_excluded": True}
-    assert removed(plain).replace(NARROW, " ") == "20 %"
-    assert removed(plain.but(claim=claim)).replace(NARROW, " ") == "55 %"
-    assert removed(plain.but(verdict="possible", reason="not_excited")) == ""
+    assert comes_back(plain).replace(NARROW, " ") == "20 %"
+    assert comes_back(plain.but(claim=claim)).replace(NARROW, " ") == "55 %"
+    assert comes_back(plain.but(verdict="possible", reason="not_excited")) == ""
 
 
 def test_verdict_comes_before_odds_and_what_the_log_cannot_show_after_what_it_can():
@@ -64,6 +64,12 @@ def test_verdict_comes_before_odds_and_what_the_log_cannot_show_after_what_it_ca
         *("munk_moment", "mass_offset", "cg_offset"),
         *("sway_lift", "yaw_trim"),
     ]
+
+
+def test_names_of_one_verdict_stand_in_the_order_of_the_columns_that_are_shown():
+    hidden = effect("yaw_trim", "possible", 0.99)  # its odds contradict the verdict, and are not shown
+    rows = [hidden, effect("sway_lift", "possible", 0.3), effect("sway_trim", "possible", 0.99, error_drop=0.4)]
+    assert [item.effect for item in in_order(rows)] == ["sway_lift", "sway_trim", "yaw_trim"]
 
 
 def test_a_wrong_number_of_the_file_is_told_as_such_and_a_new_one_as_new():

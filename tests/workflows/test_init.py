@@ -63,6 +63,12 @@ def named(draft: Draft) -> dict[str, tuple]:
     return {name: (t.side, t.turned, t.output.astern, t.output.neutral, t.output.ahead) for name, t in found.items()}
 
 
+def test_the_boat_is_called_after_the_whole_name_of_its_log(path, tmp_path):
+    other = tmp_path / "my.own.boat.csv"
+    other.write_bytes(path.read_bytes())
+    assert init(other, Hull(mass=30.5, length=1.2)).vehicle.name == "boat of my.own.boat"
+
+
 def test_thrusters_are_as_the_log_shows_them(path):
     draft = init(path, Hull(mass=30.5, length=1.2))
     assert named(draft) == {

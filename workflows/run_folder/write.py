@@ -2,7 +2,6 @@
 
 import json
 import os
-import warnings
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import partial
@@ -11,7 +10,7 @@ from typing import Any
 
 from ...comparison.facts import Comparison
 from ...discovery.candidates.effect_forces import found_forces
-from ...exports.mcap_series import Prediction, require_mcap, write_series
+from ...exports.mcap_series import Prediction, mcap_installed, write_series
 from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections
 from ...measurements.log_digests import log_digests
@@ -55,8 +54,7 @@ def write_run(
     Parameters
     ----------
     report : False to leave the HTML page out
-    progress : called with lines about the work, and when `series.mcap` is left out, for want of the extra `logs`;
-        shown where nothing is said; None for silence, and a warning of what is left out
+    progress : called with lines about the work; shown where nothing is said; None for silence
     force : replace also files that undertow did not write, or that were changed since
     called : gives a text with the names by which its reader knows the logs, where they are kept under others; it puts
         nothing in it that has a meaning in JSON or YAML
@@ -73,11 +71,10 @@ def write_run(
         progress(Stage("writing the run folder", WRITING))
 
     def build(work: Path) -> list[str]:
-        with beside(partial(_write_viewer_series, run, work / "series.mcap", progress, called)) as left_out:
+        with beside(partial(_write_viewer_series, run, work / "series.mcap", progress, called)) as written:
             _write_files(run, work, called)
             hand_back()
-            for line in left_out():
-                (progress or _warn)(line)
+            written()
         seal(work, json.loads(called(json.dumps(_record(run, target), ensure_ascii=False))), DATA)
         if report:
             hand_back()
@@ -169,12 +166,10 @@ def _made_from(inputs: Inputs, target: Path) -> dict[str, Any]:
     }
 
 
-def _write_viewer_series(run: Run, path: Path, progress: Say | None, called: Callable[[str], str]) -> list[str]:
-    """Write the series for viewers, and layouts that show it; a line on why there is none, if so."""
-    try:
-        require_mcap()
-    except RequestError as error:
-        return [f"{path.name} is left out: {error.typed}"]
+def _write_viewer_series(run: Run, path: Path, progress: Say | None, called: Callable[[str], str]) -> None:
+    """Write the series for viewers, and layouts that show it, where the extra `logs` is installed."""
+    if not mcap_installed():
+        return
     found, parts = run.discovery, run.inputs.parts
     forces = found_forces(found.nominal, found.corrected, parts, [label for label, _ in found.steps])
     told = (
@@ -185,11 +180,6 @@ def _write_viewer_series(run: Run, path: Path, progress: Say | None, called: Cal
     write_series(path, told, run.inputs.channels, parts, run.inputs.starts, pace, called)
     logs = sorted(set(run.table["log"].tolist()))
     write_layouts(path.parent, path.name, views(logs, run.inputs.channels, forces))
-    return []
-
-
-def _warn(line: str) -> None:
-    warnings.warn(line, stacklevel=5)
 
 
 def write_page(run: Path) -> Path:

@@ -6,7 +6,7 @@ from ....discovery.found_effects import FoundEffect, FoundTerm
 from ....physics.in_words import listing, percent, share_removed, unit_text
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
-from ...sureness import REMOVED, file_numbers, in_order, odds, removed, sure_caption, verdict_word
+from ...sureness import BACK, COMES_BACK, comes_back, file_numbers, in_order, odds, sure_caption, verdict_word
 from ...wording import effect_words, interval, risen, twins, within
 from ..coefficients import coefficient_rows
 from ..figures.figures import coefficients, ranked_effects
@@ -36,7 +36,7 @@ def missing_effects(run: RunFolder) -> Section:
     if candidates:
         colours = [text for verdict, text in _COLOURS if any(item.verdict == verdict for item in chosen)]
         key = f" Of the bars, {listing(colours)}." if colours else ""
-        caption = f"Force error removed: {REMOVED}. {sure_caption(candidates).capitalize()}.{key}"
+        caption = f"{BACK.capitalize()}: {COMES_BACK}. {sure_caption(candidates).capitalize()}.{key}"
         drawings.append(figure([ranked_effects(candidates)], caption))
     rows = coefficient_rows(candidates, [item.effect for item in chosen], run.nominal, run.corrected)
     if rows:
@@ -47,7 +47,7 @@ def missing_effects(run: RunFolder) -> Section:
         drawings.append(figure([coefficients(rows)], caption))
     parts.append(element("div", *drawings, cls="columns"))
     if candidates:
-        parts.append(folded("Every effect that was tried, best first", *_tried(candidates, run.nominal)))
+        parts.append(folded("Every effect that was tried, surest first", *_tried(candidates, run.nominal)))
     if unnamed:
         parts.append(element("div", *_unnamed(unnamed), cls="card"))
     return Section(section_title(findings, run.comparison), render(*parts))
@@ -72,12 +72,12 @@ def _effect(item: FoundEffect, nominal: Vehicle, worse: Sequence[str]) -> Html:
 
 
 def _worth(item: FoundEffect) -> str:
-    """What an effect removes of the unseen error."""
-    if not (force := removed(item)):
+    """What comes back of the unseen error without an effect."""
+    if not (force := comes_back(item)):
         return ""
     rollout = None if item.claim is None else item.claim.worth.rollout
-    ahead = "" if rollout is None else f", and {share_removed(rollout)} of the error of 5 s predictions"
-    return f"Removes {force} of an axis's force error on unseen rows, beside the others{ahead}."
+    ahead = "" if rollout is None else f", and {share_removed(rollout)} of that of 5 s predictions"
+    return f"Left out alone, {force} of an axis's squared force error on unseen rows comes back{ahead}."
 
 
 def _tried(candidates: Sequence[FoundEffect], nominal: Vehicle) -> list[Html]:
@@ -107,11 +107,11 @@ def _candidates(candidates: Sequence[FoundEffect], nominal: Vehicle) -> Html:
                 render(*lines(f"{one.symbol} = {one.amount()}" for one in numbers)),
                 render(*lines(interval(one.ci95) for one in numbers)),
                 render(*lines(one.filed() for one in numbers)),
-                removed(item),
+                comes_back(item),
                 render(*lines(twins(item))),
             )
         )
-    head = (*("effect", "verdict", "sure", "value", "95 % interval", "in the file"), "force error removed")
+    head = (*("effect", "verdict", "sure", "value", "95 % interval", "in the file"), BACK)
     return table((*head, "not to be told from"), rows, "llrllrrl")
 
 

@@ -9,7 +9,7 @@ from ...run_contents import RunFolder
 from ...wording import risen, step_words, typeset
 from ..figures.figures import step_bars
 from ..markup import Html, element, lines, render
-from ..outcome import Line, also_likely, also_worse, answer, gets_worse, hero, outcome, recommendation
+from ..outcome import Line, also_likely, also_worse, answer, cannot, gets_worse, hero, outcome, recommendation
 from ..outcome import headline as verdict_in_words
 from .base import Chapter, Section
 
@@ -32,6 +32,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     did = outcome(findings, run.comparison) if worse or not answered else ""
     grown, probably = also_worse(findings, run.comparison), also_likely(findings)
     became = " ".join(filter(None, (did, grown, probably) if worse else (probably, did, grown)))
+    weak = cannot(run.comparison)
     sentences = [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
     best = recommendation(findings, run.comparison)
     if best and not answered:
@@ -58,6 +59,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     return render(
         *(element("p", unit_text(text), cls="card warning") for text in findings.warnings),
         element(title, verdict_in_words(findings, run.comparison)),
+        *[element("p", weak, cls="warn")] * bool(weak),
         *[element("dl", *(_line(line) for line in answered), cls="answer")] * bool(answered),
         *(element("p", text, cls="lead") for text in (unit_text(" ".join(findings.reasons)), became) if text),
         element("div", *figures, what, cls="card numbers"),

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from ....discovery.found_effects import FoundEffect
 from ....physics.in_words import MINUS, finite, number, percent, unit_text, words
-from ...sureness import odds, removed
+from ...sureness import BACK, comes_back, odds, worth
 from ..coefficients import CoefficientRow
 from ..markup import Html
 from .figure_data import rollouts
@@ -173,13 +173,13 @@ def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
 
 
 def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
-    """The best-ranked effects that the log can judge, with the share of unseen error each removes, and how sure.
+    """The best-ranked effects that the log can judge, by the share of the unseen error that comes back without each.
 
     A missing effect is solid, a likely one lighter, a possible one that stands in the corrected model has a rim alone.
     """
-    shown = [item for item in candidates if not item.cannot_tell][:most]
+    shown = sorted([item for item in candidates if not item.cannot_tell][:most], key=worth, reverse=True)
     left, width, height = 190, 460, 34 + 24 * len(shown)
-    drops = np.nan_to_num([item.error_drop if item.claim is None else item.claim.worth.force for item in shown])
+    drops = np.nan_to_num([worth(item) for item in shown])
     with matplotlib.rc_context(STYLE):
         figure = canvas(width, height)
         axes = panel(figure, left, 30, width - left - 112, height - 34)
@@ -190,14 +190,14 @@ def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
             edge: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
             bold: Look = {**edge, "weight": "bold" if item.in_model else "normal"}
             axes.annotate(words(item.effect), (0, index), (-8, 0), **bold)
-            axes.annotate(removed(item), (1, index), (48, 0), **bold)
+            axes.annotate(comes_back(item), (1, index), (48, 0), **bold)
             axes.annotate(odds(item), (1, index), (110, 0), color=ROLES["muted"], **edge)
         axes.set(ylim=(len(shown) - 0.5, -0.5), xlim=(0.0, max(drops.max(initial=0.0), 1e-9)), xticks=[], yticks=[])
         axes.grid(visible=False)
         axes.spines["bottom"].set_visible(False)
-        for place, text in ((-64, "force error removed"), (-2, "sure")):
+        for place, text in ((-64, BACK), (-2, "sure")):
             figure.text(1 + place / width, 1 - 18 / height, text, ha="right", color=ROLES["muted"], size=11)
-        return drawn(figure, "effects by verdict and odds, with the unseen force error they remove")
+        return drawn(figure, "effects by the unseen force error that comes back without them, and how sure they are")
 
 
 def _bar_colours(item: FoundEffect) -> tuple[str, str]:

@@ -110,7 +110,7 @@ def test_each_failure_is_linked_to_the_effect_that_is_hidden_on_its_axis(told_of
 def test_a_link_says_what_changes_and_by_how_much(told_of_two):
     links = [one for place in told_of_two[0][0] for one in place.removed_by]
     sentence = next(one.sentence for one in links if one.effect == "munk_moment")
-    assert sentence.startswith("munk moment (N_uv from 0 to -20.0 N s²/m) removes ")
+    assert sentence.startswith("Munk moment (N_uv from 0 to -20.0 N s²/m) removes ")
 
 
 def test_what_the_effects_remove_adds_up_to_what_all_remove(two: Inputs, told_of_two):

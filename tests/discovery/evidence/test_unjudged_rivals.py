@@ -28,7 +28,7 @@ def test_stand_ins_of_a_munk_moment_are_doubted_and_it_is_named(noise: str):
     names = ("surge_quadratic_damping", "yaw_linear_damping", "yaw_added_mass")
     found = doubts({"munk_moment": -30.0, "surge_quadratic_damping": -8.0}, names, noise)
     assert set(found) == {"yaw_linear_damping", "yaw_added_mass"}
-    assert all("munk moment" in told for told in found.values())
+    assert all("Munk moment" in told for told in found.values())
 
 
 @pytest.mark.parametrize("noise", ["clean", "field"])

@@ -1,5 +1,6 @@
 """What adding effects did to the predictions is told as the numbers have it, bad news first."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +9,7 @@ import pytest
 from sample_run import write_sample
 from verbs import done
 
-from undertow.comparison.facts import Best, Comparison
+from undertow.comparison.facts import Best, ComparedModel, Comparison
 from undertow.discovery.findings import Findings, Rise, Step
 from undertow.physics.in_words import NARROW
 from undertow.physics.vehicle import load_vehicle
@@ -17,6 +18,7 @@ from undertow.reports.page.figures.model_figures import trust
 from undertow.reports.page.markup import Html, render
 from undertow.reports.page.outcome import (
     answer,
+    cannot,
     gets_worse,
     headline,
     hero,
@@ -46,7 +48,7 @@ def story(before: float | None, after: float | None, *missing: str) -> Findings:
     ]
     return Findings(
         verdict="missing",
-        headline="The model is missing munk moment.",
+        headline="The model is missing Munk moment.",
         missing=missing or ("munk_moment",),
         candidates=(),
         steps=tuple(steps),
@@ -139,7 +141,7 @@ def test_discover_prints_which_model_to_trust(tmp_path: Path, monkeypatch: pytes
     said = " ".join(done("discover", "log.csv", "-v", "blueboat", "--out", "run", "--no-report").split())
     sentence = read_run(tmp_path / "run").comparison.best.sentence
     assert sentence.replace(NARROW, " ") in said.replace(NARROW, " ")
-    assert said.index("Trust ") < said.index("Effects, best first")
+    assert said.index("Trust ") < said.index("Effects, surest first")
     assert "Adding it removes" in said.split("Trust ")[0]
     marks, model = source_marks(read_run(tmp_path / "run").findings), load_vehicle(tmp_path / "run" / "model.yaml")
     assert f"X_uu {marks['X_uu']}: identified by undertow from" in str(model.sources)
@@ -217,7 +219,7 @@ def test_an_open_verdict_is_an_answer_in_three_lines():
         "Predicts best: the corrected model (model.yaml), with a position error of 10 s predictions of 0.50 m on "
         "unseen rows, 75 % less than the nominal model's 2.0 m."
     )
-    assert second == ("In play: surge linear damping (63 %) and munk moment (40 %). model.yaml has them.")
+    assert second == ("In play: surge linear damping (63 %) and Munk moment (40 %). model.yaml has them.")
     assert third == (
         "Next step: check X_u in the vehicle file: it says \N{MINUS SIGN}9.00, this log asks for about "
         "\N{MINUS SIGN}17.0 N s/m."
@@ -288,3 +290,62 @@ def test_what_to_trust_goes_with_what_is_missing():
         recommendation(story(2.0, 0.5), BEST) == f"{BEST.best.sentence} What is missing hardly matters on these rows."
     )
     assert recommendation(open_story(2.0, 0.5), BEST) == BEST.best.sentence
+
+
+def scored(name: str, r2: Sequence[float], speeds: Sequence[float | None], kind: str = "symbolic") -> ComparedModel:
+    """A model by its R squared of the acceleration, and its errors of 10 s speeds, in surge, sway and yaw."""
+    axes = ("surge", "sway", "yaw")
+    content = {
+        "name": name,
+        "kind": kind,
+        "acceleration": {"r2": dict(zip(axes, r2, strict=True))},
+        "rollout": {"10": dict(zip(axes, speeds, strict=True))},
+    }
+    return ComparedModel.model_validate(content)
+
+
+GUESS = scored("zero acceleration", (0.0, 0.0, 0.0), (0.5, 0.2, 0.3), "baseline")
+
+
+@pytest.mark.parametrize(
+    ("r2", "speeds", "said"),
+    [
+        ((0.6, 0.1, 0.4), (0.1, 0.1, 0.1), ""),
+        ((0.6, -0.009, 0.4), (0.505, 0.2, 0.3), ""),
+        ((0.6, -32.0, -12.1), (0.1, 0.1, 0.1), "in the acceleration of sway (R² -32) and yaw (R² -12)."),
+        (
+            (0.6, 0.1, -0.02),
+            (0.51, 0.2, 0.3),
+            "in the acceleration of yaw (R² -0.020) and in the speeds predicted over",
+        ),
+        ((0.6, 0.1, 0.4), (0.1, 0.3, 0.1), "in the speeds predicted over 10 s of sway."),
+        ((0.6, 0.1, 0.4), (0.1, 0.1, None), "in the speeds predicted over 10 s of yaw."),
+    ],
+)
+def test_what_the_model_cannot_do_stands_under_the_verdict(r2: tuple[float, ...], speeds: tuple[float, ...], said: str):
+    models = (scored("nominal", (-99.0, -99.0, -99.0), (9.0, 9.0, 9.0)), scored("corrected", r2, speeds), GUESS)
+    found = NOTHING.but(models=models, best=Best(model="corrected", sentence="Trust corrected."))
+    told = cannot(found)
+    assert (
+        told.startswith(f"Corrected errs more than a guess that knows nothing of the boat {said}") if said else not told
+    )
+    lines = opening(story(2.0, 0.5), found)
+    assert lines[:2] == ["The model is missing Munk moment.", told] if said else told not in lines
+
+
+def test_it_is_told_of_the_model_to_trust_and_of_the_corrected_one_where_none_is():
+    models = (
+        scored("nominal", (0.1, 0.1, 0.1), (0.1, 0.1, 0.1)),
+        scored("corrected", (-9.0, 0.1, 0.1), (0.1, 0.1, 0.1)),
+    )
+    assert cannot(NOTHING.but(models=models, best=Best(model="nominal"))) == ""
+    assert "surge (R² -9.0)" in cannot(NOTHING.but(models=models, best=Best(sentence="Trust none.")))
+    assert cannot(NOTHING) == ""
+
+
+def test_the_page_says_it_under_its_headline(tmp_path: Path):
+    run = read_run(write_sample(tmp_path / "run", seconds=60.0))
+    poor = [m.but(acceleration=m.acceleration.but(r2=m.acceleration.r2.but(sway=-32.0))) for m in run.comparison.models]
+    said = str(page(replace(run, comparison=run.comparison.but(models=tuple(poor)))))
+    _, _, after = said.partition("</h1>")
+    assert re.match(r'\s*<p class="warn">\w+ errs more than a guess [^<]*sway \(R² -32\)', after)

@@ -13,7 +13,7 @@ from undertow.measurements.alignment import Alignment
 from undertow.measurements.inspection import ChannelSummary, Inspection, Plan, Segment
 from undertow.measurements.preparation.dataset import PAPER
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.sureness import REMOVED, SURE
+from undertow.reports.sureness import BACK, COMES_BACK, SURE
 from undertow.reports.terminal.comparison_screen import comparison_table, trust_style
 from undertow.reports.terminal.failures_screen import failures_table
 from undertow.reports.terminal.findings_screen import (
@@ -184,7 +184,7 @@ def test_candidates_give_value_interval_and_twins():
     assert "(or thrust scale, another thruster)" in text
     assert "41\N{NO-BREAK SPACE}%" in text
     told = " ".join(printed(candidates_table(FINDINGS.candidates, BOAT, most=1), 120).split())
-    assert f"sure: {SURE}; force error removed: {REMOVED}; and 2 more in findings.json" in told
+    assert f"sure: {SURE}; {BACK}: {COMES_BACK}; and 2 more in findings.json" in told
     narrow = printed(candidates_table(FINDINGS.candidates, BOAT), 70).splitlines()
     value = next(index for index, line in enumerate(narrow) if "stbd_scale = 0.806" in line)
     assert "(0.790 to 0.820)" in narrow[value + 1]
@@ -351,7 +351,7 @@ def test_likely_effects_stand_between_missing_and_possible_ones_by_their_odds():
         ["cg offset", "missing", "> 99 %"],
         ["sway lift", "missing", "96 %"],
         ["mass offset", "likely", "91 %"],
-        ["munk moment", "likely", "83 %"],
+        ["Munk moment", "likely", "83 %"],
         ["yaw trim", "possible", "41 %"],
     ]
 

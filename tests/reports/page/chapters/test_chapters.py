@@ -167,7 +167,7 @@ def test_what_the_log_cannot_tell_is_said(run):
     assert "neither found nor excluded: thrust dead zone." in told
     assert "Hardly more than sensor noise: cg offset and yaw trim." in told
     assert "Hardly moves beyond sensor noise: sway." in told
-    assert re.search(r"munk moment\s*<\s1\s%\s*thrust scale\s*90\s%\s*yaw trim\s*n/a", told)
+    assert re.search(r"Munk moment\s*<\s1\s%\s*thrust scale\s*90\s%\s*yaw trim\s*n/a", told)
 
 
 def test_how_the_run_was_made_is_told(run):

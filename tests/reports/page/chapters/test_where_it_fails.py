@@ -141,8 +141,8 @@ PLACE = FailingPlace(
 def test_the_effect_has_a_column_where_there_is_room_and_a_line_where_not():
     wide, narrow = (printed(failures_table([PLACE]), width) for width in (120, 80))
     assert re.search(r"removed by\s*\n", wide)
-    assert re.search(r"1\.6 rad/s²\s+munk moment >\s99", wide)
-    assert re.search(r"removed by munk moment\s+>\s99\s%", narrow)
+    assert re.search(r"1\.6 rad/s²\s+Munk moment >\s99", wide)
+    assert re.search(r"removed by Munk moment\s+>\s99\s%", narrow)
     assert not re.search(r"\n\s*%", narrow)
     assert "removed by" not in printed(failures_table([PLACE.but(removed_by=())]), 120)
 
