@@ -138,7 +138,9 @@ def test_the_difference_is_held_against_the_interval_of_the_difference_and_not_a
         change("one", "surge_quadratic_damping", value=one, ci95=[one - half, one + half])
         change("two", "surge_quadratic_damping", value=one - apart, ci95=[one - apart - half, one - apart + half])
         assert numbers()["X_uu"].relation is relation, "though the two intervals overlap"
-        assert numbers()["X_uu"].difference.value == pytest.approx(apart)
+        difference = numbers()["X_uu"].difference
+        assert difference is not None
+        assert difference.value == pytest.approx(apart)
 
 
 @pytest.mark.parametrize(
