@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...discovery.candidates.effect_forces import found_forces
+from ...discovery.candidates.nuisance import holds_guesses
 from ...exports.mcap_series import Prediction, require_mcap, write_series
 from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections
@@ -109,14 +110,16 @@ def _record(run: Run, target: Path) -> dict[str, Any]:
     paths, reading, judge = list(run.inputs.paths), run.inputs.reading, run.inputs.parts.judge
     mapped = None if reading.channel_map is None else seen_from(target, str(reading.channel_map))
     there, seen = replace(reading, channel_map=mapped), [seen_from(target, path) for path in paths]
+    refit = bool(run.settings.refit)
+    told = None if refit == holds_guesses(run.discovery.nominal) else refit
     return {
         "schema": RUN_SCHEMA,
         "logs": paths,
         **asdict(reading),
         "seed": run.settings.seed,
-        "refit": run.settings.refit,
+        "refit": refit,
         "judged_on": judge,
-        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=run.settings.refit, judge=judge),
+        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=told, judge=judge),
         "versions": versions(),
         "log_sha256": log_digests(paths),
         **paths_from(target, paths, reading.channel_map),
