@@ -42,7 +42,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Place:
     found = Place(folder / "log.csv", folder / "vehicle.yaml", folder / "run")
     hull = load_vehicle("blueboat")
     simulate_world(hull, HIDDEN, duration=200.0, noise="field", seed=3).write(found.log)
-    guessed = {section: GUESSED for section in ("added_mass", "damping")}
+    guessed = dict.fromkeys(("added_mass", "damping"), GUESSED)
     wrong = hull.with_values(WRONG).model_copy(update={"sources": dict(hull.sources) | guessed})
     wrong.save(found.vehicle)
     done("discover", found.log, "-v", found.vehicle, "--no-report", "--out", found.run)
@@ -76,7 +76,7 @@ def same(one: Vehicle, other: Vehicle) -> bool:
 
 def test_a_file_of_guesses_has_its_own_numbers_fitted_unasked(place: Place):
     assert json.loads((place.run / "run.json").read_text("utf-8"))["refit"] is True
-    assert NAMES <= set(names_in(place.run))
+    assert set(names_in(place.run)) >= NAMES
     steps = json.loads((place.run / "findings.json").read_text("utf-8"))["steps"]
     assert [step["added"] for step in steps[:2]] == [None, "calibrated"]
 
