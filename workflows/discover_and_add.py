@@ -28,6 +28,7 @@ from ..discovery.in_order import chosen_for
 from ..discovery.judgement import odds
 from ..discovery.run_models import named_as_found, values_of_step
 from ..discovery.settings import DiscoverySettings
+from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
 from ..measurements.statistics.second_processor import beside
@@ -121,7 +122,8 @@ def add(
     settings : of the run to which they are added, such as `run.settings`: with `refit` the model's own numbers are
         fitted beside the effects
     findings : of that run, such as `run.findings`: what its model has is added with the numbers of the run, so that all
-        of it is that model; what they are not certain of is not called missing
+        of it is that model; what they are not certain of is not called missing. Of a run of other logs, every number is
+        fitted anew
     progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
@@ -135,12 +137,18 @@ def add(
     expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     inputs = inputs.whole()
+    if findings is not None and findings.data.rows not in (None, sum(part.rows for part in _weak(inputs))):
+        findings = findings.but(steps=(), sensors=())  # of other logs: neither numbers nor sensors are those of these
     hidden = HiddenErrors.told(findings.sensors) if findings is not None else None
     fitting = [hidden.corrected(motion) for motion in inputs.fitting] if hidden is not None else inputs.fitting
     basis = chosen_for(fitting, inputs.vehicle, chosen, findings)
     inputs, folds = _in_folds(inputs, basis)
     names = named_as_found(findings, effects)
-    found = replace(add_effects(fitting, inputs.vehicle, names, chosen, basis, findings), hidden=hidden)
+    found = add_effects(fitting, inputs.vehicle, names, chosen, basis, findings)
+    if hidden is not None:
+        told = {sensor.correction for sensor in found.findings.sensors}
+        more = [sensor for sensor in hidden.findings if sensor.correction not in told]
+        found = replace(found, hidden=hidden, findings=found.findings.but(sensors=(*more, *found.findings.sensors)))
     run = assess(inputs, found, basis.settings, partial(references, inputs, basis, folds), progress)
     return replace(run, verb=("add", *effects))
 
@@ -220,10 +228,9 @@ def assess(
     baselines = [other for other in others if other.model.kind == BASELINE]
     judged = [nominal, *(other for other in others if other not in baselines), corrected, *baselines]
     compared = comparison(judged, inputs, table, fails, notes=notes)
-    weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)
     data = LogFacts(
-        rows=sum(part.rows for part in weak),
-        seconds=sum(part.seconds for part in weak),
+        rows=sum(part.rows for part in _weak(inputs)),
+        seconds=sum(part.seconds for part in _weak(inputs)),
         split=_split_of(inputs, found),
         unexplained=_unexplained(found),
         notes=(*inputs.notes, *found.notes, *_leftovers(found)),
@@ -246,6 +253,11 @@ def assess(
     fitted = next((j.model for j in others if j.name == CALIBRATED and isinstance(j.model, VehicleModel)), None)
     vehicle = fitted.vehicle if fitted else None
     return Run(inputs, found, findings, compared, table, settings, corrected.audit, calibrated=vehicle)
+
+
+def _weak(inputs: Inputs) -> tuple[DataSet, ...]:
+    """What was looked at: all of the logs that may be fitted, and what is kept aside."""
+    return inputs.weak.train, inputs.weak.validation, inputs.weak.test
 
 
 def _predicts_better(corrected: Judged, nominal: Judged, others: Sequence[Judged], inputs: Inputs) -> Judged | None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from verbs import call, done, refused
 
+from undertow.discovery.candidates.nuisance import holds_guesses
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import AS_GUESSED, Reading
 from undertow.physics.vehicle import load_vehicle
@@ -28,6 +29,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_what_it_writes_reads_the_log(log: Path, here: Path) -> None:
     said = done("init", log, "--mass", "22", "--spacing", "0.436", "--length", "1.2")
     assert "--vehicle vehicle.yaml --map channels.yaml --out run" in said
+    assert holds_guesses(load_vehicle("vehicle.yaml")), "discover fits them unasked"
     assert "given to undertow init" in said
     assert said.count("believed") == 1, "what is doubtful of the map is told once, at the end"
     end = " ".join(said.partition("Settle first: ")[2].split())

@@ -5,11 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 from verbs import done
 
 import undertow
 from undertow.app.undo import Step
+from undertow.discovery.hidden_errors import HiddenErrors
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.opened_log import OpenedLog
@@ -156,3 +159,31 @@ def test_own_numbers_that_stay_are_not_those_of_the_run(place: Place, bench: Wor
     assert all(kept.value(symbol) == nominal.value(symbol) for symbol in ("Y_vdot", "N_rdot"))
     told = done("add", *names, "--run", place.run, "--no-refit", "--json")
     assert [step["added"] for step in json.loads(told)["steps"]] == [None, *(name.partition("[")[0] for name in names)]
+
+
+def test_of_other_logs_every_number_is_fitted_anew(place: Place, tmp_path: Path):
+    record, other = read_run_inputs(place.run), tmp_path / "other.csv"
+    simulate_world(load_vehicle("blueboat"), HIDDEN, duration=120.0, noise="field", seed=4).write(other)
+    names, inputs = names_in(place.run), undertow.read_inputs(other, place.vehicle, progress=None)
+    added = undertow.add(names, inputs, record.settings, record.findings, progress=None).discovery.corrected
+    alone = undertow.add(names, inputs, record.settings, progress=None).discovery.corrected
+    assert added.values == alone.values
+    assert not same(added, load_vehicle(place.run / "model.yaml"))
+
+
+def test_what_was_found_beside_an_antenna_that_only_forces_show_is_added_beside_it(tmp_path: Path):
+    world = simulate_world(load_vehicle("blueboat"), {"yaw_trim": 1.5}, duration=200.0, noise="clean", seed=3)
+    motion = HiddenErrors(-0.6, 0.0, 0.0).corrected(world.motion(0.05))
+    columns = ["t", "x", "y", "psi", "u", "v", "r", "newton_port", "newton_stbd"]
+    table = np.column_stack([motion.time, motion.position, motion.heading, motion.velocity, motion.commands])
+    pd.DataFrame(table, columns=columns).to_csv(tmp_path / "log.csv", index=False)
+    inputs = undertow.read_inputs(tmp_path / "log.csv", "blueboat", progress=None)
+    run = undertow.discover(inputs, progress=None)
+    assert run.discovery.hidden is not None
+    assert "yaw_trim" in run.findings.missing
+    names = [str(label) for label, _ in run.discovery.steps[1:]]
+    whole = undertow.add(names, inputs, run.settings, run.findings, progress=None)
+    assert same(whole.discovery.corrected, run.discovery.corrected)
+    assert positions(whole.findings.steps) == pytest.approx(positions(run.findings.steps), rel=1e-6)
+    more = undertow.add([*names, "sway_lift"], inputs, run.settings, run.findings, progress=None)
+    assert "antenna_arm" in {sensor.error for sensor in more.findings.sensors if sensor.verdict == "present"}
