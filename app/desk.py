@@ -58,13 +58,12 @@ _OF_A_RUN = {"page": "report.html", "findings": "findings.json", "run": ""}
 
 @dataclass(slots=True)
 class _Read:
-    """What was read, the doubt about its thrusters, whether its vehicle was made of it, and how, and its bench."""
+    """What was read, the doubt about its thrusters, how its vehicle was made, where it was, and its bench."""
 
     source: Source
     inputs: Inputs
     log: OpenedLog
     doubt: str
-    made: bool
     how: tuple[str, ...] = ()
     bench: "Workbench | None" = None
 
@@ -115,10 +114,9 @@ class Desk:
             wired = _fresh(folder, "wired.yaml")
             reading = replace(reading, channel_map=write_rewired(wired, found.logs, reading, vehicle, found.wires))
         inputs = read_inputs(list(found.logs), vehicle, reading, progress=say)
-        made = not source.vehicle and bool(source.logs)
         doubt = doubt or next((text for text in inputs.warnings if text == UNPROVEN), "")
         said = found.places or found.wires  # whoever has put them right has said it
-        return _Read(found, inputs, OpenedLog(inputs), "" if said else doubt, made, how)
+        return _Read(found, inputs, OpenedLog(inputs), "" if said else doubt, how)
 
     def opened(self, left: tuple[str, ...], say: Say | None = None) -> Opened:
         """See `Workbench.opened`."""
@@ -246,7 +244,7 @@ class Desk:
         if read.bench is None:
             from ..workflows.workbench import Workbench  # here, because a log is shown before a search is loaded
 
-            read.bench = Workbench(read.log, refit=read.made)
+            read.bench = Workbench(read.log)
         return read.bench
 
     @property

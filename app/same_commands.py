@@ -8,7 +8,7 @@ from ..physics.in_words import words
 from ..workflows.workbench_facts import OWN_NUMBERS, Source, Stand
 
 
-def same_commands(source: Source, stand: Stand, found: Sequence[str]) -> str:
+def same_commands(source: Source, stand: Stand, found: Sequence[str], *, refits: bool = False) -> str:
     """A command a line, and a remark for what no command does.
 
     Parameters
@@ -16,6 +16,7 @@ def same_commands(source: Source, stand: Stand, found: Sequence[str]) -> str:
     source : what is open
     stand : the present model
     found : names that the search has found
+    refits : the search fits the model's own numbers
     """
     run = "run" if source.logs else "undertow-demo"
     lines = _discovering(source, run) if source.logs else [["undertow", "demo"]]
@@ -25,8 +26,8 @@ def same_commands(source: Source, stand: Stand, found: Sequence[str]) -> str:
     told = [shlex.join(line) for line in lines]
     effects = [name for name in stand.names if name != OWN_NUMBERS]
     if set(stand.names) != set(found) and effects:
-        as_run, own = bool(source.logs) and not source.vehicle, OWN_NUMBERS in stand.names
-        other = [] if own == as_run else ["--refit" if own else "--no-refit"]
+        own = OWN_NUMBERS in stand.names
+        other = [] if own == refits else ["--refit" if own else "--no-refit"]
         told.append(shlex.join(["undertow", "add", *effects, "--run", run, *other, "--out", "model.yaml"]))
     elif OWN_NUMBERS in stand.names and set(stand.names) != set(found):
         told.append("# No command adds the model's own numbers alone; undertow fit calibrates them.")
@@ -67,7 +68,7 @@ def _discovering(source: Source, run: str) -> list[list[str]]:
     made = ["--vehicle", "vehicle.yaml", "--map", "channels.yaml"]
     return [
         ["undertow", "init", *logs, *hull, *like, *reading, *files],
-        ["undertow", "discover", *logs, *made, *frame, *as_is, "--refit", "--out", run],
+        ["undertow", "discover", *logs, *made, *frame, *as_is, "--out", run],
     ]
 
 

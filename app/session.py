@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..workflows.workbench_facts import Source, Trained, Way
+from ..workflows.workbench_facts import OWN_NUMBERS, Source, Trained, Way
 from .audience import Audience
 from .errands import Errands
 from .file_names import FileNames
@@ -78,7 +78,7 @@ class Session:
         if shown.source is None:
             return ""
         found = () if shown.searched is None else shown.searched.found
-        return self.names.in_commands(same_commands(shown.source, shown.stand, found))
+        return self.names.in_commands(same_commands(shown.source, shown.stand, found, refits=shown.refits))
 
     # -- what is opened ------------------------------------------------------------------------------------------------
 
@@ -169,8 +169,13 @@ class Session:
     # -- steps ---------------------------------------------------------------------------------------------------------
 
     async def add(self, *names: str) -> None:
-        """Add effects to the model."""
-        await self._go(lambda history: history.then(history.now.adding(*names)))
+        """Add effects to the model, the first of them beside the model's own numbers, where the search fitted these."""
+
+        def onward(history: History) -> History:
+            own = [OWN_NUMBERS] * (self.shown.refits and not history.now.stand.names)
+            return history.then(history.now.adding(*dict.fromkeys([*own, *names])))
+
+        await self._go(onward)
 
     async def remove(self, name: str) -> None:
         """Take an effect out of the model."""

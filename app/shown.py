@@ -61,6 +61,11 @@ class Shown:
         """What was found; None before a search."""
         return None if self.history is None else self.searches.get(self.history.now.source)
 
+    @property
+    def refits(self) -> bool:
+        """Whether the search fitted the model's own numbers."""
+        return self.searched is not None and self.searched.refits
+
     def open(self, source: Source, opened: Opened) -> None:
         """Show a log that was read, and forget all that was found in others."""
         self.diary = None

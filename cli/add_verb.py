@@ -44,7 +44,10 @@ def add(
     out: VehicleOut = None,
     refit: Annotated[
         bool | None,
-        typer.Option("--refit/--no-refit", help="Calibrate the model's own parameters beside them; else as the run."),
+        typer.Option(
+            "--refit/--no-refit",
+            help="Calibrate the model's own parameters beside them; else as the run, or where the file holds guesses.",
+        ),
     ] = None,
     force: ForceOption = False,
     frame: FrameOption = None,
@@ -67,7 +70,7 @@ def add(
             raise RequestError("add: --log says where a log of --run is now; with --vehicle, logs follow the effects")
         read = (run, effects if run is None else (), vehicle, channels, log)
         earlier = earlier_files((("--out", "add", out),), read, force=force)
-        names, paths, nominal, searched = effects, [], vehicle, None
+        names, paths, nominal, searched, judge = effects, [], vehicle, None, None
         if run is not None:
             given = [word for word in effects if _is_log(word)]
             options = (("--frame", frame), ("--namespace", namespace))
@@ -78,16 +81,17 @@ def add(
                     "or give --vehicle V in place of --run. Where they were moved, --log LOG and --map MAP say where to"
                 )
             record = read_run_inputs(run, Moved(tuple(log or ()), channels))
-            names, paths, nominal = record.as_found(effects), record.logs, record.vehicle
+            names, paths, nominal = effects, record.logs, record.vehicle
             reading = replace(record.reading, as_is=as_is or record.reading.as_is)
             refit, searched = record.settings.refit if refit is None else refit, record.findings
+            judge = record.judge
         else:
             reading = Reading(frame, channels, namespace, as_is)
             names, paths = _effects_then_logs(effects)
         if not names:
             raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
-        inputs = read_logs(paths, nominal, reading)
-        found = add_named(names, inputs, DiscoverySettings(refit=bool(refit)), searched, progress=progress)
+        inputs = read_logs(paths, nominal, reading, judge)
+        found = add_named(names, inputs, DiscoverySettings(refit=refit), searched, progress=progress)
         if out is not None:
             found.discovery.corrected.save(out, by="add")
         tell_replaced(earlier)

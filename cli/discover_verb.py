@@ -41,8 +41,12 @@ def discover(
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave the HTML page out.")] = False,
     force: ForceOption = False,
     refit: Annotated[
-        bool, typer.Option("--refit", help="Calibrate the model's own parameters while effects are judged.")
-    ] = False,
+        bool | None,
+        typer.Option(
+            "--refit/--no-refit",
+            help="Calibrate the model's own parameters while effects are judged; else where the file holds guesses.",
+        ),
+    ] = None,
     seed: SeedOption = 0,
     judge: Annotated[
         str,
@@ -60,7 +64,6 @@ def discover(
             raise RequestError(f"--split {judge}: expected folds, or test to keep the last part of each log aside")
         if vehicle is None:
             vehicle, channels = offered(logs, Reading(frame, channels, namespace), out)
-            refit = True
         check = partial(check_folder, out, (logs, vehicle, channels), report=not no_report, force=force)
         read = partial(logs_in_steps, logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
         told = "json" if as_json else "whole"
@@ -74,7 +77,7 @@ def tell_discovery(
     *,
     report: bool,
     seed: int,
-    refit: bool = False,
+    refit: bool | None = None,
     force: bool = False,
     told: str = "whole",
 ) -> None:

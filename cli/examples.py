@@ -22,7 +22,7 @@ EXAMPLES = {
     ),
     "discover": (
         "undertow discover boat.csv --vehicle boat.yaml --out run",
-        "undertow discover logs/*.bin --vehicle vehicle.yaml --map channels.yaml --refit --out run",
+        "undertow discover logs/*.bin --vehicle boat.yaml --refit --out run",
     ),
     "fit": (
         "undertow fit boat.csv --vehicle boat.yaml --out fitted.yaml",

@@ -63,7 +63,7 @@ def init(
         if draft.unsettled:
             prose(f"Settle first: {draft.unsettled}", UNSURE)
         say(f"Vehicle: {out}; channel map: {channels_out}. Look at both, then:")
-        say(f"  undertow discover {named} --vehicle {out} --map {channels_out} --refit --out run")
+        say(f"  undertow discover {named} --vehicle {out} --map {channels_out} --out run")
 
 
 def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:
@@ -92,7 +92,7 @@ def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:
             return str(_VEHICLE), _CHANNELS
     raise RequestError(
         f"{told}. 'undertow init LOG --mass KG' writes a vehicle file and a channel map of them; then: undertow "
-        f"discover LOG --vehicle {_VEHICLE} --map {_CHANNELS} --refit --out {out}. Or name a shipped vehicle: "
+        f"discover LOG --vehicle {_VEHICLE} --map {_CHANNELS} --out {out}. Or name a shipped vehicle: "
         f"{', '.join(shipped_vehicles())}"
     )
 

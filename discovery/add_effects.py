@@ -1,7 +1,6 @@
 """The verb `add` on motions: effects that somebody chose, fitted in the order given, and judged like those found."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from ..physics.in_words import listing, words
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import rollouts_object
-from .basis import Basis, choose
+from .basis import Basis
 from .calibration.beside_effects import with_calibration
 from .candidates.nuisance import CALIBRATED
 from .claims import Tests, claims
@@ -23,10 +22,8 @@ from .evidence.record_errors import beside_record, record_errors, without_forces
 from .evidence.weighing import modest, weigh
 from .findings import Findings
 from .fold_findings import Folds
-from .in_order import fit_named, own_numbers
-from .kept_effects import without_offset
+from .in_order import Fitted, chosen_for, fit_named, own_numbers
 from .search.floating import Search
-from .selected import base
 from .settings import DiscoverySettings
 from .verdicts import Grounds, conclude
 
@@ -51,7 +48,8 @@ def add_effects(
     """Add effects in the order given, all fitted together under their physical limits and the law of dissipation.
 
     Where the force balance errs by more than white noise, they are fitted to open-loop rollouts, as in discovery. The
-    nominal model's own parameters stay as they are, or are fitted beside them with `settings.refit`.
+    nominal model's own parameters stay as they are, or are fitted beside them with `settings.refit`. What a search of
+    these motions put into its model has the numbers of that search; all of it is that model.
 
     Parameters
     ----------
@@ -65,23 +63,23 @@ def add_effects(
         for an unknown effect or thruster, an effect given twice, one whose channels a log lacks, one that a field log
         cannot show because its compass is not trusted, or none at all.
     """
-    basis = basis or choose(motions, nominal, settings)
-    free = own_numbers(basis) if settings.refit else None
-    fitted = fit_named(basis, names, free)
+    basis = basis or chosen_for(motions, nominal, settings, searched)
+    free = own_numbers(basis) if basis.settings.refit else None
+    fitted = fit_named(basis, names, free, searched=searched)
     search, state, lawful = fitted.search, fitted.state, fitted.lawful
     form, corrected, notes = search.balance, lawful.vehicle, basis.told
     if free is None:
         notes = (*notes, _KEPT)
-    elif free.symbols:
-        first, *later = fitted.steps
-        calibration = (CALIBRATED, without_offset(base(search, state)))
-        fitted = replace(fitted, steps=(first, calibration, *later))
-    evidence = in_step(weigh(search, state, settings.seed), search.pool, nominal, state.vehicle, form.motions)
-    error, noise, by = np.sqrt(state.fit.held_out), search.noise_error, ""
+    error, noise = np.sqrt(state.fit.held_out), search.noise_error
     if basis.rolls:
         weak = basis.cleared_forces()
         error = np.sqrt((weak.balance(corrected) ** 2).mean(axis=0))
-        noise, by = Search(weak, nominal, (), settings.search).noise_error, ", fitted to open-loop rollouts"
+        noise = Search(weak, nominal, (), settings.search).noise_error
+    if searched is not None and fitted.whole:
+        findings = _as_searched(searched, fitted)
+        return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, fitted.unseen(), notes)
+    evidence = in_step(weigh(search, state, settings.seed), search.pool, nominal, state.vehicle, form.motions)
+    if basis.rolls:
         evidence = modest(evidence, form)
         notes = (*notes, *disagreements(form, nominal, corrected))
         if rollouts_object(form.squares(nominal), form.squares(corrected), form.overlap):
@@ -102,13 +100,29 @@ def add_effects(
     unseen = fitted.unseen()
     if free is not None:
         findings = with_calibration(findings, free, nominal, lawful, told)
-    findings = findings.but(folds=Folds(count=len(unseen.folds)))
-    named = listing([words(label) for label in order if label != CALIBRATED])
-    beside = ", beside the model's own numbers" if free is not None and free.symbols else ""
-    sure = f"; not certain: {listing([words(key) for key in unsure])}" if unsure else ""
-    headline, thrust = f"Added by name: {named}{by}{beside}{sure}.", all_thrusters(nominal, corrected, kept)
-    findings = findings.but(headline=headline, reasons=(thrust,) if thrust else (), sensors=sensors)
+    thrust = all_thrusters(nominal, corrected, kept)
+    findings = findings.but(
+        folds=Folds(count=len(unseen.folds)),
+        headline=_headline(fitted, unsure),
+        reasons=(thrust,) if thrust else (),
+        sensors=sensors,
+    )
     return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, unseen, notes)
+
+
+def _headline(fitted: Fitted, unsure: Sequence[str]) -> str:
+    """What was added, how it was fitted, and what of it is not certain."""
+    named = listing([words(name) for name in fitted.names])
+    by = ", fitted to open-loop rollouts" if fitted.basis.rolls else ""
+    beside = ", beside the model's own numbers" if any(label == CALIBRATED for label, _ in fitted.steps) else ""
+    sure = f"; not certain: {listing([words(key) for key in unsure])}" if unsure else ""
+    return f"Added by name: {named}{by}{beside}{sure}."
+
+
+def _as_searched(searched: Findings, fitted: Fitted) -> Findings:
+    """What a search says of all that stands in its model, where just that is added."""
+    unsure = [c.key for c in searched.added if c.verdict != "missing"]
+    return searched.but(candidates=searched.added, headline=_headline(fitted, unsure), advice=())
 
 
 def _asked(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -21,7 +21,7 @@ from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
 from .candidates.candidate import Candidate, Kind, candidates, measurable
 from .candidates.linearisation import Linearisation
-from .candidates.nuisance import command_timing
+from .candidates.nuisance import command_timing, holds_guesses
 from .candidates.unnamed_terms import features_along
 from .search.command_resolution import leaves_structure
 from .search.floating import Search
@@ -211,7 +211,7 @@ class Basis:
     Attributes
     ----------
     nominal : the vehicle to be corrected
-    settings : of the discovery
+    settings : of the discovery, which say whether the model's own numbers are fitted
     motions : as they are fitted: cleared of what sensors add, where rollouts judge
     blind : (3,) True for an axis of which the log shows too little to judge its forces
     notes : what was done to the motions, in words
@@ -318,6 +318,8 @@ def choose(
     RequestError
         when the log is too short for the weak form.
     """
+    if settings.refit is None:
+        settings = replace(settings, refit=claims is None and holds_guesses(nominal))
     told = ""
     if claims is None:
         motions, told = digest(motions, settings.weak)

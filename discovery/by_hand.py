@@ -7,6 +7,7 @@ from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.vehicle import Vehicle
 from .basis import Basis
+from .findings import Findings
 from .in_order import Ordered, fit_named, own_numbers
 from .lawful.passivity import Passivity
 from .search.bootstrap import Interval
@@ -39,14 +40,20 @@ class Bench:
     ----------
     basis : what judges the log, see `choose`
     own : the numbers that the vehicle file has are fitted beside the effects, as far as the log identifies them
+    searched : findings of a search of this log: what its model has is added with its numbers
     """
 
-    def __init__(self, basis: Basis, *, own: bool = False) -> None:
-        self.basis = basis
+    def __init__(self, basis: Basis, *, own: bool = False, searched: Findings | None = None) -> None:
+        self.basis, self._searched = basis, searched
         self._free = own_numbers(basis) if own else None
         self.folds = folds_of(basis.forces.motions)
         self._ordered: dict[tuple[str, ...], Ordered] = {}
         self._known: dict[tuple[str, ...], ByHand] = {}
+
+    @property
+    def frees(self) -> bool:
+        """Whether any of the model's own numbers are fitted."""
+        return self._free is not None and bool(self._free.symbols)
 
     @single_threaded
     def with_effects(self, names: Sequence[str]) -> ByHand:
@@ -64,7 +71,7 @@ class Bench:
         return self._known[asked]
 
     def _fitted(self, names: tuple[str, ...]) -> ByHand:
-        fitted = fit_named(self.basis, names, self._free, self._begun(names))
+        fitted = fit_named(self.basis, names, self._free, self._begun(names), self._searched)
         self._ordered[names] = fitted.ordered
         unseen = fitted.unseen(last=True)
         apart = tuple(zip(unseen.folds, unseen.steps[0], strict=True))

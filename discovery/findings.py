@@ -134,6 +134,8 @@ class Step(Record):
     acceleration_rmse : root mean square error of the acceleration
     rollout_rmse : of open-loop predictions, by horizon [s]
     rises : which of them are larger than in the step before, by more than chance
+    values : what the model after it has in the place of the nominal model's numbers, by symbol
+    unseen : the same of the models that were fitted without each fold, in their order
     """
 
     added: str | None = None
@@ -142,6 +144,8 @@ class Step(Record):
     rollout_rmse: Rollouts
     units: Mapping[str, Mapping[str, str]] = {}
     rises: tuple[Rise, ...] = Field(default=(), exclude_if=lambda value: not value)
+    values: Mapping[str, Number] = Field(default={}, exclude_if=lambda value: not value)
+    unseen: tuple[Mapping[str, Number], ...] = Field(default=(), exclude_if=lambda value: not value)
 
     def rollout(self, horizon: str) -> RolloutRecord:
         """The errors of one horizon; all NaN where there is none."""

@@ -1,6 +1,6 @@
 """Errors of sensors that no other record shows: how large they are, what a motion is without them, and their words."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +31,15 @@ class HiddenErrors:
         """From three numbers, those that do not matter taken for none."""
         ahead, aside, turned = np.where(np.abs(estimate) >= _LEAST, estimate, 0.0).tolist()
         return cls(ahead, aside, turned)
+
+    @classmethod
+    def told(cls, sensors: Iterable[SensorError]) -> "HiddenErrors | None":
+        """Those that findings tell; None where they tell none."""
+        found = {term.symbol: term.value for s in sensors if s.correction in (ARM, COMPASS) for term in s.terms}
+        if not found:
+            return None
+        turned = float(np.radians(found.get("misalignment", 0.0)))
+        return cls(found.get("arm_x", 0.0), found.get("arm_y", 0.0), turned)
 
     @property
     def many(self) -> int:

@@ -7,21 +7,25 @@ from difflib import get_close_matches
 from ..measurements.preparation.held_out import folds_of
 from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
+from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle, lacking
 from .balance.base import Balance
-from .basis import Basis
+from .basis import LEAVES, Basis, choose
 from .calibration.beside_effects import Freed, freed
 from .candidates.candidate import Candidate, Kind, candidates, measurable, part_by_sight
 from .candidates.linearisation import Option
-from .candidates.nuisance import command_timing
+from .candidates.nuisance import CALIBRATED, command_timing
 from .candidates.unnamed_terms import term_candidate
+from .findings import Findings
 from .fold_models import FoldModels, models_of_given
 from .kept_effects import on_rollouts, without_offset
-from .lawful.passivity import Lawful, lawful_model
+from .lawful.passivity import Lawful, judge, lawful_model
 from .rollout_selection import slender
+from .run_models import RunModels
 from .search.bootstrap import Interval, intervals
 from .search.floating import Search, State
 from .search.gram import GramScores
+from .settings import DiscoverySettings
 
 Step = tuple[str | None, Vehicle]
 """What was added, None for the nominal model, and the vehicle with it."""
@@ -50,11 +54,13 @@ class Fitted:
     basis : what judges the log
     search : over these effects alone
     state : where their fit ended, before the laws
-    steps : the vehicle after each effect, the nominal one first and the lawful one last
+    steps : the vehicle after each effect, the nominal one first, then that with its own numbers fitted, where they are,
+        and the lawful one last
     scores : of the columns about the fit
     chosen : each effect as it was fitted
     lawful : the model under the laws
     ordered : each effect beside those before it
+    run : the models of that run; None where there is none
     """
 
     basis: Basis
@@ -65,17 +71,44 @@ class Fitted:
     chosen: tuple[Option, ...]
     lawful: Lawful
     ordered: Ordered
+    run: RunModels | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The effects, each on the thruster on which it was fitted."""
+        return _names(self.steps)
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is the model of the run, with all that this found and nothing else."""
+        return self.run is not None and self.run.is_whole(self.names)
 
     @property
     def intervals(self) -> dict[str, Interval]:
-        """See `intervals`."""
+        """See `intervals`; of the model of a run those that it told."""
         search, settings = self.search, self.basis.settings
-        return intervals(search.balance, self.scores, search.pool, self.chosen, self.state.vehicle, settings.seed)
+        found = intervals(search.balance, self.scores, search.pool, self.chosen, self.state.vehicle, settings.seed)
+        return found | dict(self.run.intervals) if self.run is not None and self.whole else found
 
     def unseen(self, *, last: bool = False) -> FoldModels:
-        """The models of all steps, or of the `last` alone, fitted anew without each fold; see `models_of_given`."""
-        folds = folds_of(self.basis.forces.motions)
-        return models_of_given(self.search, folds, self.steps, self.lawful.passivity.envelope, last=last)
+        """The models of all steps, or of the `last` alone, fitted anew without each fold; see `models_of_given`.
+
+        Those of steps of the run are the run's.
+        """
+        folds, asked = folds_of(self.basis.forces.motions), range(1, len(self.steps))
+        known = [self._of_run(number, len(folds)) for number in (asked[-1:] if last else asked)]
+        if known and all(known):
+            return FoldModels(tuple(folds), (), (), tuple(known))
+        made = models_of_given(self.search, folds, self.steps, self.lawful.passivity.envelope, last=last)
+        if not known:
+            return made
+        return replace(made, steps=tuple(run or own for run, own in zip(known, made.steps, strict=True)))
+
+    def _of_run(self, number: int, folds: int) -> tuple[Vehicle, ...]:
+        """The run's models without each fold at a step; none where the step is not the run's."""
+        step = self.run.step(_names(self.steps[: number + 1])) if self.run is not None else None
+        same = step is not None and step.vehicle.values == self.steps[number][1].values
+        return step.unseen if step is not None and same and len(step.unseen) == folds else ()
 
 
 def named_candidates(basis: Basis, names: Sequence[str]) -> list[list[Candidate]]:
@@ -110,26 +143,61 @@ def own_numbers(basis: Basis) -> Freed:
     return found.seen(part_by_sight(slender(found.pool, basis.nominal), basis.blind)[0])
 
 
-def fit_named(basis: Basis, names: Sequence[str], free: Freed | None, begun: Ordered | None = None) -> Fitted:
+def judged_as(basis: Basis, run: RunModels | None) -> Basis:
+    """What judges a log by rollouts, where a run of it was judged by them in the end."""
+    return basis.rolling(LEAVES) if run is not None and run.rolls and not basis.rolls else basis
+
+
+def chosen_for(
+    motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, searched: Findings | None
+) -> Basis:
+    """What judges motions to which effects are added: what judged them in their search, where there was one."""
+    return judged_as(choose(motions, nominal, settings), RunModels.of(searched, nominal))
+
+
+def fit_named(
+    basis: Basis,
+    names: Sequence[str],
+    free: Freed | None,
+    begun: Ordered | None = None,
+    searched: Findings | None = None,
+) -> Fitted:
     """Fit effects by name, in the order given; see `named_candidates` and `fit_in_order`.
 
     Parameters
     ----------
     free : the model's own numbers that are fitted beside them, where they are; without any effect, they alone
+    searched : findings of the run to which they are added: what its model has, has its numbers
 
     Raises
     ------
     RequestError
         for an effect that the model's own numbers would explain as well.
     """
-    groups = named_candidates(basis, names) if names or free is None else []
+    run = RunModels.of(searched, basis.nominal)
+    run = run if run is not None and run.own == bool(free and free.symbols) else None
+    groups = _groups(basis, names, free) if names or free is None else []
+    own = [] if free is None else [c for c in free.pool if c.kind is Kind.NUISANCE]
+    if run is None:
+        return fit_in_order(basis, groups, begun, own)
+    others = _groups(basis, run.names, free) if run.names else []
+    return fit_in_order(basis, [_found(group, run) for group in groups], begun, own, (run, others))
+
+
+def _groups(basis: Basis, names: Sequence[str], free: Freed | None) -> list[list[Candidate]]:
+    """The candidates of each name, as they are beside the model's own numbers where these are fitted."""
+    groups = named_candidates(basis, names)
     if free is None:
-        return fit_in_order(basis, groups, begun)
+        return groups
     told = [name for name in names if name in free.absorbed]
     if told:
         raise RequestError(f"add {told[0]}: the model's own numbers, which are fitted, would explain the same")
-    groups = [_kept(name, group, free.pool) for name, group in zip(names, groups, strict=True)]
-    return fit_in_order(basis, groups, begun, [c for c in free.pool if c.kind is Kind.NUISANCE])
+    return [_kept(name, group, free.pool) for name, group in zip(names, groups, strict=True)]
+
+
+def _found(group: list[Candidate], run: RunModels) -> list[Candidate]:
+    """Of the candidates of a name those that stand in the model of a run, where any does."""
+    return [candidate for candidate in group if candidate.key in run.names] or group
 
 
 def _kept(name: str, group: Sequence[Candidate], free: Sequence[Candidate]) -> list[Candidate]:
@@ -146,6 +214,7 @@ def fit_in_order(
     groups: Sequence[Sequence[Candidate]],
     begun: Ordered | None = None,
     free: Sequence[Candidate] = (),
+    of_run: tuple[RunModels, Sequence[Sequence[Candidate]]] | None = None,
 ) -> Fitted:
     """Fit effects in the order given, then together, then under the laws.
 
@@ -154,6 +223,8 @@ def fit_in_order(
     groups : the candidates of each effect, of which the best is taken
     begun : the first of these effects, where they were fitted before
     free : numbers of the nominal model that are fitted beside them in every model
+    of_run : the models of a run to which these are added, and the candidates of its effects: a step that is one of the
+        run's is that model, and another part of the run's model is fitted from it, as the run fits its own
 
     Raises
     ------
@@ -161,26 +232,72 @@ def fit_in_order(
         when a solver fails.
     """
     nominal, form = basis.nominal, basis.balance()
-    groups = [*groups, free]  # the last is never stepped to, but stands in the pool of the search
-    search = _search(basis, form, groups)
-    ordered = begun or Ordered(search.evaluate(nominal, ()), ((None, nominal),))
-    for group in groups[len(ordered.steps) - 1 : -1]:
-        state = min((_with(search, ordered.state, candidate) for candidate in group), key=lambda s: s.score)
-        ordered = Ordered(state, (*ordered.steps, (state.active[-1], without_offset(state.vehicle))))
-    state = search.reshape(ordered.state)
-    if basis.rolls:
-        search = _search(basis, form.refreshed(state.vehicle), groups)
+    run, others = of_run or (None, ())
+    pooled = [*groups, *others, free]  # the last are never stepped to, but stand in the pool of the search
+    whole = None
+    if run is not None:
+        form = form.refreshed(run.last.vehicle) if basis.rolls else form
+        search = _search(basis, form, pooled)
+        whole = search.evaluate(run.last.vehicle, run.names)
+        start = search.restrict(whole, ())
+    else:
+        search = _search(basis, form, pooled)
+        start = search.evaluate(nominal, ())
+    ordered = begun or Ordered(start, _begin(nominal, start, free, run))
+    first = len(_begin(nominal, start, free, run))
+    for group in groups[len(ordered.steps) - first :]:
+        before = _names(ordered.steps)
+        key = group[0].key
+        if run is not None and whole is not None and len(group) == 1 and run.holds((*before, key)):
+            state = search.restrict(whole, (*before, key))
+            known = run.step((*before, key))
+        else:
+            state, known = min((_with(search, ordered.state, one) for one in group), key=lambda s: s.score), None
+            key = state.active[-1]
+        vehicle = known.vehicle if known is not None else without_offset(state.vehicle)
+        ordered = Ordered(state, (*ordered.steps, (key, vehicle)))
+    if run is not None:  # what else the run found is no rival of what was asked for
+        pooled = [*groups, free]
+        search = _search(basis, form, pooled)
+    names = _names(ordered.steps)
+    state, known = ordered.state, run.step(names) if run is not None else None
+    if run is None or not run.holds(names):
+        state = search.reshape(state)
+    if basis.rolls and known is None:
+        search = _search(basis, form.refreshed(state.vehicle), pooled)
         state = search.evaluate(state.vehicle, state.active)
         state = search.reshape(on_rollouts(search, state, state.active, basis.settings.shooting))
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     chosen = tuple(linear.options[key][0] for key in state.active)
     lawful = lawful_model(basis.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
+    if run is not None and known is not None:
+        lawful = _as_run(run, known.vehicle, lawful, whole=run.is_whole(names))
     steps = (*ordered.steps[:-1], (ordered.steps[-1][0], lawful.vehicle))
-    return Fitted(basis, search, state, steps, scores, chosen, lawful, ordered)
+    return Fitted(basis, search, state, steps, scores, chosen, lawful, ordered, run)
+
+
+def _names(steps: Sequence[Step]) -> tuple[str, ...]:
+    """What steps added, without the fit of the model's own numbers."""
+    return tuple(label for label, _ in steps if label not in (None, CALIBRATED))
+
+
+def _begin(nominal: Vehicle, start: State, free: Sequence[Candidate], run: RunModels | None) -> tuple[Step, ...]:
+    """The nominal model, and that with its own numbers fitted, where they are."""
+    if not free:
+        return ((None, nominal),)
+    known = run.step(()) if run is not None else None
+    return (None, nominal), (CALIBRATED, known.vehicle if known is not None else without_offset(start.vehicle))
+
+
+def _as_run(run: RunModels, vehicle: Vehicle, fitted: Lawful, *, whole: bool) -> Lawful:
+    """The model of a run's step in the place of the one that was fitted, unless a step on the way breaks the law."""
+    told = run.findings.passivity if whole else None
+    stands = told or judge(vehicle, fitted.passivity.envelope)
+    return replace(fitted, vehicle=vehicle, passivity=stands) if whole or stands.verdict == "pass" else fitted
 
 
 def _search(basis: Basis, form: Balance, groups: Sequence[Sequence[Candidate]]) -> Search:
-    pool = list(dict.fromkeys(candidate for group in groups for candidate in group))
+    pool = list({candidate.key: candidate for group in groups for candidate in group}.values())
     if basis.timed and not basis.forces.claimed:
         pool.insert(0, command_timing(basis.motions))
     return Search(form, basis.nominal, pool, replace(basis.settings.search, refinements=6))

@@ -16,12 +16,13 @@ class DiscoverySettings:
     weak : test functions
     search : price and materiality
     seed : of the bootstrap
-    refit : True to calibrate the parameters of the nominal model while effects are judged
+    refit : True to calibrate the parameters of the nominal model while effects are judged; None to do so where the
+        vehicle file holds guesses, as one that `init` wrote does
     shooting : rollouts, for logs whose error is coloured
     """
 
     weak: WeakSettings = field(default_factory=WeakSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
     seed: int = 0
-    refit: bool = False
+    refit: bool | None = None
     shooting: ShootingSettings = field(default_factory=ShootingSettings)

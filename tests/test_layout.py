@@ -41,7 +41,7 @@ DISCOVERY = (
         "hidden_sensors",
         "kept_effects",
     ),
-    *("fold_models", "discover", "in_order", "by_hand", "add_effects", "distillation"),
+    *("fold_models", "discover", "run_models", "in_order", "by_hand", "add_effects", "distillation"),
 )
 """The rooms of discovery, and the files beside them, in the order in which one may use the other."""
 OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}

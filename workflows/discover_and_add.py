@@ -22,9 +22,13 @@ from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.sensors_compared import sensor_errors
-from ..discovery.findings import Findings, LogFacts, SensorError, Unexplained
+from ..discovery.findings import Findings, LogFacts, SensorError, Step, Unexplained
+from ..discovery.hidden_errors import HiddenErrors
+from ..discovery.in_order import chosen_for
 from ..discovery.judgement import odds
+from ..discovery.run_models import named_as_found, values_of_step
 from ..discovery.settings import DiscoverySettings
+from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
 from ..measurements.statistics.second_processor import beside
@@ -77,6 +81,7 @@ def discover(
     hand_back()
     inputs = inputs.whole()
     basis = basis or choose(inputs.fitting, inputs.vehicle, chosen)
+    chosen = basis.settings
     inputs, folds = _in_folds(inputs, basis)
     with beside(partial(references, inputs, basis, folds)) as known:
         found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress, basis)
@@ -116,7 +121,9 @@ def add(
     effects : names of the catalogue (`thruster_asymmetry[port]` chooses the thruster), or terms such as `yaw:u|r|`
     settings : of the run to which they are added, such as `run.settings`: with `refit` the model's own numbers are
         fitted beside the effects
-    findings : of that run, such as `run.findings`: what they are not certain of is not called missing
+    findings : of that run, such as `run.findings`: what its model has is added with the numbers of the run, so that all
+        of it is that model; what they are not certain of is not called missing. Of a run of other logs, every number is
+        fitted anew
     progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
@@ -130,10 +137,19 @@ def add(
     expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     inputs = inputs.whole()
-    basis = choose(inputs.fitting, inputs.vehicle, chosen)
+    if findings is not None and findings.data.rows not in (None, sum(part.rows for part in _weak(inputs))):
+        findings = findings.but(steps=(), sensors=())  # of other logs: neither numbers nor sensors are those of these
+    hidden = HiddenErrors.told(findings.sensors) if findings is not None else None
+    fitting = [hidden.corrected(motion) for motion in inputs.fitting] if hidden is not None else inputs.fitting
+    basis = chosen_for(fitting, inputs.vehicle, chosen, findings)
     inputs, folds = _in_folds(inputs, basis)
-    found = add_effects(inputs.fitting, inputs.vehicle, effects, chosen, basis, findings)
-    run = assess(inputs, found, chosen, partial(references, inputs, basis, folds), progress)
+    names = named_as_found(findings, effects)
+    found = add_effects(fitting, inputs.vehicle, names, chosen, basis, findings)
+    if hidden is not None:
+        told = {sensor.correction for sensor in found.findings.sensors}
+        more = [sensor for sensor in hidden.findings if sensor.correction not in told]
+        found = replace(found, hidden=hidden, findings=found.findings.but(sensors=(*more, *found.findings.sensors)))
+    run = assess(inputs, found, basis.settings, partial(references, inputs, basis, folds), progress)
     return replace(run, verb=("add", *effects))
 
 
@@ -207,14 +223,14 @@ def assess(
     errors |= {models[0]: nominal.errors} | dict.fromkeys(corrects, corrected.errors)
     scored = [errors[model] for model in models]
     told = zip(found.steps, scored, (None, *scored[:-1]), strict=True)
-    steps = tuple(score_step(now, *_added(label), earlier) for (label, _), now, earlier in told)
+    scored_steps = [score_step(now, *_added(label), earlier) for (label, _), now, earlier in told]
+    steps = (scored_steps[0], *(_with_models(step, found, k) for k, step in enumerate(scored_steps[1:], start=1)))
     baselines = [other for other in others if other.model.kind == BASELINE]
     judged = [nominal, *(other for other in others if other not in baselines), corrected, *baselines]
     compared = comparison(judged, inputs, table, fails, notes=notes)
-    weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)
     data = LogFacts(
-        rows=sum(part.rows for part in weak),
-        seconds=sum(part.seconds for part in weak),
+        rows=sum(part.rows for part in _weak(inputs)),
+        seconds=sum(part.seconds for part in _weak(inputs)),
         split=_split_of(inputs, found),
         unexplained=_unexplained(found),
         notes=(*inputs.notes, *found.notes, *_leftovers(found)),
@@ -237,6 +253,11 @@ def assess(
     fitted = next((j.model for j in others if j.name == CALIBRATED and isinstance(j.model, VehicleModel)), None)
     vehicle = fitted.vehicle if fitted else None
     return Run(inputs, found, findings, compared, table, settings, corrected.audit, calibrated=vehicle)
+
+
+def _weak(inputs: Inputs) -> tuple[DataSet, ...]:
+    """What was looked at: all of the logs that may be fitted, and what is kept aside."""
+    return inputs.weak.train, inputs.weak.validation, inputs.weak.test
 
 
 def _predicts_better(corrected: Judged, nominal: Judged, others: Sequence[Judged], inputs: Inputs) -> Judged | None:
@@ -273,7 +294,8 @@ def _split_of(inputs: Inputs, found: Discovery) -> str:
 def _sensors(own: Sequence[SensorError], inputs: Inputs) -> tuple[SensorError, ...]:
     """What the forces tell of the sensors, and what the records do that does not contradict it."""
     told = {sensor.what for sensor in own if sensor.verdict == "present"}
-    compared = sensor_errors(inputs.sensors)
+    known = {(sensor.what, sensor.sentence) for sensor in own}  # of a search to which something is added
+    compared = [sensor for sensor in sensor_errors(inputs.sensors) if (sensor.what, sensor.sentence) not in known]
     found = (*own, *(s for s in compared if s.verdict != "no evidence" or s.what not in told))
     return tuple(s.but(confidence=odds().sensors[s.verdict]) for s in found)
 
@@ -282,6 +304,14 @@ def _added(label: str | None) -> tuple[str | None, str | None]:
     """What a step added, and to which thruster where it concerns one: "thruster_asymmetry[port]" is two facts."""
     effect, _, thruster = ("", "", "") if label is None else label.rstrip("]").partition("[")
     return effect or None, thruster or None
+
+
+def _with_models(step: Step, found: Discovery, number: int) -> Step:
+    """A step with the numbers of its models, from which they can be made again."""
+    nominal, vehicle = found.nominal, found.steps[number][1]
+    apart = found.unseen.steps[number - 1] if found.unseen.steps else ()
+    unseen = tuple(values_of_step(one, nominal) for one in apart)
+    return step.but(values=values_of_step(vehicle, nominal), unseen=unseen)
 
 
 def _unexplained(found: Discovery) -> dict[str, Unexplained]:

@@ -2,8 +2,10 @@
 
 import numpy as np
 
-from ..discovery.basis import Basis, choose
+from ..discovery.basis import Basis
 from ..discovery.by_hand import Bench, ByHand
+from ..discovery.findings import Findings
+from ..discovery.in_order import chosen_for
 from ..discovery.settings import DiscoverySettings
 from ..physics.errors import RequestError
 from ..physics.in_words import unit_text
@@ -28,13 +30,19 @@ class LogOnBench:
     settings : of whatever judges it
     left : corrections of the search that this reading does without; stands must have the same
     basis : what judges it, where a discovery has chosen it; else it is chosen when it is first asked for
+    searched : findings of a search of this reading: what its model has is added with its numbers
     """
 
     def __init__(
-        self, log: OpenedLog, settings: DiscoverySettings, left: tuple[str, ...] = (), basis: Basis | None = None
+        self,
+        log: OpenedLog,
+        settings: DiscoverySettings,
+        left: tuple[str, ...] = (),
+        basis: Basis | None = None,
+        searched: Findings | None = None,
     ) -> None:
         self.log, self.inputs, self.rows = log, log.inputs, log.rows
-        self._settings, self._left, self._basis = settings, left, basis
+        self._settings, self._left, self._basis, self._searched = settings, left, basis, searched
         self._benches: dict[bool, Bench] = {}
         self._fits: dict[Stand, Fit] = {}
 
@@ -80,13 +88,18 @@ class LogOnBench:
     def basis(self) -> Basis:
         """What judges it."""
         if self._basis is None:
-            chosen = choose(self.inputs.fitting, self.inputs.vehicle, self._settings)
+            chosen = chosen_for(self.inputs.fitting, self.inputs.vehicle, self._settings, self._searched)
             self._basis = chosen.leaving(self._left)
         return self._basis
 
+    @property
+    def refits(self) -> bool:
+        """Whether its search fits the model's own numbers, and the log shows any of them."""
+        return bool(self.basis.settings.refit) and self._bench(own=True).frees
+
     def _bench(self, own: bool) -> Bench:
         if own not in self._benches:
-            self._benches[own] = Bench(self.basis, own=own)
+            self._benches[own] = Bench(self.basis, own=own, searched=self._searched)
         return self._benches[own]
 
     def _made(self, names: tuple[str, ...]) -> ByHand | None:

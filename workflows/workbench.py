@@ -4,6 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ..comparison.facts import ComparedModel
+from ..discovery.candidates.nuisance import CALIBRATED
+from ..discovery.findings import Findings
 from ..discovery.hidden_errors import HiddenErrors
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import Inputs, PathLike
@@ -35,12 +37,13 @@ class Workbench:
     Parameters
     ----------
     log : the log that was opened
-    refit : fit the model's own numbers while effects are searched, as for a vehicle file made of the log
+    settings : of the search
     """
 
-    def __init__(self, log: OpenedLog, *, refit: bool = False) -> None:
-        self._settings = DiscoverySettings(refit=refit)
+    def __init__(self, log: OpenedLog, settings: DiscoverySettings | None = None) -> None:
+        self._settings = settings or DiscoverySettings()
         self._run: Run | None = None
+        self._findings: Findings | None = None
         self._found: tuple[str, ...] | None = None
         self._hidden: HiddenErrors | None = None
         self._whole = log.whole
@@ -68,16 +71,20 @@ class Workbench:
             None if self._hidden is None else (self._hidden.arm_x, self._hidden.arm_y, self._hidden.compass),
             section_title(findings, run.comparison),
             sure_caption(findings.candidates),
+            found.refits,
+            findings,
         )
 
     def resume(self, searched: Searched) -> None:
         """Go on from a search that was made elsewhere; its run is made again when somebody asks for it."""
         if self._found is not None:
             return
-        self._found = searched.found
+        self._found, self._findings = searched.found, searched.findings
         if searched.hidden is not None:
             self._hidden = HiddenErrors(*searched.hidden)
-            self._readings = {(): LogOnBench(OpenedLog(self.inputs(())), self._settings)}
+        if searched.hidden is not None or searched.findings is not None:
+            opened = OpenedLog(self.inputs(())) if searched.hidden is not None else self._readings[()].log
+            self._readings = {(): LogOnBench(opened, self._settings, searched=searched.findings)}
 
     @single_threaded
     def fit(self, stand: Stand) -> Fit:
@@ -123,11 +130,6 @@ class Workbench:
                 "the model's own numbers alone are no run of effects; take model.yaml, which has them as they are, or "
                 "add an effect beside them"
             )
-        if self._hidden is not None:
-            return (
-                "no verb adds effects to a log whose sensors only its forces show to be wrong, other than those that "
-                "the search found; take model.yaml, which was fitted to the corrected log, or add what was found"
-            )
         return ""
 
     def run(self, stand: Stand, progress: Say | None = None) -> Run:
@@ -145,7 +147,7 @@ class Workbench:
             return self._run or self._discover(progress)
         effects = [name for name in stand.names if name != OWN_NUMBERS]
         settings = replace(self._settings, refit=OWN_NUMBERS in stand.names)
-        return add(effects, self._whole, settings, self._run and self._run.findings, progress=progress)
+        return add(effects, self._whole, settings, self._findings, progress=progress)
 
     def write(
         self, stand: Stand, folder: PathLike, progress: Say | None = None, called: Callable[[str], str] = str
@@ -159,7 +161,7 @@ class Workbench:
         vehicle, nominal = reading.model(stand).vehicle, reading.inputs.vehicle
         left = f" without the correction of {listing([words(e) for e in stand.left])}" if stand.left else ""
         by = " and by hand" if stand.moved else ""
-        marks = source_marks(self._run.findings) if self._run is not None else {}
+        marks = source_marks(self._findings) if self._findings is not None else {}
         sure = {symbol: mark for symbol, mark in marks.items() if symbol not in dict(stand.moved)}
         return with_sources(
             nominal, vehicle, f"identified by undertow from {WHOLE}{reading.inputs.log_names}{left}{by}", sure
@@ -179,9 +181,9 @@ class Workbench:
         """Search, and go on from what was found."""
         self._run = run = discover(self._whole, self._settings, progress=progress)
         self._weighed.clear()
-        self._found, self._hidden = _found(run), run.discovery.hidden
+        self._found, self._hidden, self._findings = _found(run), run.discovery.hidden, run.findings
         found = OpenedLog(run.inputs, cut=True)
-        self._readings = {(): LogOnBench(found, self._settings, basis=run.discovery.basis)}
+        self._readings = {(): LogOnBench(found, run.settings, basis=run.discovery.basis, searched=run.findings)}
         return run
 
     def _is_found(self, names: Sequence[str]) -> bool:
@@ -199,9 +201,8 @@ class Workbench:
 
 
 def _found(run: Run) -> tuple[str, ...]:
-    """Names of what a search found: the model's own numbers, where it fitted them, and effects."""
-    findings = run.findings
-    return (*([OWN_NUMBERS] if findings.calibrated else []), *(c.key for c in findings.added))
+    """Names of what a search found, as its steps add it: the model's own numbers, where it fitted them, and effects."""
+    return tuple(OWN_NUMBERS if label == CALIBRATED else str(label) for label, _ in run.discovery.steps[1:])
 
 
 def rival(model: ComparedModel) -> Rival:

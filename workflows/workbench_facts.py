@@ -2,8 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ..physics.frames import Array
+
+if TYPE_CHECKING:
+    from ..discovery.findings import Findings
 
 OWN_NUMBERS = "own numbers"
 """Among the names of effects: the numbers that the vehicle file has, fitted to the log beside what is added."""
@@ -175,6 +179,8 @@ class Searched:
     rivals : all models on the same rows: nominal, calibrated, corrected, and motion that goes on as it is
     hidden : errors of the sensors of which only forces tell, and for which the motion was corrected, so that what was
         opened is another: where places and speeds are measured, ahead and to starboard [m], what a heading lacks [rad]
+    refits : the model's own numbers were fitted in all that was searched
+    findings : of the search, with the models of its steps; None where nobody kept them
     """
 
     verdict: str
@@ -188,6 +194,8 @@ class Searched:
     hidden: tuple[float, float, float] | None = None
     title: str = "What is missing"
     sure: str = ""
+    refits: bool = False
+    findings: "Findings | None" = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,9 +9,11 @@ _NAMED = 3
 """Effects that a headline names; of more it says how many they are."""
 _WITHOUT_OWN = (
     " The effects were found with the model's own numbers fitted, too, and here these are as the file has them: add "
-    "the own numbers as well, or all that was found."
+    "the own numbers again, or all that was found."
 )
 """Why an effect that is missing may not better the error alone."""
+_OWN_FITTED = "own numbers fitted"
+"""The step that fits the numbers of the vehicle file, as the tables of the command line call it."""
 _UNITS = {"surge": "m/s", "sway": "m/s", "yaw": "rad/s"}
 
 
@@ -81,6 +83,8 @@ def stair_name(fit: Fit) -> str:
     """What a step of the falling error added."""
     if not fit.names and fit.values == ():
         return "as it was"
+    if fit.unseen and fit.names[-1] == OWN_NUMBERS:
+        return _OWN_FITTED
     return f"+ {words(fit.names[-1])}" if fit.unseen else "moved by hand"
 
 
@@ -92,7 +96,7 @@ def _with(shown: Shown) -> str:
     elif len(names) > _NAMED:
         told = f"{len(names)} additions"
     else:
-        told = listing([words(name) for name in names])
+        told = listing([_OWN_FITTED if name == OWN_NUMBERS else words(name) for name in names])
     moved = "numbers moved by hand" if shown.stand.moved else ""
     return f"With {' and '.join(filter(None, [told, moved]))}"
 

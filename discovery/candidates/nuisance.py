@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 
+from ...physics.assumed_numbers import assumed
 from ...physics.effects import COMMAND_OFFSET, EFFECTS, PARAMETERS, Effect, Parameter
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
@@ -64,6 +65,13 @@ def calibratable(vehicle: Vehicle, free: Sequence[str] = (), hold: Sequence[str]
             amplitudes = {p.symbol for p in effect.amplitudes}
             wanted = wanted | set(effect.symbols) if wanted & amplitudes else wanted - set(effect.symbols)
     return tuple(symbol for symbol in vehicle.values if symbol in wanted and symbol not in hold)
+
+
+def holds_guesses(vehicle: Vehicle) -> bool:
+    """Whether nobody measured a number that may be calibrated, as in a file that `init` wrote."""
+    guessed = assumed(vehicle)
+    own = calibratable(vehicle)
+    return bool(own) and not {"all", *own, *(vehicle.parameter(symbol).section for symbol in own)}.isdisjoint(guessed)
 
 
 def nuisance_candidates(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candidate, ...]:

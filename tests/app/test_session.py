@@ -85,6 +85,23 @@ def test_an_effect_that_cannot_be_added_leaves_the_model_as_it_was():
     asyncio.run(story())
 
 
+def test_the_first_effect_comes_beside_the_own_numbers_that_the_search_fitted():
+    async def story() -> None:
+        session = await opened()
+        try:
+            session.shown.searches[DEMO] = Searched("undecided", "", (), (), (), refits=True)
+            await session.add(FIRST)
+            assert session.shown.stand.names == (OWN_NUMBERS, FIRST)
+            assert [stair.names for stair in session.shown.stairs] == [(), (OWN_NUMBERS,), (OWN_NUMBERS, FIRST)]
+            await session.remove(OWN_NUMBERS)
+            await session.add(SECOND)  # what was taken out stays out
+            assert session.shown.stand.names == (FIRST, SECOND)
+        finally:
+            session.close()
+
+    asyncio.run(story())
+
+
 def test_what_is_added_by_name_is_weighed_with_every_step():
     async def story() -> None:
         session = await opened()
@@ -340,7 +357,7 @@ def test_commands_do_the_same():
         session.shown.history = History((Step(source),))
         assert session.commands() == (
             "undertow init 'my log.bin' --mass 22 --out vehicle.yaml --channels channels.yaml\n"
-            "undertow discover 'my log.bin' --vehicle vehicle.yaml --map channels.yaml --refit --out run"
+            "undertow discover 'my log.bin' --vehicle vehicle.yaml --map channels.yaml --out run"
         )
     finally:
         session.close()
@@ -370,7 +387,7 @@ def test_what_no_command_does_is_said():
     alone = same_commands(Source(), Stand((OWN_NUMBERS,)), (SECOND,)).splitlines()
     assert "undertow fit" in alone[1]
     made = Source(logs=("a.csv",), hull=(("mass", 22.0),))
-    assert "--no-refit" in same_commands(made, Stand((FIRST,)), (OWN_NUMBERS, SECOND))
+    assert "--no-refit" in same_commands(made, Stand((FIRST,)), (OWN_NUMBERS, SECOND), refits=True)
 
 
 def test_what_the_files_must_have_is_said():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from verbs import call, done, refused
 
+from undertow.discovery.candidates.nuisance import holds_guesses
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import AS_GUESSED, Reading
 from undertow.physics.vehicle import load_vehicle
@@ -27,7 +28,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_what_it_writes_reads_the_log(log: Path, here: Path) -> None:
     said = done("init", log, "--mass", "22", "--spacing", "0.436", "--length", "1.2")
-    assert "--vehicle vehicle.yaml --map channels.yaml --refit" in said
+    assert "--vehicle vehicle.yaml --map channels.yaml --out run" in said
+    assert holds_guesses(load_vehicle("vehicle.yaml")), "discover fits them unasked"
     assert "given to undertow init" in said
     assert said.count("believed") == 1, "what is doubtful of the map is told once, at the end"
     end = " ".join(said.partition("Settle first: ")[2].split())
@@ -61,7 +63,7 @@ def test_an_impossible_number_is_refused(log: Path, here: Path) -> None:
 
 def test_discover_without_a_vehicle_says_what_init_would_write(log: Path, here: Path) -> None:
     said = refused("discover", log, "--out", "run", match="no --vehicle")
-    for word in ("no --vehicle", "pwm_port (port) and pwm_stbd (starboard)", "undertow init LOG", "--refit", "otter"):
+    for word in ("no --vehicle", "pwm_port (port) and pwm_stbd (starboard)", "undertow init LOG", "otter"):
         assert word in said
     assert not list(here.iterdir())
 
@@ -84,5 +86,5 @@ def test_a_person_may_let_discover_begin_with_what_init_writes(
     asked = []
     monkeypatch.setattr("undertow.cli.discover_verb.tell_discovery", lambda *_, **how: asked.append(how["refit"]))
     assert call("discover", log, "--out", "run").exit_code == 0
-    assert asked == [True]
+    assert asked == [None]
     assert load_vehicle("vehicle.yaml").thrusters

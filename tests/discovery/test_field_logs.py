@@ -9,8 +9,11 @@ from undertow.discovery.add_effects import add_effects
 from undertow.discovery.balance.sensor_errors import misalignment, nuisances
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import unexplained
+from undertow.discovery.by_hand import Bench
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
+from undertow.discovery.findings import Step
+from undertow.discovery.run_models import values_of_step
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.compass import Compass, compass_of, corrected
@@ -93,6 +96,30 @@ def test_effects_are_added_by_rollouts_under_coloured_noise(nominal: Vehicle) ->
     assert "yaw speed damping, fitted to open-loop rollouts" in found.findings.headline
     assert found.findings.criterion.unit["surge"] == "m/s"
     assert [found.corrected.value(s) for s in HIDDEN] == pytest.approx(list(HIDDEN.values()), rel=0.08)
+
+
+def test_what_a_run_on_rollouts_found_is_added_with_its_numbers(nominal: Vehicle) -> None:
+    log = coloured(driven(nominal.with_values(HIDDEN), 4.0, 0), (0.06, 0.04, 0.03), 1.0, seed=2, hold=4)
+    wrong = nominal.with_values({symbol: 0.8 * nominal.value(symbol) for symbol in ("X_u", "N_r")})
+    settings = DiscoverySettings(refit=True)
+    run = find_missing([log], wrong, settings)
+    assert run.basis.rolls
+    told = tuple(
+        Step(added=label, acceleration_rmse={}, rollout_rmse={}, values=values_of_step(vehicle, wrong))
+        for label, vehicle in run.steps
+    )
+    findings = run.findings.but(steps=told)
+    names = [str(label) for label, _ in run.steps[2:]]
+    assert len(names) >= 2
+    added = add_effects([log], wrong, names[::-1], settings, searched=findings)
+    assert added.corrected.values == run.corrected.values
+    assert added.findings.candidates == run.findings.added
+    bench = Bench(run.basis, own=True, searched=findings)
+    for count, (_, vehicle) in enumerate(run.steps[1:]):
+        assert bench.with_effects(names[:count]).vehicle.values == vehicle.values
+    apart, _ = (Bench(run.basis, own=True, searched=found).with_effects(names) for found in (None, findings))
+    assert apart.vehicle.values == pytest.approx(run.corrected.values, rel=0.2), "fitted from the file on"
+    assert apart.vehicle.values != run.corrected.values
 
 
 def test_an_effect_that_needs_a_blind_axis_is_not_added(nominal: Vehicle) -> None:

@@ -30,7 +30,7 @@ def command(
     reading: Reading = AS_GUESSED,
     *,
     seed: int,
-    refit: bool,
+    refit: bool | None = None,
     judge: str = FOLDS,
 ) -> str:
     """The command line that makes the run again, as it must be given in the run folder, into `again` there.
@@ -38,15 +38,17 @@ def command(
     Parameters
     ----------
     logs, reading : with paths as seen from the run folder
+    refit : whether the model's own numbers were fitted, where the vehicle file does not say so by itself
     judge : what judged it
 
     Examples
     --------
-    >>> command(["discover"], ["one log.csv"], Reading("enu"), seed=3, refit=False)
+    >>> command(["discover"], ["one log.csv"], Reading("enu"), seed=3)
     "undertow discover 'one log.csv' --vehicle nominal.yaml --seed 3 --frame enu --out again"
     """
     words = ["undertow", *verb, *logs, "--vehicle", "nominal.yaml"]
-    words += ["--seed", str(seed)] * (verb[0] == "discover") + ["--refit"] * refit
+    words += ["--seed", str(seed)] * (verb[0] == "discover") + ["--refit"] * (refit is True)
+    words += ["--no-refit"] * (refit is False)
     words += ["--split", judge] if verb[0] == "discover" and judge != FOLDS else []
     words += ["--frame", reading.frame] if reading.frame else []
     words += ["--map", str(reading.channel_map)] if reading.channel_map else []

@@ -4,7 +4,7 @@ import hashlib
 import math
 import re
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from ...comparison.facts import AuditRecord, Comparison, MadeFrom
 from ...discovery.findings import Findings
 from ...discovery.fold_findings import FoldRecord
+from ...discovery.run_models import values_of_step
 from ...discovery.settings import DiscoverySettings
 from ...measurements.inspection import Inspections
 from ...measurements.log_options import Reading
@@ -74,11 +75,10 @@ class RunRecord:
         """The folds that judged it; none where a test part did."""
         return self.findings.folds.models if self.findings and self.findings.folds else ()
 
-    def as_found(self, effects: Sequence[str]) -> list[str]:
-        """The effects by name, each on the thrusters on which the run found it where the name tells no thruster."""
-        steps = [step for step in self.findings.steps if step.thruster] if self.findings else []
-        found = [(name, [f"{name}[{step.thruster}]" for step in steps if step.added == name]) for name in effects]
-        return [each for name, meant in found for each in (meant or [name])]
+    @property
+    def judge(self) -> str:
+        """The rows on which it was judged, as `read_inputs` takes them."""
+        return FOLDS if self.folds else "test"
 
     def inputs(self, progress: Say | None = SHOWN) -> Inputs:
         """The logs read again, with the rows on which the run was judged.
@@ -90,8 +90,7 @@ class RunRecord:
         """
         from ..inputs import read_inputs  # here, because a page needs no log
 
-        judge = FOLDS if self.folds else "test"
-        return read_inputs(self.logs, self.vehicle, self.reading, judge=judge, progress=progress)
+        return read_inputs(self.logs, self.vehicle, self.reading, judge=self.judge, progress=progress)
 
 
 def read_run(folder: PathLike, moved: Moved = UNMOVED) -> RunFolder:
@@ -309,12 +308,18 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
     reading = Reading(frame, map_there, namespace, record.get("as_is") is True)
     seed = record.get("seed")
     settings = DiscoverySettings(seed=seed if isinstance(seed, int) else 0, refit=record.get("refit") is True)
-    return RunRecord(there, reading, load_vehicle(folder / "nominal.yaml"), settings, _found(folder / "findings.json"))
+    nominal = load_vehicle(folder / "nominal.yaml")
+    return RunRecord(there, reading, nominal, settings, _found(folder, nominal))
 
 
-def _found(path: Path) -> Findings | None:
-    """What a run found; None where that is not there."""
+def _found(folder: Path, nominal: Vehicle) -> Findings | None:
+    """What a run found, its last step with every digit of the model that it wrote; None where that is not there."""
+    path = folder / "findings.json"
     try:
-        return read_findings(read_bytes(path, MOST_TEXT), path)
-    except (OSError, ValueError, RequestError):
+        found = read_findings(read_bytes(path, MOST_TEXT), path)
+        if not found.steps or not found.steps[-1].values:
+            return found
+        values = values_of_step(load_vehicle(folder / "model.yaml"), nominal)
+    except (OSError, ValueError, RequestError, VehicleError):
         return None
+    return found.but(steps=(*found.steps[:-1], found.steps[-1].but(values=values)))

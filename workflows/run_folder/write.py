@@ -10,6 +10,7 @@ from typing import Any
 
 from ...comparison.facts import Comparison
 from ...discovery.candidates.effect_forces import found_forces
+from ...discovery.candidates.nuisance import holds_guesses
 from ...exports.mcap_series import Prediction, mcap_installed, write_series
 from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections
@@ -144,11 +145,13 @@ def _record(run: Run, target: Path) -> dict[str, Any]:
     reading, judge = run.inputs.reading, run.inputs.parts.judge
     mapped = None if reading.channel_map is None else seen_from(target, str(reading.channel_map))
     there, seen = replace(reading, channel_map=mapped), [seen_from(target, path) for path in run.inputs.paths]
+    refit = bool(run.settings.refit)
+    told = None if refit == holds_guesses(run.discovery.nominal) else refit
     return {
         **_made_from(run.inputs, target),
         "seed": run.settings.seed,
-        "refit": run.settings.refit,
-        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=run.settings.refit, judge=judge),
+        "refit": refit,
+        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=told, judge=judge),
     }
 
 

@@ -11,6 +11,7 @@ from added_run import HIDDEN, write_added
 from verbs import done, refused, strict
 
 import undertow
+from undertow.discovery.run_models import named_as_found
 from undertow.physics.errors import RequestError
 from undertow.workflows.run_folder.moved_files import MadeFile, Moved, logs_now, map_now
 from undertow.workflows.run_folder.read import read_run_inputs
@@ -181,16 +182,16 @@ def test_an_effect_of_a_thruster_is_added_where_the_run_found_it(trip: Path) -> 
     told = json.loads(path.read_text("utf-8"))
     told["steps"] += [told["steps"][-1] | {"added": "thruster_asymmetry", "thruster": "stbd"}]
     path.write_text(json.dumps(told))
-    record = read_run_inputs(trip / "run")
-    assert record.as_found(["thruster_asymmetry", HIDDEN]) == ["thruster_asymmetry[stbd]", HIDDEN]
-    assert record.as_found(["thruster_asymmetry[port]", "yaw:u|r|"]) == ["thruster_asymmetry[port]", "yaw:u|r|"]
+    found = read_run_inputs(trip / "run").findings
+    assert named_as_found(found, ["thruster_asymmetry", HIDDEN]) == ["thruster_asymmetry[stbd]", HIDDEN]
+    assert named_as_found(found, ["thruster_asymmetry[port]", "yaw:u|r|"]) == ["thruster_asymmetry[port]", "yaw:u|r|"]
     path.unlink()
-    assert read_run_inputs(trip / "run").as_found(["thruster_asymmetry"]) == ["thruster_asymmetry"]
+    assert named_as_found(read_run_inputs(trip / "run").findings, ["thruster_asymmetry"]) == ["thruster_asymmetry"]
 
 
 def test_a_run_that_was_read_back_goes_on_where_it_ended(made: Path, trip: Path) -> None:
     run = undertow.load_run(trip / "run")
-    assert run.settings == undertow.DiscoverySettings()
+    assert run.settings == undertow.DiscoverySettings(refit=False)
     assert run.inputs is run.inputs, "read once"
     again = undertow.add([HIDDEN], run.inputs, run.settings, progress=None).findings.steps
     ends = [steps[-1].rollout_rmse["10"].position for steps in (again, run.findings.steps)]
