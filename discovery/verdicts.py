@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..physics.effects import EFFECTS
+from ..physics.effects import BY_NAME, EFFECTS
 from ..physics.frames import AXES, Array
 from ..physics.in_words import listing, words
 from ..physics.motion import Motion
@@ -276,11 +276,9 @@ def _headline(
             share = f"{100.0 * form.share:.0f} % of the force at work"
             rests.append(f"{form.in_words[0].upper()}{form.in_words[1:]} stays unexplained, {share}.")
     terms = f"{len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named"
-    more = f", and {terms}" if unnamed else ""
-    if missing:
-        return f"The model is missing {_listed(f.key for f in missing)}{more}.", tuple(rests)
-    if likely:
-        return f"The model is probably missing {_listed(f.key for f in likely)}{more}.", tuple(rests)
+    for said, probably in ((missing, ""), (likely, "probably ")):
+        if said:
+            return f"{_what_is_wrong(said, g.search.nominal, terms if unnamed else '', probably)}.", tuple(rests)
     if in_play:
         where = f"It may be {_listed(f.key for f in in_play)}."
         return f"Undecided: {_at_best(in_play[0], found)}.", (where, *rests)
@@ -294,6 +292,31 @@ def _headline(
         told = f"Nothing material is missing that this log can show; {listing(unjudged)} could not be judged."
         return told, tuple(rests)
     return "Nothing material is missing: the model explains this log.", tuple(rests)
+
+
+def _what_is_wrong(said: Sequence[FoundEffect], nominal: Vehicle, terms: str, probably: str) -> str:
+    """What the model is missing, and which numbers of the file are off: about what they are, and what it says."""
+    off = {f.key: _file_numbers(f, nominal) for f in said}
+    new = [*(words(f.key) for f in said if not off[f.key]), *([terms] if terms else [])]
+    numbers = [
+        f"{symbol} (about {value:.3g}, not {filed:.3g})" for own in off.values() for symbol, value, filed in own
+    ]
+    wrong = f"file's {listing(numbers)} {'is' if len(numbers) == 1 else 'are'} {probably}off"
+    if not new:
+        return f"The {wrong}"
+    return f"The model is {probably}missing {listing(new)}" + (f", and the {wrong}" if numbers else "")
+
+
+def _file_numbers(found: FoundEffect, nominal: Vehicle) -> list[tuple[str, float, float]]:
+    """Numbers of an effect that the vehicle file has: symbol, what the log asks for in all, and what the file says."""
+    if not BY_NAME[found.effect].added:
+        return []
+    own = [(term, nominal.value(term.symbol)) for term in found.terms]
+    return [
+        (term.symbol, filed + term.value, filed)
+        for term, filed in own
+        if filed != nominal.parameter(term.symbol).null
+    ]
 
 
 def _at_best(first: FoundEffect, found: Sequence[FoundEffect]) -> str:

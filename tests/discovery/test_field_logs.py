@@ -23,6 +23,7 @@ from undertow.physics.frames import body_to_earth
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.residuals.scores import ByAxis
 
 HIDDEN = {"X_uu": -20.0, "N_ur": -6.0, "reverse_scale": 0.6}
 NAMES = {"surge_quadratic_damping", "yaw_speed_damping", "reverse_thrust_loss"}
@@ -105,7 +106,7 @@ def test_what_a_run_on_rollouts_found_is_added_with_its_numbers(nominal: Vehicle
     run = find_missing([log], wrong, settings)
     assert run.basis.rolls
     told = tuple(
-        Step(added=label, acceleration_rmse={}, rollout_rmse={}, values=values_of_step(vehicle, wrong))
+        Step(added=label, acceleration_rmse=ByAxis(), rollout_rmse={}, values=values_of_step(vehicle, wrong))
         for label, vehicle in run.steps
     )
     findings = run.findings.but(steps=told)

@@ -45,7 +45,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
         ("log", ("log<b>.csv", "newton_port (10 Hz)", "psi (20 Hz)")),
         ("inputs", ("BlueBoat", "stretch", "test; all rows where models are searched")),
         ("motion", ("rows", "at 20 Hz", "port, stbd", "surge")),
-        ("run", ("The model is missing surge quadratic damping", "X_uu = -1", "trust", "corrected")),
+        ("run", ("The file's X_uu (about -20.1, not -8) is off", "X_uu = -1", "trust", "corrected")),
         ("findings", ("missing", "X_uu = -1", "N s²/m²")),
         ("comparison", ("judged on", "nominal", "corrected")),
         ("audit", ("verdict", "dissipation")),

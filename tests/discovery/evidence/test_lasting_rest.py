@@ -69,7 +69,7 @@ def test_what_lasts_is_told_beside_the_names(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(discover, "lasting_rests", lambda *_: tuple(rests))
     elsewhere = find_missing([motion], HULL).findings
     assert (elsewhere.missing, elsewhere.rests) == ((DRAG,), tuple(rests))
-    assert elsewhere.headline == "The model is missing surge quadratic damping."
+    assert elsewhere.headline == "The file's X_uu (about -38, not -8) is off."
     assert elsewhere.reasons[0].startswith("4.2 N m of the yaw force at work, 31 % of it, last for seconds")
     assert elsewhere.reasons[0].endswith("explained by nothing that was looked for.")
     rests.append(LastingRest(axis="surge", force=5.1, share=0.2, unit="N"))
