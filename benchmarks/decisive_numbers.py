@@ -23,7 +23,9 @@ ELSEWHERE = ("calibration", "experiment", "distillation", "factors", "lawful", "
 """Rooms of discovery that decide no verdict: they fit, plan, and say what a log can show."""
 COMPUTATION = re.compile(
     r"bytes?\b|\bseed|rounding|cache|at hand|are kept|kept at|Newton|Gauss|halv|steps of|Fits? after|times that|"
-    r"columns? is taken|are tried|tried in full|at once|regulari|ridge|precision|how many draws|Resamples|numbers of",
+    r"columns? is taken|are tried|tried in full|at once|regulari|ridge|precision|how many draws|Resamples|numbers of|"
+    r"differentiated|derivative is taken|the same noise is drawn|is rounded|a step is a thirtieth|bends no column|"
+    r"costs time|stands for none|it does not matter any more|divided by|even time base",
     re.IGNORECASE,
 )
 """Words of the sentences of numbers that only say how something is computed."""
@@ -33,6 +35,10 @@ DERIVED = re.compile(
     re.IGNORECASE,
 )
 """Words by which a sentence derives its number."""
+
+
+REFUSES = re.compile(r"Reach\.LOG|OVERWHELMING =")
+"""What the source of a check has that may refuse a log, or says how sure a refusal must be."""
 
 
 class Number(NamedTuple):
@@ -60,6 +66,11 @@ def constants(path: Path) -> Iterator[Number]:
             yield Number(path.relative_to(ROOT).as_posix(), name, value, sentence, origin(sentence))
 
 
+def decides(path: Path) -> bool:
+    """Whether a module can decide a verdict, or refuse a log: a check whose findings only warn does neither."""
+    return "quality" not in path.parts or bool(REFUSES.search(path.read_text("utf-8")))
+
+
 def origin(sentence: str) -> str:
     """Where a number comes from, by its sentence."""
     if COMPUTATION.search(sentence):
@@ -78,7 +89,7 @@ def listed() -> list[Number]:
     ]
     for room in ROOMS:
         for path in sorted((ROOT / room).rglob("*.py")):
-            if not set(path.relative_to(ROOT).parts) & set(ELSEWHERE):
+            if not set(path.relative_to(ROOT).parts) & set(ELSEWHERE) and decides(path):
                 found += constants(path)
     return found
 

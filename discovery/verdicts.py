@@ -298,9 +298,7 @@ def _what_is_wrong(said: Sequence[FoundEffect], nominal: Vehicle, terms: str, pr
     """What the model is missing, and which numbers of the file are off: about what they are, and what it says."""
     off = {f.key: _file_numbers(f, nominal) for f in said}
     new = [*(words(f.key) for f in said if not off[f.key]), *([terms] if terms else [])]
-    numbers = [
-        f"{symbol} (about {value:.3g}, not {filed:.3g})" for own in off.values() for symbol, value, filed in own
-    ]
+    numbers = [f"{symbol} (about {value:.3g}, not {filed:.3g})" for own in off.values() for symbol, value, filed in own]
     wrong = f"file's {listing(numbers)} {'is' if len(numbers) == 1 else 'are'} {probably}off"
     if not new:
         return f"The {wrong}"
@@ -313,9 +311,7 @@ def _file_numbers(found: FoundEffect, nominal: Vehicle) -> list[tuple[str, float
         return []
     own = [(term, nominal.value(term.symbol)) for term in found.terms]
     return [
-        (term.symbol, filed + term.value, filed)
-        for term, filed in own
-        if filed != nominal.parameter(term.symbol).null
+        (term.symbol, filed + term.value, filed) for term, filed in own if filed != nominal.parameter(term.symbol).null
     ]
 
 

@@ -9,7 +9,7 @@ from ...measurements.statistics.second_processor import shared
 from ...physics.in_words import words
 from ...physics.stage import Say, Stage
 from ..candidates.candidate import Candidate
-from .neighbours import changes, difference, present
+from .neighbours import changes, difference, present, splits
 from .scoring import ALIVE, Scoring, SearchSettings, State
 
 __all__ = ["ALIVE", "Search", "SearchSettings", "State", "static_effects"]
@@ -40,7 +40,14 @@ class Search(Scoring):
         """Search from the nominal model (or from `start`) to one that no change, swap or two-for-one improves."""
         say = progress or _silent
         state = self.evaluate(self.nominal, ()) if start is None else self.evaluate(start.vehicle, start.active)
-        return self._prune(self._simplest(self._climb(state, say), say), say)
+        state = self._climb(state, say)
+        for _ in range(self.settings.rounds):
+            split = self._split(state)
+            if split is None:
+                break
+            say(Stage(difference(state.active, split.active)))
+            state = self._climb(split, say)
+        return self._prune(self._simplest(state, say), say)
 
     def best_of(self, starts: Sequence[State | None], say: Say) -> State:
         """The best model that searches from some others end at; what all but the first say is told after them."""
@@ -184,6 +191,19 @@ class Search(Scoring):
                 if trial.score < state.score - self.settings.margin and self._worth_a_try(state, trial):
                     return trial
                 refused.add(frozenset(active))
+        return None
+
+    def _split(self, state: State) -> State | None:
+        """A better model with two effects in the place of one; None where there is none."""
+        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
+        now = {key: linear.options[key][0] for key in state.active}
+        neighbours = list(splits(linear, scores, now, self.nuisances))
+        worth = state.score - self.settings.margin
+        ranked = sorted((score, n) for n, score in enumerate(self.quicks(scores, neighbours, worth)) if score < worth)
+        for _, n in ranked[:3]:
+            trial = self.apply(state, now, neighbours[n], scores)
+            if trial.score < worth:
+                return trial
         return None
 
 

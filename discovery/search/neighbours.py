@@ -1,6 +1,6 @@
 """Changes of a model during the search: which neighbours it has, and what setting or removing an effect does."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -10,6 +10,8 @@ from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Linearisation, Option
 from .gram import Fit, GramScores
 
+_SPLIT = 6
+"""Additions that are tried first, and beside each of them second, in the place of one effect."""
 _PROMISING = 12
 """Additions scored in full for each set of dropped effects."""
 
@@ -46,6 +48,28 @@ def changes(
         for key in now:
             for option in linear.options[key][2:]:
                 yield {**now, key: option}
+
+
+def splits(
+    linear: Linearisation, scores: GramScores, now: dict[str, Option], kept_always: Sequence[str] = ()
+) -> Iterator[dict[str, Option]]:
+    """Neighbouring models in which two others stand in the place of one effect: it may be the mean of both.
+
+    No addition, drop or swap leads there where neither of the two alone betters the model. See `changes`.
+    """
+    others = [key for key in linear.options if key not in now and key not in kept_always]
+    new = [option for key in others for option in linear.options[key][1:]]
+    for gone in (key for key in now if key not in kept_always):
+        kept = {key: option for key, option in now.items() if key != gone} | {gone: linear.options[gone][1]}
+        for one in _promising(scores, kept, new)[:_SPLIT]:
+            for other in _promising(scores, {**kept, one.key: one}, new)[:_SPLIT]:
+                if one.key != other.key:
+                    yield {**kept, one.key: one, other.key: other}
+
+
+def _promising(scores: GramScores, kept: Mapping[str, Option], new: Sequence[Option]) -> list[Option]:
+    """Additions to a model, those of the largest gain by in-sample error first."""
+    return [new[n] for n in np.argsort(-scores.screen(list(kept.values()), new), kind="stable")]
 
 
 def present(change: dict[str, Option]) -> tuple[str, ...]:
