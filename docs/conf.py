@@ -8,11 +8,9 @@ reference lists. Pages for developers, those that `CONTRIBUTING.md` lists, are n
 import re
 import shutil
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
-
-from docutils import nodes
-from docutils.utils.math.latex2mathml import tex2mathml
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
@@ -24,7 +22,8 @@ author = "the developers of undertow"
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 root_doc = "index"
 CONTRIBUTING = (HERE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
-exclude_patterns = re.findall(r"^- \[[^\]]+\]\(docs/([\w/]+\.md)\)", CONTRIBUTING, re.MULTILINE)
+DEVELOPERS = re.findall(r"^- \[[^\]]+\]\(docs/([\w/]+\.md)\)", CONTRIBUTING, re.MULTILINE)
+exclude_patterns = [*DEVELOPERS]  # extensions add their own
 language = "en"
 
 html_theme = "furo"
@@ -56,6 +55,8 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 
+NODES, MATHML = (import_module(f"docutils.{name}") for name in ("nodes", "utils.math.latex2mathml"))
+"""Sphinx brings docutils; where types are checked there is none."""
 DRAWN = HERE.parent / "build" / "drawn"
 """Where `make docs` draws the pictures of the gallery anew."""
 
@@ -72,8 +73,8 @@ def contents(text: str) -> str:
 
 
 def complete(app: Any, page: str, source: list[str]) -> None:
-    """Put contents and docstrings into the pages that have them on the site alone, and name pages that are not on it."""
-    for name in exclude_patterns:
+    """Put contents and docstrings into the pages that have them on the site alone; name pages that are not on it."""
+    for name in DEVELOPERS:
         source[0] = re.sub(rf"\[([^\]]+)\]\((?:\.\./)*{name}(?:#[^)]*)?\)", rf"\1 (`docs/{name}`)", source[0])
     if page in ("index", "reference"):
         source[0] += "\n\n" + contents(source[0])
@@ -96,16 +97,16 @@ def plain(app: Any, what: str, name: str, thing: object, options: object, lines:
     lines[:] = ["".join(p if p.startswith("`") else re.sub(r"(?<!\\)\|", r"\\|", p) for p in parts) for parts in quoted]
 
 
-def set_inline(writer: Any, node: nodes.math) -> None:
+def set_inline(writer: Any, node: Any) -> None:
     """Set a formula within a line, as MathML."""
-    writer.body.append(tex2mathml(node.astext()))
-    raise nodes.SkipNode
+    writer.body.append(MATHML.tex2mathml(node.astext()))
+    raise NODES.SkipNode
 
 
-def set_apart(writer: Any, node: nodes.math_block) -> None:
+def set_apart(writer: Any, node: Any) -> None:
     """Set a formula on lines of its own, as MathML."""
-    writer.body.append(f'<div class="math">{tex2mathml(node.astext(), as_block=True)}</div>\n')
-    raise nodes.SkipNode
+    writer.body.append(f'<div class="math">{MATHML.tex2mathml(node.astext(), as_block=True)}</div>\n')
+    raise NODES.SkipNode
 
 
 def fresh_pictures(app: Any, error: Exception | None) -> None:

@@ -21,7 +21,11 @@ TOPICS = {
         "read, checked and prepared",
         "read_log inspect_log read_inputs prepare split Log Motion Inputs Reading DataSet Recipe PAPER WEAK",
     ),
-    "vehicles": ("Vehicles", "their files and their numbers", "load_vehicle init fit simulate_world EFFECTS Vehicle Hull"),
+    "vehicles": (
+        "Vehicles",
+        "their files and their numbers",
+        "load_vehicle init fit simulate_world EFFECTS Vehicle Hull",
+    ),
     "discovery": (
         "Discovery",
         "what is missing, what it is worth, what to drive next",
@@ -34,7 +38,11 @@ TOPICS = {
         "load_model compare check audit ci first_limits load_limits export Audit Limits Choices",
     ),
     "networks": ("Networks", "trained and explained", "train distil TrainRun TrainingSettings Augmentation Choice"),
-    "steering": ("Closed loop and live", "steered with a model, followed along a log", "control adapt Trial AdaptSettings"),
+    "steering": (
+        "Closed loop and live",
+        "steered with a model, followed along a log",
+        "control adapt Trial AdaptSettings",
+    ),
     "fleets": (
         "Fleets",
         "many boats, and a hull over months",
@@ -48,17 +56,17 @@ TOPICS = {
     "errors": ("Errors", "the three ways to refuse", "LogError VehicleError RequestError"),
 }
 """By page: its title, what it is about, and its public names, in the order in which they are shown."""
-MODULES = (
-    "physics.effects",
-    "physics.laws.audit.base",
-    "residuals.models.base",
-    "residuals.networks.base",
-    "measurements.formats.base",
-    "measurements.quality.finding",
-    "reports.page.chapters.base",
-    "physics.worlds.world",
-)
-"""Files beside which, or in which, people add something of their own; see extending.md."""
+MODULES = {
+    "physics.effects": "Effect Parameter",
+    "physics.laws.audit.base": "Law Ruling",
+    "residuals.models.base": "Model",
+    "residuals.networks.base": "Network Scaling",
+    "measurements.formats.base": "Format Head Request Recording Stream",
+    "measurements.quality.finding": "Check Finding Fix",
+    "reports.page.chapters.base": "Chapter Section",
+    "physics.worlds.world": "World Sensors Orders",
+}
+"""Files beside which, or in which, people add something of their own, and what they need of each; see extending.md."""
 
 
 def names_of(topic: str) -> list[str]:
@@ -101,7 +109,8 @@ def below_assignment(name: str) -> str:
 def docstrings(topic: str) -> str:
     """What stands in the code of every name of a page, for autodoc."""
     if topic == EXTENDING:
-        return "\n\n".join(f".. automodule:: undertow.{name}\n   :members:" for name in MODULES)
+        named = [f"undertow.{module}.{name}" for module, names in MODULES.items() for name in names.split()]
+        return "\n\n".join(f".. autoclass:: {name}\n   :members:" for name in named)
     return "\n\n".join(directive(name) for name in names_of(topic))
 
 
@@ -109,10 +118,11 @@ def pages() -> dict[str, str]:
     """The text of each page, by its path below `docs/`."""
     listed = [name for topic in TOPICS for name in names_of(topic)]
     unlisted = set(undertow.__all__) ^ set(listed)
-    assert not unlisted and len(set(listed)) == len(listed), f"docs/reference.py: put {unlisted} into one of TOPICS"
+    assert not unlisted, f"docs/reference.py: put {unlisted} into one of TOPICS"
+    assert len(set(listed)) == len(listed), "docs/reference.py: a name stands in two of TOPICS"
     foot = "Written by `python docs/reference.py` from the docstrings; do not edit."
     topics = [f"- [{title}](reference/{topic}.md): {about}" for topic, (title, about, _) in TOPICS.items()]
-    head = "What `import undertow` offers, by topic. `help(undertow.discover)` shows the docstring of one name; the site,"
+    head = "What `import undertow` offers, by topic. `help(undertow.discover)` shows the docstring of one; the site,"
     found = {
         "reference.md": _page(
             "# Reference",
@@ -126,7 +136,7 @@ def pages() -> dict[str, str]:
         table = "\n".join(["| name | what it is |", "| --- | --- |", *rows])
         found[f"reference/{topic}.md"] = _page(f"# {title}: {about}", table, foot)
     files = {name.replace(".", "/") + ".py": import_module(f"undertow.{name}") for name in MODULES}
-    rows = [f"| [`{path}`](../../{path}) | {(module.__doc__ or '').splitlines()[0]} |" for path, module in files.items()]
+    rows = [f"| [`{path}`](../../{path}) | {(file.__doc__ or '').splitlines()[0]} |" for path, file in files.items()]
     table = "\n".join(["| file | what it is |", "| --- | --- |", *rows])
     about = "[Extending](../extending.md) adds one thing of each kind."
     found[f"reference/{EXTENDING}.md"] = _page("# Where to extend it", about, table, foot)

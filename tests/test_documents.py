@@ -130,7 +130,7 @@ def test_pages_for_developers_are_not_on_the_site():
     assert not {f"docs/{link}" for link in links("docs/index.md")} & off_site()
     assert "CONTRIBUTING.md" in links("README.md")
     settings = (ROOT / "docs" / "conf.py").read_text(encoding="utf-8")
-    pattern = re.search(r'exclude_patterns = re.findall\(r"(.+?)", CONTRIBUTING', settings)
+    pattern = re.search(r'DEVELOPERS = re.findall\(r"(.+?)", CONTRIBUTING', settings)
     assert pattern, "docs/conf.py leaves out what CONTRIBUTING.md lists"
     told = re.findall(pattern[1], (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert {f"docs/{name}" for name in told} == off_site()

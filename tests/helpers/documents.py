@@ -29,7 +29,12 @@ class Block:
 
 def documents() -> list[str]:
     """Every page, and every notebook, relative to the root."""
-    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "docs").rglob("*.ipynb")]
+    pages = [
+        ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
+        *(ROOT / "docs").rglob("*.md"),
+        *(ROOT / "docs").rglob("*.ipynb"),
+    ]
     return sorted(path.relative_to(ROOT).as_posix() for path in pages)
 
 
