@@ -18,7 +18,7 @@ import numpy as np
 
 from undertow.physics.effects import EFFECTS, Parameter
 from undertow.physics.frames import FORCE_UNITS
-from undertow.physics.in_words import listing, number, unit_text
+from undertow.physics.in_words import listing, number, unit_text, words
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.signatures import Signature, signatures
 
@@ -109,7 +109,7 @@ def chapter(found: Signature, boat: Vehicle) -> str:
             else []
         ),
         "",
-        f"![Force of {effect.name.replace('_', ' ')} along the manoeuvre](effects/{effect.name}.svg)",
+        f"![Force of {words(effect.name)} along the manoeuvre](effects/{effect.name}.svg)",
         "",
     ]
     return "\n".join(lines)
