@@ -85,7 +85,7 @@ def page(tuning: Kept, reporting: Kept, odds: Odds, made: str) -> str:
     head = [f"{world}: false, true" for world in WORLDS]
     parts = [
         "# Judgement: what makes a name sure",
-        f"Written by `python benchmarks/ablation.py --table`; do not edit. {INTRODUCTION}",
+        INTRODUCTION,
     ]
     if reporting:
         by_study: dict[str, Kept] = {}
@@ -107,6 +107,7 @@ def page(tuning: Kept, reporting: Kept, odds: Odds, made: str) -> str:
             in_a_table(("feature", "limit", *head, "log score lost", "said: true, false"), [total, *rows]),
         ]
     parts += ["## Each doubt", DOUBTS, in_a_table(("doubt", *head), doubts(tuning))]
+    parts += ["Written by `python benchmarks/ablation.py --table`; do not edit."]
     return "\n\n".join(parts) + "\n"
 
 

@@ -137,17 +137,17 @@ def page(kept: dict[str, list[dict[str, Any]]], given: argparse.Namespace) -> tu
     head = [
         "# Closed loop: the figures",
         "",
-        f"Written by `{command(given)}`; [control.md](control.md) says what they are. In it are {counted}; the study "
-        "goes on where it was stopped. Errors are geometric means over tracks and boats. Intervals (95 %) are of the "
-        "ratios boat by boat, by Student's t on their logarithms; one boat has none. *As nominal*: of so many boats "
-        "the model is the nominal one to the last digit, so its figures are those of the nominal passages. Times are "
-        "those of the processor.",
+        f"[control.md](control.md) says what they are. In it are {counted}. Errors are geometric means over tracks "
+        "and boats. Intervals (95 %) are of the ratios boat by boat, by Student's t on their logarithms; one boat "
+        "has none. *As nominal*: of so many boats the model is the nominal one to the last digit, so its figures are "
+        "those of the nominal passages. Times are those of the processor.",
     ]
     made_by = Counter(each.get("source", "not kept") for found in kept.values() for each in found)
     if len(made_by) > 1:
         told = ", ".join(f"{number} by {source}" for source, number in made_by.items())
         head += ["", f"The boats were steered by different sources: {told}."]
-    return "\n".join([*head, *asked, *map(figures.line, figures.rows), *lines, ""]), figures.broken
+    foot = ["", f"Written by `{command(given)}`; do not edit.", ""]
+    return "\n".join([*head, *asked, *map(figures.line, figures.rows), *lines, *foot]), figures.broken
 
 
 def command(given: argparse.Namespace) -> str:

@@ -137,8 +137,7 @@ def page(logs: Sequence[dict[str, Any]], seeds: str, pairs: int) -> str:
     dropped = ", ".join(f"in {reasons[why]} {why.value}" for why in Left if reasons[why])
     lines = [
         "# Missions: whether an optimised manoeuvre tells look-alikes apart",
-        f"Written by `benchmarks/missions.py` ({seeds} seeds, {len(records)} questions in {seen} logs of "
-        f"{PART.seconds:.0f} s); not by hand.",
+        f"{len(records)} questions in {seen} logs of {PART.seconds:.0f} s, {seeds} seeds.",
         "",
         "Each log is gentle driving of a random hull with one hidden effect and field noise, in which that effect and "
         "others cannot be told apart. *Tells*: with the manoeuvre beside the log, discovery names the hidden effect "
@@ -161,8 +160,9 @@ def page(logs: Sequence[dict[str, Any]], seeds: str, pairs: int) -> str:
             cells += [r[kind]["name"]] * (kind == "fixed")
             cells += [f"{r[kind]['seconds']:g}", f"{r[kind]['probability']:.2f}", f"{sum(told)} of {len(told)}"]
         lines.append("| " + " | ".join(cells) + " |")
+    foot = ["", "Written by `python benchmarks/missions.py`; do not edit.", ""]
     if not records:
-        return "\n".join(lines) + "\n"
+        return "\n".join([*lines, *foot])
     all_told = [t for r in records for t in r["best"]["told"]]
     sooner = [r["best"]["seconds"] < r["fixed"]["seconds"] for r in records]
     told = [np.mean(r["best"]["told"]) >= ENOUGH for r in records]
@@ -181,7 +181,7 @@ def page(logs: Sequence[dict[str, Any]], seeds: str, pairs: int) -> str:
         f"The library's best tells in {np.mean(fixed):.0%} of repeats. The optimised manoeuvre takes "
         f"{np.median(shares):.0%} of its time (median), and was planned in {planned:.0f} s (median).",
     ]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *foot])
 
 
 def _held(what: str, figure: float, limit: float) -> str:

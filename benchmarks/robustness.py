@@ -111,8 +111,7 @@ def page(rows: Sequence[Row], earlier: Sequence[str], seconds: float, seed: int)
     part = f"; {len(rows)} of its {len(lines)} rows were tried again in" if earlier else ","
     told = [
         "# What becomes of your files when things go wrong",
-        "Written by `python benchmarks/robustness.py --table docs/robustness.md`; do not edit. Each row is an attack "
-        "on the command line, and each try a process of its own on files that it must not lose: "
+        "Each row is an attack on the command line, and each try a process of its own on files that it must not lose: "
         f"{tries} tries with seed {seed}{part} {seconds / 60:.0f} minutes on {os.cpu_count()} cores "
         f"(Python {platform.python_version()}, {platform.system()}; killed by {knife}).",
         "A try fails when a file of the user's is lost or half-written, when a traceback is seen, when a process hangs "
@@ -125,6 +124,7 @@ def page(rows: Sequence[Row], earlier: Sequence[str], seconds: float, seed: int)
         if row.bad:
             failed = [f"- `{trial.what[:160]!a}`: {'; '.join(trial.faults)[:300]!a}" for trial in row.bad[:SHOWN]]
             told.append(f"## Failed: {row.attack.name}\n" + "\n".join(failed))
+    told.append("Written by `python benchmarks/robustness.py --table docs/robustness.md`; do not edit.")
     return "\n\n".join(told) + "\n"
 
 

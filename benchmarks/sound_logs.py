@@ -177,13 +177,14 @@ def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
     ]
     parts = [
         "# Sound logs: how often one is refused",
-        f"Written by `{command}`; do not edit. Random sound logs through files and the checks of every verb. Refused: "
-        "the verbs end with exit code 2. Accused: a check calls a defect or a warning. Corrected: a sensor that is "
-        "right is said to be wrong, and its record is changed.",
+        "Random sound logs through files and the checks of every verb. Refused: the verbs end with exit code 2. "
+        "Accused: a check calls a defect or a warning. Corrected: a sensor that is right is said to be wrong, and its "
+        "record is changed.",
         f"**{len(refused)} of {len(records)} sound logs were refused**: {share:.2%} (at most {MOST:.1%}); with 95 % "
         f"confidence it is below {bound(len(refused), len(records), 0.95):.2%} (Clopper and Pearson).",
         in_a_table(("logs", "number", "refused", "accused", "corrected"), rows),
         "\n".join(told),
+        f"Written by `{command}`; do not edit.",
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
 

@@ -244,7 +244,7 @@ ui.run(port=int(sys.argv[1]), host="127.0.0.1", reload=False, show=False, tailwi
 
 _HEAD = """# How fast the workbench is
 
-Written by `python benchmarks/workbench.py {words}`; do not edit. Two processors, a browser without a graphics card.
+Two processors, a browser without a graphics card.
 
 | what | measured | asked | |
 | --- | --- | --- | --- |"""
@@ -295,7 +295,8 @@ def main() -> int:
         figures.tell(f"cursor at {asked.rows:,} rows, median", cursor, 0.05, "s")
         browser.close()
     if asked.table is not None:
-        lines = [_HEAD.format(words=" ".join(sys.argv[1:])), *map(figures.line, figures.rows)]
+        foot = f"\nWritten by `python benchmarks/workbench.py {' '.join(sys.argv[1:])}`; do not edit."
+        lines = [_HEAD, *map(figures.line, figures.rows), foot]
         asked.table.write_text("\n".join(lines) + "\n", "utf-8")
     return int(figures.broken)
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from undertow.physics.effects import EFFECTS, Parameter
 from undertow.physics.frames import FORCE_UNITS
-from undertow.physics.in_words import listing, number, unit_text
+from undertow.physics.in_words import listing, number, unit_text, words
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.signatures import Signature, signatures
 
@@ -109,7 +109,7 @@ def chapter(found: Signature, boat: Vehicle) -> str:
             else []
         ),
         "",
-        f"![Force of {effect.name.replace('_', ' ')} along the manoeuvre](effects/{effect.name}.svg)",
+        f"![Force of {words(effect.name)} along the manoeuvre](effects/{effect.name}.svg)",
         "",
     ]
     return "\n".join(lines)
@@ -133,12 +133,11 @@ def page(found: dict[str, Signature], boat: Vehicle) -> str:
     """The whole catalogue."""
     parts = [
         "# Effects\n",
-        f"Written by `python docs/effects.py`; do not edit. The {len(EFFECTS)} effects that undertow looks for, each "
-        "with the force that it adds to the right-hand side of the force equation, a typical amount of it on "
-        f"{boat.name}, the manoeuvre that shows it best, and what it is taken for. Numbers in brackets are cosines "
-        "between the forces of two effects along gentle driving: at 0.9 and more a gentle log hardly tells them apart, "
-        "and the findings name them together. Forces are root mean squares. `undertow effects NAME --vehicle V` says "
-        "the same of another boat.\n",
+        f"The {len(EFFECTS)} effects that undertow looks for, each with the force that it adds to the right-hand side "
+        f"of the force equation, a typical amount of it on {boat.name}, the manoeuvre that shows it best, and its "
+        "look-alikes. Numbers in brackets are cosines between the forces of two effects along gentle driving: at 0.9 "
+        "and more a gentle log hardly tells them apart, and the findings name them together. Forces are root mean "
+        "squares. `undertow effects NAME --vehicle V` says the same of another boat.\n",
         "`c_i` is the command of a thruster in -1..1, `T_i` its force, `u_r`, `v_r` the velocity relative to the water "
         "([conventions.md](conventions.md)). A drag, a coupling or a term that no effect names is found as an axis and "
         "a form, such as `yaw:u|r|`. Errors of sensors are told under `sensors` in the findings "
@@ -148,6 +147,7 @@ def page(found: dict[str, Signature], boat: Vehicle) -> str:
         members = [effect.name for effect in EFFECTS if effect.family == family]
         parts.append(f"## {title}\n\n" + "\n".join(chapter(found[name], boat) for name in members))
     assert set(FAMILIES) == {effect.family for effect in EFFECTS}, "docs/effects.py: a family has no title"
+    parts.append("Written by `python docs/effects.py`; do not edit.\n")
     return re.sub(r"\n{3,}", "\n\n", "\n".join(parts))
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import typer.main
 from document_blocks import CHEAPER, PLACEHOLDERS, RECORDED, Reader, Shared
-from documents import anchors, blocks, code_spans, documents, links, prose
+from documents import anchors, blocks, code_spans, documents, links, off_site, on_site, prose, words
 from places import ROOT
 from verbs import done
 
@@ -23,7 +23,10 @@ ELSEWHERE = {
 """Blocks whose first line names a file below these folders are put into a copy of the package by test_extending.py."""
 QUICKSTART = "README.md"
 """Its Python is examples/quickstart.py, which test_examples.py runs, with what it prints."""
-LANGUAGES = {"sh", "python", "yaml", "text", "xml"}
+LANGUAGES = {"sh", "python", "yaml", "text", "xml", "math"}
+MOST_WORDS = 60_000
+"""Of the whole site, docstrings apart: what an engineer could read in a week of evenings."""
+MOST_OF_METHOD = 2_600
 VERBS = set(typer.main.get_group(app).commands)
 
 
@@ -34,7 +37,7 @@ def to_follow(page: str) -> list:
         for block in blocks(page)
         if not (block.file and block.file.startswith(ELSEWHERE.get(page, ("nowhere/",))))
         and not (page == QUICKSTART and block.language in ("python", "text"))
-        and block.language != "xml"  # of other programs; the tests of exports look at it
+        and block.language not in ("xml", "math")  # of other programs; the tests of exports look at it
     ]
 
 
@@ -115,11 +118,35 @@ def test_there_are_links_to_check():
     assert any("#" in link for page in DOCUMENTS for link in links(page))
 
 
-def test_every_page_can_be_reached_from_the_index():
-    listed = {(ROOT / "docs" / link).resolve() for link in links("docs/index.md")}
-    missing = {page for page in DOCUMENTS if page.startswith("docs/") and (ROOT / page).resolve() not in listed}
-    assert missing == {"docs/index.md"}
+def test_every_page_of_the_site_can_be_reached_from_the_index():
+    lists = ("docs/index.md", "docs/reference.md")
+    listed = {((ROOT / page).parent / link).resolve() for page in lists for link in links(page)}
+    assert {page for page in on_site() if (ROOT / page).resolve() not in listed} == {"docs/index.md"}
     assert "docs/index.md" in links("README.md")
+
+
+def test_pages_for_developers_are_not_on_the_site():
+    assert {"docs/decisions.md", "docs/files.md", "docs/architecture.md"} <= off_site() <= set(DOCUMENTS)
+    assert not {f"docs/{link}" for link in links("docs/index.md")} & off_site()
+    assert "CONTRIBUTING.md" in links("README.md")
+    settings = (ROOT / "docs" / "conf.py").read_text(encoding="utf-8")
+    pattern = re.search(r'DEVELOPERS = re.findall\(r"(.+?)", CONTRIBUTING', settings)
+    assert pattern, "docs/conf.py leaves out what CONTRIBUTING.md lists"
+    told = re.findall(pattern[1], (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert {f"docs/{name}" for name in told} == off_site()
+
+
+def test_the_site_can_be_read():
+    counted = {page: words(page) for page in on_site()}
+    longest = sorted(counted, key=lambda page: -counted[page])[:5]
+    assert sum(counted.values()) < MOST_WORDS, f"shorten a page, or list it in CONTRIBUTING.md; the longest: {longest}"
+    assert counted["docs/method.md"] < MOST_OF_METHOD
+
+
+@pytest.mark.parametrize("page", DOCUMENTS)
+def test_notes_on_who_wrote_a_page_stand_at_its_foot(page: str):
+    lines = (ROOT / page).read_text(encoding="utf-8").rstrip("\n").splitlines()
+    assert not [line for line in lines[:-1] if line.startswith("Written by") and "do not edit" in line]
 
 
 # What README must say
@@ -156,9 +183,11 @@ def test_every_verb_has_its_help_and_its_line_on_the_page_of_commands():
 
 
 def test_the_reference_lists_what_the_package_offers():
-    told = runpy.run_path(str(ROOT / "docs" / "reference.py"))["page"]()
-    assert told == (ROOT / "docs" / "reference.md").read_text(encoding="utf-8"), "run python docs/reference.py"
-    assert "| |" not in told
+    told = runpy.run_path(str(ROOT / "docs" / "reference.py"))["pages"]()
+    assert set(told) == {"reference.md", *(f"reference/{path.name}" for path in (ROOT / "docs/reference").glob("*"))}
+    for path, text in told.items():
+        assert text == (ROOT / "docs" / path).read_text(encoding="utf-8"), "run python docs/reference.py"
+        assert "| |" not in text
 
 
 def test_notebooks_are_kept_without_what_they_print():

@@ -53,7 +53,7 @@ def markdown_of(results: Results, seeds: int) -> str:
     }
     parts = [
         "# The paper, repeated",
-        f"Written by `python benchmarks/paper.py --table`; do not edit. {_introduction(seeds)}",
+        _introduction(seeds),
         *(f"- {case}: {setting.title}" for case, (setting, _) in results.items()),
         "## What becomes of its hypotheses",
         *(f"- {sentence}" for sentence in verdicts(results)),
@@ -71,6 +71,7 @@ def markdown_of(results: Results, seeds: int) -> str:
         "## Ablations",
         "Each row changes one thing; both models are of the same seeds, on whole runs that are held out.",
         in_a_table(ABLATION_HEAD, ablation_rows(results), "---"),
+        "Written by `python benchmarks/paper.py --table`; do not edit.",
     ]
     return "\n\n".join(parts).replace("\n\n- ", "\n- ") + "\n"
 

@@ -30,8 +30,7 @@ def page(results: Results) -> str:
     seeds = len({record["seed"] for record in every})
     parts = [
         "# Rivals",
-        f"Written by `python benchmarks/rivals.py --gazebo FOLDER --seeds {seeds} --table docs/rivals.md`; do not "
-        "edit. Every kind of hybrid that the literature names, and other ways to model a boat, beside undertow's own.",
+        "Every kind of hybrid that the literature names, and other ways to model a boat, beside undertow's own.",
         f"All are fitted to one run. Its first {SHARES[0]:.0%} train; the rest chooses epochs and settings. All are "
         "judged on another whole run, by undertow's own scores: root mean square errors of the filtered acceleration, "
         "and of open-loop rollouts. A model is told velocities and the thrust of each thruster by the vehicle's curve; "
@@ -50,6 +49,8 @@ def page(results: Results) -> str:
     ]
     for name, (case, records) in results.items():
         parts += [f"## {name[0].upper()}{name[1:]}", f"{case.title}.", table(records)]
+    command = f"python benchmarks/rivals.py --gazebo FOLDER --seeds {seeds} --table docs/rivals.md"
+    parts += [f"Written by `{command}`; do not edit."]
     return "\n\n".join(parts) + "\n"
 
 

@@ -106,7 +106,7 @@ def page(name: str, records: Records, command: str) -> str:
     false = sum(bool(false_names(r)) for r in some)
     parts = [
         f"# {this.title}",
-        f"Written by `{command}`; do not edit. {this.about}",
+        this.about,
         f"**{false} of {len(some)} logs got a false name**; with 95 % confidence it is below "
         f"{100.0 * bound(false, max(len(some), 1), 0.95):.2f} % (Clopper and Pearson).",
         "## What must hold",
@@ -117,6 +117,7 @@ def page(name: str, records: Records, command: str) -> str:
         "## Every log that went wrong",
         "\n".join(map(_told, filter(_wrong, some))) or "None.",
         times(some),
+        f"Written by `{command}`; do not edit.",
     ]
     return "\n\n".join(parts) + "\n"
 

@@ -29,7 +29,12 @@ class Block:
 
 def documents() -> list[str]:
     """Every page, and every notebook, relative to the root."""
-    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "docs").rglob("*.ipynb")]
+    pages = [
+        ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
+        *(ROOT / "docs").rglob("*.md"),
+        *(ROOT / "docs").rglob("*.ipynb"),
+    ]
     return sorted(path.relative_to(ROOT).as_posix() for path in pages)
 
 
@@ -51,6 +56,25 @@ def prose(page: str) -> str:
     if page.endswith(".ipynb"):
         return "\n\n".join("".join(cell["source"]) for cell in json.loads(text)["cells"] if not _is_code(cell))
     return _FENCE.sub("", text)
+
+
+def off_site() -> set[str]:
+    """The pages that `CONTRIBUTING.md` lists: they are for developers, and not on the site."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    return set(re.findall(r"^- \[[^\]]+\]\((docs/[^)#]+)\)", text, re.MULTILINE))
+
+
+def on_site() -> list[str]:
+    """The pages and notebooks that the site is made of."""
+    return [page for page in documents() if page.startswith("docs/") and page not in off_site()]
+
+
+def words(page: str) -> int:
+    """How many words a page has, those in blocks, tables and formulas too, without the targets of links."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    if page.endswith(".ipynb"):
+        text = "\n".join("".join(cell["source"]) for cell in json.loads(text)["cells"])
+    return sum(bool(re.search(r"\w", word)) for word in re.sub(r"\]\([^)]*\)", "]", text).split())
 
 
 def links(page: str) -> list[str]:
