@@ -23,14 +23,14 @@ def replaced_once(module: ModuleType, monkeypatch: pytest.MonkeyPatch, run: Path
     """Let the first page that is made see its run replaced; the list tells of what each page was made."""
     made: list[str] = []
 
-    def page(words: str) -> str:
+    def page_of(folder: Path) -> str:
+        words = (folder / "findings.json").read_text()
         if not made:
             assert exchange(run, other)
         made.append(words)
         return f"<!DOCTYPE html>{words}"
 
-    monkeypatch.setattr(module, "page", page)
-    monkeypatch.setattr(module, "read_run", lambda folder: (folder / "findings.json").read_text())
+    monkeypatch.setattr(module, "page_of", page_of)
     return made
 
 
