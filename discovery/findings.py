@@ -1,11 +1,11 @@
 """Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` holds them."""
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
-from ..physics.cards import Card, Drawn, each
+from ..physics.cards import Card, each, from_above
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import AXES
 from ..physics.in_words import number, percent, unit_text
@@ -15,6 +15,9 @@ from .found_effects import FoundEffect, FoundTerm
 from .identifiability.visible import Identifiability
 from .lawful.price_of_law import Passivity
 from .search.bootstrap import Interval
+
+if TYPE_CHECKING:
+    from ..reports.page.figures.record_plots import FindingsPlots
 
 NOTHING = 1e-8
 """Force at work on an axis that nobody looked at: `search.scoring` puts 1e-9 in the place of none."""
@@ -272,7 +275,7 @@ class LogFacts(Record):
     notes: tuple[str, ...] = ()
 
 
-class Findings(Card, Drawn, Record):
+class Findings(Card, Record):
     """What discovery concludes from a log.
 
     Attributes
@@ -331,6 +334,12 @@ class Findings(Card, Drawn, Record):
     def added(self) -> tuple[FoundEffect, ...]:
         """The effects that stand in the corrected model, sure or not."""
         return tuple(c for c in self.candidates if c.in_model)
+
+    @property
+    def plot(self) -> "FindingsPlots":
+        """Plots of it, as matplotlib axes."""
+        drawn: FindingsPlots = from_above(self.DRAWN_BY)(self)
+        return drawn
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from html import escape
 from importlib import import_module
-from typing import Any, ClassVar
+from typing import Any
 
 from .printable import one_line, whole_sentences
 from .spoken import in_python
@@ -48,15 +48,14 @@ class Card:
         return f"<table><caption>{escape(type(self).__name__)}</caption>{rows}</table>"
 
 
-class Drawn:
-    """An object of which there are plots; who draws them lies floors above, and is looked up when somebody asks."""
+def from_above(name: str) -> Any:
+    """Look up a class or function that lies floors above: what draws an object, or fills its card.
 
-    __slots__ = ()
-    DRAWN_BY: ClassVar[str]
-    """Module and class, or function, as the package has them: "reports.page.figures.record_plots:FindingsPlots"."""
+    Its type is said where it is used, by an import for type checkers alone.
 
-    @property
-    def plot(self) -> Any:
-        """Plots of it, as matplotlib axes."""
-        module, _, name = self.DRAWN_BY.partition(":")
-        return getattr(import_module(f"..{module}", __package__), name)(self)
+    Parameters
+    ----------
+    name : module and name there, as the package has them: "reports.page.figures.record_plots:FindingsPlots"
+    """
+    module, _, called = name.partition(":")
+    return getattr(import_module(f"..{module}", __package__), called)
