@@ -1,6 +1,6 @@
 """Cards and plots: what an object shows of itself in a console and a notebook, instead of all its numbers."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
 from importlib import import_module
 from typing import Any
@@ -39,12 +39,17 @@ class Card:
 
     __str__ = __repr__
 
+    def drawings(self) -> Mapping[str, str]:
+        """What a notebook shows in the place of some lines, and below all of them: HTML by label; nothing of most."""
+        return {}
+
     def _repr_html_(self) -> str:
         """The card for a notebook."""
         cell = 'style="text-align: left; vertical-align: top"'
-        rows = "".join(
-            f"<tr><th {cell}>{escape(label)}</th><td {cell}>{escape(text)}</td></tr>" for label, text in self._lines()
-        )
+        drawn = self.drawings()
+        lines = [(label, drawn.get(label, escape(text))) for label, text in self._lines()]
+        lines += [(label, drawing) for label, drawing in drawn.items() if label not in dict(lines)]
+        rows = "".join(f"<tr><th {cell}>{escape(label)}</th><td {cell}>{content}</td></tr>" for label, content in lines)
         return f"<table><caption>{escape(type(self).__name__)}</caption>{rows}</table>"
 
 

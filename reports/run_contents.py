@@ -1,6 +1,6 @@
 """The contents of a run folder, or of a comparison, read and checked: all that a page is made of."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -93,6 +93,12 @@ class RunFolder(Card):
     def plot(self) -> "Plots":
         """Plots of it, as matplotlib axes."""
         drawn: Plots = from_above(self.DRAWN_BY)(self)
+        return drawn
+
+    def drawings(self) -> Mapping[str, str]:
+        """See `Card`."""
+        of_run = from_above("reports.page.notebook_card:of_run")
+        drawn: dict[str, str] = of_run(self.findings, self.series, self.nominal)
         return drawn
 
     def card(self) -> list[tuple[str, str]]:
