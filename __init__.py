@@ -161,8 +161,9 @@ _PUBLIC = {
     "write_run": "workflows.run_folder.write",
 }
 
-if not TYPE_CHECKING:  # type checkers have the imports above; with a __getattr__ they would take any name for one
-    __all__ = list(_PUBLIC)
+__all__ = list(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
+
+if not TYPE_CHECKING:  # with a __getattr__, type checkers would take any name for one of these
 
     def __getattr__(name: str) -> object:
         if name == "__version__":

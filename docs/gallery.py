@@ -46,9 +46,8 @@ def plots() -> dict[str, Figure]:
         "plot_places": run.findings.plot.failures(),
         "plot_models": run.comparison.plot.errors(),
     }
-    figures = {name: axes.get_figure(root=True) for name, axes in drawn.items()}
+    figures = {name: figure for name, axes in drawn.items() if (figure := axes.get_figure(root=True))}
     for figure in figures.values():
-        assert isinstance(figure, Figure)
         for cloud in (*figure.axes[0].collections, *figure.axes[0].lines[:1]):
             cloud.set_rasterized(len(figure.axes) < 3 and "coefficients" not in figure.axes[0].get_xlabel())
     figures["plot_predictions"].set_size_inches(7.0, 4.6)
