@@ -70,6 +70,7 @@ $(RUNS): pyproject.toml constraints.txt
 	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes half a minute and more"
 	@$(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || "$(PYTHON)" -m venv --clear .venv
 	@$(PIP) -e .
+	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
 	@$(BIN)/python -c 'import cvxpy, matplotlib.pyplot, pandas, pysindy, undertow'  # compiles what answers need
 	@touch $@
 
@@ -77,7 +78,6 @@ $(READY): $(RUNS)
 	@rm -f $@
 	@echo "Adding what the tests need (torch, pyright, a browser's driver ...): some minutes"
 	@$(PIP) -e '.[dev,all]'
-	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
 	@touch $@
 
 $(SITE): $(READY)

@@ -1,17 +1,20 @@
 """What a run folder holds beside the findings: comparison, audit and how it was made, as their files have them."""
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import ConfigDict, Field
 
 from ..discovery.findings import FailingPlace
-from ..physics.cards import Card, Drawn, each
+from ..physics.cards import Card, each, from_above
 from ..physics.file_records import Flag, Number, Record, Whole
 from ..physics.in_words import listing
 from ..residuals.scores import AccelerationRecord, ByAxis, Rollouts
 from .differences import PairedRecord
 from .failing.failures import Structure
+
+if TYPE_CHECKING:
+    from ..reports.page.figures.record_plots import ComparisonPlots
 
 NOMINAL, CALIBRATED, CORRECTED = "nominal", "calibrated", "corrected"
 """Names of the models of a run: the one that was given, with its own numbers fitted, and with what was missing."""
@@ -165,7 +168,7 @@ class ComparedModel(Record):
     fitted_here: Flag = False
 
 
-class Comparison(Card, Drawn, Record):
+class Comparison(Card, Record):
     """All models on the same rows.
 
     Attributes
@@ -198,6 +201,12 @@ class Comparison(Card, Drawn, Record):
         """Errors that are larger with the corrected model of a run than with the nominal one, by more than chance."""
         ends = (CORRECTED, NOMINAL)
         return tuple(d for d in self.differences if (d.model, d.against) == ends and d.verdict == "worse")
+
+    @property
+    def plot(self) -> "ComparisonPlots":
+        """Plots of it, as matplotlib axes."""
+        drawn: ComparisonPlots = from_above(self.DRAWN_BY)(self)
+        return drawn
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""

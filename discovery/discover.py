@@ -80,6 +80,10 @@ class Discovery(Card):
         added = [added for added, _ in self.steps if added is not None]
         return [("nominal", self.nominal.name), ("added", ", ".join(added)), *self.findings.card()]
 
+    def drawings(self) -> Mapping[str, str]:
+        """See `Card`."""
+        return self.findings.drawings()
+
     def writing(self, vehicle: Vehicle, apart: Sequence[Vehicle] = (), why: str = "") -> "Discovery":
         """The same with another model as the corrected one: the nominal vehicle, or that with its own numbers fitted.
 

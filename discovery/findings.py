@@ -1,11 +1,11 @@
 """Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` holds them."""
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
-from ..physics.cards import Card, Drawn, each
+from ..physics.cards import Card, each, from_above
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import AXES
 from ..physics.in_words import number, percent, unit_text
@@ -16,6 +16,11 @@ from .identifiability.visible import Identifiability
 from .lawful.price_of_law import Passivity
 from .search.bootstrap import Interval
 
+if TYPE_CHECKING:
+    from ..reports.page.figures.record_plots import FindingsPlots
+
+_IN_PLAY = 3
+"""Effects, and terms without a name, of which a card shows numbers though none is sure: a line, not a table."""
 NOTHING = 1e-8
 """Force at work on an axis that nobody looked at: `search.scoring` puts 1e-9 in the place of none."""
 _EMPTY = (
@@ -276,7 +281,7 @@ class LogFacts(Record):
     notes: tuple[str, ...] = ()
 
 
-class Findings(Card, Drawn, Record):
+class Findings(Card, Record):
     """What discovery concludes from a log.
 
     Attributes
@@ -336,14 +341,36 @@ class Findings(Card, Drawn, Record):
         """The effects that stand in the corrected model, sure or not."""
         return tuple(c for c in self.candidates if c.in_model)
 
+    @property
+    def plot(self) -> "FindingsPlots":
+        """Plots of it, as matplotlib axes."""
+        drawn: FindingsPlots = from_above(self.DRAWN_BY)(self)
+        return drawn
+
+    @property
+    def in_play(self) -> tuple[str, list[tuple[FoundTerm, float]]]:
+        """The numbers that a card shows, each with the value at which nothing is missing, and their label.
+
+        They are those of what is missing or likely. In an undecided log they are those of the corrected model, whose
+        terms without a name are among them, or else of the best of what is possible.
+        """
+        label, effects = "values", [c for c in self.candidates if c.verdict in ("missing", "likely")]
+        unnamed: tuple[FoundTerm, ...] = ()
+        if not effects and self.verdict == "undecided":
+            possible = [c for c in self.candidates if c.verdict == "possible" and c.terms and not c.cannot_tell]
+            label, effects = "in play", list(self.added) or possible[:_IN_PLAY]
+            unnamed = self.unnamed[:_IN_PLAY]
+        named = [pair for effect in effects for pair in zip(effect.terms, effect.nulls, strict=True)]
+        return label, [*named, *((term, 0.0) for term in unnamed)]
+
+    def drawings(self) -> Mapping[str, str]:
+        """See `Card`."""
+        drawn: dict[str, str] = from_above("reports.page.notebook_card:of_findings")(self)
+        return drawn
+
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
-        terms = [
-            f"{t.symbol} = {number(t.value)} {unit_text(t.unit)}".strip()
-            for c in self.candidates
-            if c.verdict in ("missing", "likely")
-            for t in c.terms
-        ]
+        label, terms = self.in_play
         likely = [f"{c.effect} ({percent(c.confidence)})" for c in self.candidates if c.verdict == "likely"]
         possible = [c.effect for c in self.candidates if c.verdict == "possible" and not c.cannot_tell]
         return [
@@ -352,7 +379,7 @@ class Findings(Card, Drawn, Record):
             ("headline", self.headline),
             ("missing", ", ".join(self.missing)),
             ("likely", ", ".join(likely)),
-            ("values", ", ".join(terms)),
+            (label, "; ".join(term.in_words for term, _ in terms)),
             ("possible", ", ".join(possible)),
             ("sensors", "; ".join(e.sentence for e in self.sensors if e.verdict == "present")),
         ]

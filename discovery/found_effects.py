@@ -7,6 +7,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from ..physics.effects import BY_NAME
 from ..physics.file_records import Flag, Number, Record, absent
+from ..physics.in_words import number, unit_text
 from .reason import Reason
 from .search.bootstrap import Interval
 
@@ -68,6 +69,13 @@ class FoundTerm(Record):
     ci95: Interval | None = None
     in_model: Number | None = None
     inclusion: Number | None = None
+
+    @property
+    def in_words(self) -> str:
+        """The number with its unit and interval, such as "X_uu = -12.1 N s²/m² (-12.2 to -11.9)"."""
+        ends = "" if self.ci95 is None else f"({number(self.ci95.lower)} to {number(self.ci95.upper)})"
+        name = self.symbol or f"{self.axis} {self.form}"
+        return " ".join(filter(None, (name, "=", number(self.value), unit_text(self.unit), ends)))
 
     @property
     def moved(self) -> bool:
@@ -138,6 +146,13 @@ class FoundEffect(Record):
     def key(self) -> str:
         """The effect as `add` takes it, with its thruster."""
         return f"{self.effect}[{self.thrusters[0]}]" if self.thrusters else self.effect
+
+    @property
+    def nulls(self) -> tuple[float, ...]:
+        """The value of each of its numbers at which the effect is absent: 0 of what is added, 1 of a scale."""
+        effect = BY_NAME.get(self.effect)
+        own = [] if effect is None or effect.added else [parameter.null for parameter in effect.parameters]
+        return tuple([*own, *[0.0] * len(self.terms)][: len(self.terms)])
 
     @property
     def in_model(self) -> bool:

@@ -52,12 +52,21 @@ def imports() -> dict[str, set[str]]:
     for path in sorted(path for floor in floors for path in floor.rglob("*.py")):
         parts = path.relative_to(ROOT).parts
         used = known.setdefault(room(parts), set())
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        drawers = drawn_by(tree)
+        for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and node.level:
                 above = parts[: len(parts) - node.level]
                 module = tuple(node.module.split(".")) if node.module else ()
-                used |= {room((*above, *module, alias.name)) for alias in node.names}
+                if ".".join((*above, *module)) not in drawers:
+                    used |= {room((*above, *module, alias.name)) for alias in node.names}
     return {name: {other for other in used if other in known and other != name} for name, used in known.items()}
+
+
+def drawn_by(tree: ast.Module) -> set[str]:
+    """The modules of whose plots a file knows the type alone, and which are loaded when somebody asks."""
+    named = [n for n in ast.walk(tree) if isinstance(n, ast.AnnAssign) and ast.unparse(n.target) == "DRAWN_BY"]
+    return {str(ast.literal_eval(node.value)).partition(":")[0] for node in named if node.value is not None}
 
 
 def room(parts: tuple[str, ...]) -> str:

@@ -51,9 +51,8 @@ def plots() -> dict[str, Figure]:
         "plot_models": run.comparison.plot.errors(),
         "plot_weak_form": weak_form().axes[0],
     }
-    figures = {name: axes.get_figure(root=True) for name, axes in drawn.items()}
+    figures = {name: figure for name, axes in drawn.items() if (figure := axes.get_figure(root=True))}
     for figure in figures.values():
-        assert isinstance(figure, Figure)
         if figure is figures["plot_weak_form"]:
             continue
         for cloud in (*figure.axes[0].collections, *figure.axes[0].lines[:1]):

@@ -1,9 +1,9 @@
 """Cards and plots: what an object shows of itself in a console and a notebook, instead of all its numbers."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
 from importlib import import_module
-from typing import Any, ClassVar
+from typing import Any
 
 from .printable import one_line, whole_sentences
 from .spoken import in_python
@@ -39,24 +39,28 @@ class Card:
 
     __str__ = __repr__
 
+    def drawings(self) -> Mapping[str, str]:
+        """What a notebook shows in the place of some lines, and below all of them: HTML by label; nothing of most."""
+        return {}
+
     def _repr_html_(self) -> str:
         """The card for a notebook."""
         cell = 'style="text-align: left; vertical-align: top"'
-        rows = "".join(
-            f"<tr><th {cell}>{escape(label)}</th><td {cell}>{escape(text)}</td></tr>" for label, text in self._lines()
-        )
+        drawn = self.drawings()
+        lines = [(label, drawn.get(label, escape(text))) for label, text in self._lines()]
+        lines += [(label, drawing) for label, drawing in drawn.items() if label not in dict(lines)]
+        rows = "".join(f"<tr><th {cell}>{escape(label)}</th><td {cell}>{content}</td></tr>" for label, content in lines)
         return f"<table><caption>{escape(type(self).__name__)}</caption>{rows}</table>"
 
 
-class Drawn:
-    """An object of which there are plots; who draws them lies floors above, and is looked up when somebody asks."""
+def from_above(name: str) -> Any:
+    """Look up a class or function that lies floors above: what draws an object, or fills its card.
 
-    __slots__ = ()
-    DRAWN_BY: ClassVar[str]
-    """Module and class, or function, as the package has them: "reports.page.figures.record_plots:FindingsPlots"."""
+    Its type is said where it is used, by an import for type checkers alone.
 
-    @property
-    def plot(self) -> Any:
-        """Plots of it, as matplotlib axes."""
-        module, _, name = self.DRAWN_BY.partition(":")
-        return getattr(import_module(f"..{module}", __package__), name)(self)
+    Parameters
+    ----------
+    name : module and name there, as the package has them: "reports.page.figures.record_plots:FindingsPlots"
+    """
+    module, _, called = name.partition(":")
+    return getattr(import_module(f"..{module}", __package__), called)

@@ -54,7 +54,7 @@ class Record(BaseModel):
     of an earlier version lacks, or has as null, takes its default. The fields are written in their order here.
     """
 
-    model_config = ConfigDict(
+    model_config: ClassVar[ConfigDict] = ConfigDict(
         frozen=True, extra="ignore", validate_by_name=True, validate_by_alias=True, defer_build=True
     )
 

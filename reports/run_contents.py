@@ -1,6 +1,6 @@
 """The contents of a run folder, or of a comparison, read and checked: all that a page is made of."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -10,11 +10,13 @@ from ..discovery.findings import Findings
 from ..discovery.settings import DiscoverySettings
 from ..measurements.inspection import Inspection
 from ..measurements.prepared_logs import Inputs
-from ..physics.cards import Card, Drawn
+from ..physics.cards import Card, from_above
 from ..physics.vehicle import Vehicle
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from .page.figures.plots import Plots
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +35,7 @@ class ComparisonFolder:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class RunFolder(Card, Drawn):
+class RunFolder(Card):
     """The files that `discover` wrote, read and checked.
 
     Attributes
@@ -86,6 +88,18 @@ class RunFolder(Card, Drawn):
     def settings(self) -> DiscoverySettings:
         """The seed of the run, and whether it fitted the model's own numbers beside the effects."""
         return DiscoverySettings(seed=self.record.seed or 0, refit=self.record.refit)
+
+    @property
+    def plot(self) -> "Plots":
+        """Plots of it, as matplotlib axes."""
+        drawn: Plots = from_above(self.DRAWN_BY)(self)
+        return drawn
+
+    def drawings(self) -> Mapping[str, str]:
+        """See `Card`."""
+        of_run = from_above("reports.page.notebook_card:of_run")
+        drawn: dict[str, str] = of_run(self.findings, self.series, self.nominal)
+        return drawn
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""

@@ -4,11 +4,13 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from bare_venv import BareVenv
 from places import ROOT
+from type_checkers import by_mypy, by_pyright
 
 BESIDE = ("README.md", "CHANGELOG.md", "LICENSE", "Makefile", "Containerfile", "pyproject.toml", "constraints.txt")
 """What lies in the root and is no part of the package."""
@@ -63,3 +65,12 @@ def test_what_is_installed_works_outside_the_clone(wheel: Path, tmp_path: Path) 
     undertow("discover", "log.csv", "-v", "otter", "-o", "run")
     written = {path.name for path in (work / "run").iterdir()}
     assert {"findings.json", "model.yaml", "report.html", "series.csv"} <= written
+
+
+@pytest.mark.parametrize("checker", [by_pyright, by_mypy])
+def test_what_is_installed_is_typed(wheel: Path, tmp_path: Path, checker: Callable[[Path, str], list[str]]) -> None:
+    home = BareVenv(tmp_path / "installed")
+    with zipfile.ZipFile(wheel) as held:
+        held.extractall(home.packages)
+    script = Path(shutil.copy(ROOT / "tests" / "helpers" / "user_script.py", tmp_path))
+    assert checker(script, str(home.scripts / "python")) == []

@@ -81,12 +81,21 @@ def module_name(path: Path) -> str:
     return ".".join(["undertow", *parts])
 
 
+def drawn_by(module: ast.Module) -> set[str]:
+    """Modules of whose plots a file knows the type alone: `cards.from_above` loads them when somebody asks."""
+    named = [n for n in ast.walk(module) if isinstance(n, ast.AnnAssign) and ast.unparse(n.target) == "DRAWN_BY"]
+    return {str(ast.literal_eval(node.value)).partition(":")[0] for node in named if node.value is not None}
+
+
 def relative_imports(path: Path) -> Iterator[tuple[str, ...]]:
     """Paths inside the package that a file imports relatively, as parts below the root."""
+    drawers = drawn_by(parsed(path))
     for node in ast.walk(parsed(path)):
         if isinstance(node, ast.ImportFrom) and node.level > 0:
             above = path.parts[: len(path.parts) - node.level]
             module = tuple(node.module.split(".")) if node.module else ()
+            if ".".join((*above, *module)) in drawers:
+                continue
             yield from ((*above, *module, alias.name) for alias in node.names)
 
 

@@ -69,6 +69,20 @@ def test_a_card_is_short_and_says_what_matters(shown: dict[str, object], name: s
     assert html.startswith("<table>")
 
 
+def test_a_run_shows_its_numbers_over_their_intervals_and_the_force_that_lacks(shown: dict[str, object]) -> None:
+    for name in ("run", "folder"):
+        html = shown[name]._repr_html_()  # type: ignore[attr-defined]
+        assert "N s²/m² (-1" in html, "value, unit, interval"
+        assert html.count("<circle") == 1, "one number is missing"
+        assert 'aria-label="the surge force that the model lacks' in html
+        assert "--after: #0072b2" in html, "its colours come along, for a notebook has not the page's"
+        assert "<script" not in html
+    for name in ("findings", "discovery"):
+        html = shown[name]._repr_html_()  # type: ignore[attr-defined]
+        assert (html.count("<circle"), "lacks" in html) == (1, False), "without a series there is no force"
+    assert "<circle" not in shown["log"]._repr_html_()  # type: ignore[attr-defined]
+
+
 LONG = f"First of {'many ' * 60}words. Then of {'more ' * 60}words. Last, eq. 9.4."
 
 

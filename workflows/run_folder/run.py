@@ -1,5 +1,6 @@
 """A finished main job, before it is written."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -48,6 +49,12 @@ class Run(Card):
         from ...reports.page.figures.plots import Plots
 
         return Plots(self.findings, self.series, self.discovery.nominal, self.discovery.corrected)
+
+    def drawings(self) -> Mapping[str, str]:
+        """See `Card`."""
+        from ...reports.page.notebook_card import of_run
+
+        return of_run(self.findings, self.series, self.discovery.nominal)
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
