@@ -12,6 +12,7 @@ from verbs import done
 
 import undertow
 from undertow.app.undo import Step
+from undertow.discovery.findings import Step as ScoredStep
 from undertow.discovery.hidden_errors import HiddenErrors
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -69,7 +70,7 @@ def names_in(run: Path) -> list[str]:
     return [f"{step['added']}[{step['thruster']}]" if "thruster" in step else step["added"] for step in added]
 
 
-def positions(steps: Sequence[undertow.discovery.findings.Step]) -> list[float]:
+def positions(steps: Sequence[ScoredStep]) -> list[float]:
     return [step.rollout("10").position for step in steps]
 
 
