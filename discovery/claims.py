@@ -69,6 +69,7 @@ class Tests:
             Reason.LASTING_REST: f"the model leaves {100.0 * e.unexplained:.2g} % of the force that the file's leaves",
             Reason.OTHER_FORM: beside.told if beside else "",
             Reason.SUBSTITUTE: beside.told if beside and beside.told else "one free force explains this log as well",
+            Reason.CHANCE: f"{e.chance.better} of {e.chance.of}" if e.chance else "",
             Reason.OUT_OF_STEP: f"{e.out_of_step:.2f}",
             Reason.LOOK_ALIKES: ", ".join(map(words, e.indistinguishable_from or (e.rival,))),
         }
@@ -86,6 +87,7 @@ class Tests:
             "sensors": float(e.key in self.sensors),
             "out_of_step": e.late,
             "unjudged_rival": float(e.key in self.unjudged),
+            "chance": float(e.chance.better) if e.chance else 0.0,
             "accused": float(self.accused),
             "unexplained": e.unexplained,
             "rolls": float(self.rolls),

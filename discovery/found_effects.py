@@ -10,6 +10,7 @@ from ..physics.file_records import Flag, Number, Record, absent
 from ..physics.in_words import number, unit_text
 from .reason import Reason
 from .search.bootstrap import Interval
+from .search.chance import Chance
 
 Verdict = Literal["missing", "likely", "possible", "no evidence"]
 MISSING, LIKELY = 0.95, 0.8
@@ -111,6 +112,7 @@ class FoundEffect(Record):
     confidence : calibrated probability that the name is true, in worlds like those of the studies, 0..1
     claim : what is known of it; None for what stands in no model
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
+    chance : how often nothing, rehearsed with this log's own noise, looked as good; None where it was not rehearsed
     parts : its numbers in the parts of the log that know them: halves, slow and fast, ahead and astern, turning
     agrees : whether they are one number; None where no part was asked
     changes : share of its force by which it changes beside `other_forms`; None where there are none
@@ -127,6 +129,7 @@ class FoundEffect(Record):
     confidence: Number
     error_drop: Number
     claim: Claim | None = absent()
+    chance: Chance | None = absent()
     parts: tuple[Part, ...] = Field(default=(), exclude_if=lambda value: not value)
     agrees: Flag | None = absent()
     changes: Number | None = absent()

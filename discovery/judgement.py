@@ -11,7 +11,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from math import asinh, exp, log
+from math import asinh, exp, log, log10
 from pathlib import Path
 
 from .found_effects import LIKELY, MISSING, Claim, Verdict
@@ -47,6 +47,7 @@ REASONS = {
     "out_of_step": Reason.OUT_OF_STEP,
     "unjudged_rival": Reason.UNJUDGED_RIVAL,
     "accused": Reason.SENSORS,
+    "chance": Reason.CHANCE,
     "unexplained": Reason.LASTING_REST,
     "rolls": Reason.WEAK,
 }
@@ -116,6 +117,7 @@ def features(claim: Claim) -> dict[str, float]:
         "out_of_step": min(size.get("out_of_step", 0.0), 2.0),
         "unjudged_rival": size.get("unjudged_rival", 0.0),
         "accused": log(1.0 + size.get("accused", 0.0)),
+        "chance": log10(1.0 + size.get("chance", 0.0)),
         "unexplained": log(1.0 + 10.0 * size.get("unexplained", 0.0)),
         SHARE: share(claim),
         "rolls": size.get("rolls", 0.0),

@@ -8,7 +8,6 @@ _FORMER = {
     "worse_unseen": "weak",
     "not_in_most_folds": "weak",
     "folds": "weak",
-    "chance": "weak",
     "elsewhere": "weak",
     "untold": "weak",
     "rollouts_object": "weak",
@@ -57,6 +56,10 @@ class Reason(Worded):
     UNJUDGED_RIVAL = (
         "unjudged_rival",
         f"{_IN}{{told}}, which needs a velocity that may be wrong and was not judged, would do as well. ({{meaning}})",
+    )
+    CHANCE = (
+        "chance",
+        "Perhaps: in {told} rehearsals of nothing, with this log's own noise, some effect looked as good. ({meaning})",
     )
     WEAK = ("weak", "Perhaps: {lowered} The evidence is below what undertow demands.")
     NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)

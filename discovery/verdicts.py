@@ -192,6 +192,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, 
         terms = tuple(t.but(in_model=parameter_total(nominal, candidate, g.lawful.vehicle, t.symbol)) for t in terms)
     if reason is None or said == "likely":
         sentence = f"{meaning} {_alone(candidate, e.share, _what(g.search))}"
+        sentence += f" {e.chance.in_words}" if e.chance is not None and e.chance.none else ""
         sentence += f" {g.tests.changes[e.key]}" if e.key in g.tests.changes else ""
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
@@ -208,6 +209,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, 
         confidence=chance,
         error_drop=e.error_drop,
         claim=claim,
+        chance=e.chance,
         parts=same.parts if same else (),
         agrees=same.gap <= _AGREES if same and same.parts else None,
         changes=beside.change if beside and g.tests.forms.found else None,

@@ -19,6 +19,7 @@ from ..found_effects import FoundTerm
 from ..identifiability.visible import Identifiability
 from ..reason import Reason
 from ..search.bootstrap import Interval
+from ..search.chance import Chance, Rehearsals
 from ..search.equivalent_thruster_scales import same_model
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
@@ -75,6 +76,7 @@ class Evidence:
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
     out_of_step : misalignment of the log's channels [s], for a lag, a delay or an inertia that may look like it
     late : the same as a share of the time that the effect stands for
+    chance : of nothing looking as good, for one that was selected
     faint : the quiet axis on which it would explain what moves there, too faint for the search; else empty
     """
 
@@ -93,6 +95,7 @@ class Evidence:
     out_of_step: float = 0.0
     late: float = 0.0
     faint: str = ""
+    chance: Chance | None = None
     identity: float = 0.0
     rival: str = ""
     worth: float = 0.0
@@ -140,8 +143,9 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
     general = _general_instead(search, state)
+    rehearsals = Rehearsals(search, linear, scores, now, seed)
     nominal = search.balance.squares(search.nominal)
-    model = _Model(search, state, linear, scores, now, seed, general, nominal)
+    model = _Model(search, state, linear, scores, now, seed, rehearsals, general, nominal)
     whole, squares = search.fit(scores, list(now.values())), search.balance.squares(state.vehicle)
 
     def of(candidate: Candidate) -> Evidence:
@@ -176,6 +180,7 @@ class _Model:
     scores: GramScores
     now: dict[str, Option]
     seed: int
+    rehearsals: Rehearsals
     general: Mapping[str, State]
     squares: Array
     """(starts, 3) squared rollout errors of the nominal vehicle."""
@@ -267,6 +272,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         confidence,
         tuple(rivals),
         _at_limit(search, candidate, now[candidate.key]),
+        chance=model.rehearsals.chance(candidate.key),
         identity=min(worse.get(rival, _BEYOND), _BEYOND),
         rival=rival,
         worth=float(np.max((without.fit.held_out - state.fit.held_out) / np.maximum(search.nominal_error, 1e-300))),

@@ -1,6 +1,7 @@
 """A slice of the studies of hidden effects, of nothing and of pieces: they draw, ask the verb, and say what is true."""
 
 import importlib
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -100,3 +101,24 @@ def test_a_simple_law_that_a_free_curve_refutes_is_no_name(study: ModuleType):
     assert set(findings.missing) <= {"thrust_curve"} == set(case.hidden)
     law = [e for e in findings.candidates if e.effect == "thrust_exponent"]
     assert all("thrust_curve" in e.indistinguishable_from for e in law if e.verdict != "no evidence")
+
+
+def test_a_page_tells_how_rare_chance_is(study: ModuleType):
+    rare = importlib.import_module("how_rare_chance_is")
+    record = {"seed": 1, "part": "field", "gain": -1.0, "rolls": False}
+    even = [{**record, "better": n} for n in range(0, 1000, 10)]
+    assert "**0 of 14 shares" in rare.page(even, "this")
+    often = [{**record, "better": 0, "gain": 2.0}, *even[::2]]
+    told = rare.page([*often, *({**r, "part": "waves"} for r in often)], "this")
+    assert "**1 of 14 shares" in told  # one log of 51 is among the best of 1,000
+    assert "| share p of rehearsals | field (51 logs) | waves (51 logs) |" in told
+    assert "| an effect earns its price | 2.0% | 2.0% |" in told
+
+
+def test_the_best_effect_of_a_log_is_rehearsed(study: ModuleType):
+    rare = importlib.import_module("how_rare_chance_is")
+    record = rare.judge(rare.FIRST["tuning"], 1)
+    assert (record["part"], record["noise"]) == ("rough", "rough")
+    assert 0 <= record["better"] <= 999
+    assert not record["rolls"]
+    assert "study.hidden_worlds" in sys.modules

@@ -16,6 +16,7 @@ from undertow.discovery.findings import OtherForm
 from undertow.discovery.judgement import REASONS, features
 from undertow.discovery.reason import Reason
 from undertow.discovery.search.bootstrap import Interval
+from undertow.discovery.search.chance import Chance
 from undertow.physics.vehicle import Vehicle, load_vehicle
 
 HULL = load_vehicle("blueboat")
@@ -32,6 +33,7 @@ NAMED = Evidence(
     0.5,
     1.0,
     (),
+    chance=Chance(better=0, of=999),
     identity=40.0,
     rival="hull_fouling",
     worth=0.4,
@@ -73,6 +75,7 @@ def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
     [
         (replace(NAMED, at_limit=True), "at_limit", 1.0),
         (replace(NAMED, late=0.3), "out_of_step", 0.3),
+        (replace(NAMED, chance=Chance(better=7, of=999)), "chance", 7.0),
         (replace(NAMED, unexplained=0.4), "unexplained", 0.4),
     ],
     ids=lambda value: value if isinstance(value, str) else "",

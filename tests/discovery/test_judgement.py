@@ -29,6 +29,7 @@ DOUBTS = (
     "sensors",
     "out_of_step",
     "unjudged_rival",
+    "chance",
     "unexplained",
     "accused",
     "rolls",
@@ -187,7 +188,6 @@ def test_odds_without_a_feature_are_those_of_the_intercept():
         ("worse_unseen", Reason.WEAK),
         ("mostly_doubted", Reason.LASTING_REST),
         ("not_in_most_folds", Reason.WEAK),
-        ("chance", Reason.WEAK),
     ],
 )
 def test_words_of_earlier_files_are_read(word: str, reason: Reason):
