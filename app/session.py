@@ -42,9 +42,9 @@ class Session:
         self.audience = Audience()
         self.errands = Errands(self.audience, spare)
         self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
-        self.shown = Shown(self.errands, self.audience, self.folder)
-        self.asked: Source | None = None
         self.names = FileNames(self.folder)
+        self.shown = Shown(self.errands, self.audience, self.folder, self.names)
+        self.asked: Source | None = None
         self.training = Training()
         self._refusal = ""
         self._moving: dict[str, float] = {}
@@ -150,6 +150,25 @@ class Session:
         """Go on with another reading of what is open, such as other numbers of the vehicle: a step."""
         await self._go(lambda history: history.then(Step(source)))
 
+    async def try_on(self, source: Source, tried: Callable[[], None] | None = None) -> None:
+        """Show the present model on another log, to which nothing is fitted; where it is refused, all stays.
+
+        Parameters
+        ----------
+        source : the log, its axes and its map; the vehicle is that which is open
+        tried : called when the log is shown, or was refused
+        """
+        async with self._my_turn():
+            self.errands.trouble = ""
+            await self.shown.try_on(source)
+        if tried is not None:
+            tried()
+
+    async def put_away(self) -> None:
+        """Go on without the other log."""
+        async with self._my_turn():
+            self.shown.put_away()
+
     async def search(self) -> None:
         """Search for what is missing."""
         async with self._my_turn():
@@ -247,7 +266,8 @@ class Session:
     async def way(self, time: float) -> Way | None:
         """Where the models go from an instant on."""
         async with self._my_turn():
-            return await self.errands.ask("", "way", self.shown.stand, time)
+            what = "way_other" if self.shown.on_other else "way"
+            return await self.errands.ask("", what, self.shown.stand, time)
 
     async def take(self, what: str) -> Path | None:
         """Write a file to be taken away, of what is shown when this is asked for."""

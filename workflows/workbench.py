@@ -18,6 +18,7 @@ from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
 from ..reports.page.outcome import headline, opening, section_title
 from ..reports.sureness import source_marks, sure_caption
+from .another_log import AnotherLog
 from .discover_and_add import add, discover
 from .log_on_bench import LogOnBench
 from .opened_log import HORIZON, OpenedLog
@@ -107,6 +108,14 @@ class Workbench:
     def way(self, stand: Stand, time: float) -> Way:
         """See `LogOnBench.way`."""
         return self._read(stand.left).way(stand, time)
+
+    def fit_on(self, other: AnotherLog, stand: Stand) -> Fit:
+        """A model as it is fitted to this log, or moved by hand, judged on another log; see `fit`."""
+        return other.fit(self.fit(stand), self._read(stand.left).model(stand).vehicle)
+
+    def way_on(self, other: AnotherLog, stand: Stand, time: float) -> Way:
+        """See `LogOnBench.way`, along another log."""
+        return other.way(self._read(stand.left).model(stand).vehicle, time)
 
     def no_run(self, stand: Stand) -> str:
         """Why no verb makes a run of a model, and what to do; empty where one does."""

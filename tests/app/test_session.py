@@ -20,7 +20,7 @@ from undertow.app.errands import LOST
 from undertow.app.same_commands import same_commands
 from undertow.app.session import Session
 from undertow.app.undo import History, Step
-from undertow.app.views.opening import stored_as
+from undertow.app.views.log_files import stored_as
 from undertow.workflows.init import Doubt
 from undertow.workflows.opened_log import OpenedLog
 from undertow.workflows.workbench import Workbench
