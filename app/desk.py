@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ..measurements.log_options import Reading
 from ..measurements.prepared_logs import Inputs
 from ..physics.errors import RequestError, VehicleError
-from ..physics.files import write_text
+from ..physics.files import write_text, yaml_text
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..workflows.first_vehicle import Hull
 from ..workflows.inputs import read_inputs
@@ -39,7 +39,7 @@ from .fleets import hull_diary
 from .vehicle_numbers import assumed_of, form_of
 
 if TYPE_CHECKING:
-    from ..workflows.another_log import AnotherLog
+    from ..workflows.tried_log import TriedLog
     from ..workflows.workbench import Workbench
 
 Say = Callable[[str], None]
@@ -76,7 +76,7 @@ class _Other:
     source: Source
     names: FileNames
     beside: Source
-    log: "AnotherLog"
+    log: "TriedLog"
 
 
 class Desk:
@@ -98,8 +98,9 @@ class Desk:
         folder : private to the page; a vehicle and a map made of the log are written there
         """
         self._kept.clear()
+        opened = self.turn_to(source, folder, say=say)
         self._other = None
-        return self.turn_to(source, folder, say=say)
+        return opened
 
     def turn_to(self, source: Source, folder: str, searched: Searched | None = None, say: Say | None = None) -> Opened:
         """The same where what was open may be asked for again, which is then there as it was left.
@@ -143,6 +144,14 @@ class Desk:
         """See `Workbench.search`."""
         return self._open_bench.search(say)
 
+    def recall(self, searched: Searched, say: Say | None = None) -> Searched:
+        """See `Workbench.recall`."""
+        return self._open_bench.recall(searched)
+
+    def nominal(self) -> str:
+        """The vehicle that is open, as the text of its file."""
+        return yaml_text(self._open.inputs.vehicle.to_dict(), width=120)
+
     def fit(self, stand: Stand) -> Fit:
         """See `Workbench.fit`."""
         return self._open_bench.fit(stand)
@@ -183,18 +192,18 @@ class Desk:
         return self._open_bench.way_on(self._other_log, stand, time)
 
     def _another(self, source: Source, names: FileNames, say: Say | None = None) -> "_Other":
-        from ..workflows.another_log import AnotherLog, rows_that_judge
+        from ..workflows.tried_log import TriedLog, rows_that_judge
 
         first = self._open.inputs
         mapped = Path(source.channel_map) if source.channel_map else first.reading.channel_map
         reading = Reading(source.frame or None, mapped, None, source.as_is)
         inputs = read_inputs(list(source.logs), first.vehicle, reading, progress=say)
         judged = [(path, names.told(path)) for path in inputs.paths]
-        log = AnotherLog(inputs, rows_that_judge(judged, first.paths, first.vehicle))
+        log = TriedLog(inputs, rows_that_judge(judged, first.paths, first.vehicle))
         return _Other(source, names, self._open.source, log)
 
     @property
-    def _other_log(self) -> "AnotherLog":
+    def _other_log(self) -> "TriedLog":
         """The other log, read for the vehicle that is open now."""
         if self._other is None:
             raise RequestError("no other log is open; try the model on one first")

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 from ..workflows.workbench_facts import OWN_NUMBERS, Card, Fit, HullDiary, Opened, Searched, Source, Stand
 from .audience import Audience
@@ -33,11 +34,11 @@ class OnLog:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What the plots show ("speeds" or "forces"), and the map: a force, over "turn" or "command"."""
+    """What the plots show, and of which force and over what the map is."""
 
-    drawn: str = "speeds"
-    axis: str = "X"
-    over: str = "turn"
+    drawn: Literal["speeds", "forces"] = "speeds"
+    axis: Literal["X", "Y", "N"] = "X"
+    over: Literal["turn", "command"] = "turn"
 
 
 class Shown:
@@ -105,6 +106,11 @@ class Shown:
         """Stretches of that log that are marked [s]."""
         return () if self.chosen is None else self.chosen.selected
 
+    @property
+    def of_fitted(self) -> tuple[Fit, ...]:
+        """The stairs on the log that models are fitted to."""
+        return () if self.fitted is None else self.fitted.stairs
+
     # -- the step ------------------------------------------------------------------------------------------------------
 
     @property
@@ -133,6 +139,22 @@ class Shown:
         self.searches.clear()
         self.other, self.other_source, self.on_other = None, None, False
         self._put(History((Step(source),)), OnLog(opened, opened.nominal), None, anew=True)
+
+    async def reopen(self, history: History, opened: Opened, searched: Searched | None) -> bool:
+        """Show a step of a history on a log that was read, with what a search of it has found; whether that could be.
+
+        Parameters
+        ----------
+        searched : the facts of the search, of which the rest is made; see `Workbench.recall`
+        """
+        self.open(history.now.source, opened)
+        if searched is not None:
+            found = await self._errands.ask("reading what was found", "recall", searched)
+            if found is None:
+                return False
+            self.searches[history.now.source] = found
+            self._stale = found.hidden is not None
+        return await self.show(history)
 
     async def search(self) -> None:
         """Search for what is missing in what is open, and show it."""
@@ -205,6 +227,31 @@ class Shown:
         """Show the model on the other log, or on that to which it is fitted."""
         self.on_other = other and self.other is not None
         self._audience.tell()
+
+    async def look_again(
+        self,
+        other: Source | None,
+        view: View,
+        selected: tuple[tuple[Interval, ...], tuple[Interval, ...]],
+        *,
+        on_other: bool,
+    ) -> None:
+        """Look at the present step as a session was saved.
+
+        Parameters
+        ----------
+        other : the other log; None for none
+        selected : stretches that are marked on the fitted and on the other log
+        """
+        if other is not None:
+            await self.try_on(other)
+        self.view = view
+        of_fitted, of_other = selected
+        if self.fitted is not None:
+            self.fitted = replace(self.fitted, selected=of_fitted)
+        if self.other is not None:
+            self.other = replace(self.other, selected=of_other)
+        self.look_at(other=on_other)
 
     def put_away(self) -> None:
         """Go on without the other log."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ..physics.frames import Array
 
 if TYPE_CHECKING:
+    from ..comparison.facts import Comparison
     from ..discovery.findings import Findings
 
 OWN_NUMBERS = "own numbers"
@@ -185,6 +186,7 @@ class Searched:
         opened is another: where places and speeds are measured, ahead and to starboard [m], what a heading lacks [rad]
     refits : the model's own numbers were fitted in all that was searched
     findings : of the search, with the models of its steps; None where nobody kept them
+    comparison : of its models; None where nobody kept it
     """
 
     verdict: str
@@ -200,6 +202,7 @@ class Searched:
     sure: str = ""
     refits: bool = False
     findings: "Findings | None" = None
+    comparison: "Comparison | None" = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -96,7 +96,12 @@ class Opening:
         made = self._choice.value == _MADE and not files.vehicle
         hull = {name: float(field.value) for name, field in self._known.items() if made and field.value}
         vehicle = files.vehicle or ("" if made else str(self._choice.value))
-        reading = {"channel_map": files.channel_map, "frame": files.frame}
-        await self._session.open(
-            Source(files.logs, vehicle, tuple(hull.items()), **reading, as_is=files.as_is), self._opened
+        source = Source(
+            files.logs,
+            vehicle,
+            tuple(hull.items()),
+            channel_map=files.channel_map,
+            frame=files.frame,
+            as_is=files.as_is,
         )
+        await self._session.open(source, self._opened)

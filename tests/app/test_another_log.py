@@ -18,7 +18,7 @@ from undertow.app.desk import Desk
 from undertow.app.file_names import FileNames
 from undertow.app.shown import OnLog
 from undertow.app.views import headline as says
-from undertow.workflows.another_log import UNSEEN
+from undertow.workflows.tried_log import UNSEEN
 from undertow.workflows.workbench_facts import Searched, Source, Stand
 
 DEMO_LOG, NOMINAL = ROOT / "data" / "gazebo_blueboat.csv.gz", ROOT / "data" / "demo.yaml"
@@ -173,6 +173,8 @@ def test_a_second_log_that_cannot_be_read_leaves_all_as_it_was(second: Path, tmp
             await session.try_on(Source((str(broken),)))
             assert "broken.csv" in session.errands.trouble
             assert session.shown.other is before
+            await session.open(Source((str(broken),)))
+            assert "broken.csv" in session.errands.trouble
             await session.add(FIRST)
             assert session.errands.trouble == ""
             assert fit_of(session).columns["u"].size == before.opened.table["time"].size

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import closing
 
 import pytest
+from places import ROOT
 from verbs import done
 
 from undertow.physics.errors import RequestError
@@ -171,6 +172,54 @@ def test_the_whole_story(tab, tmp_path):
     tab.get_by_text(re.compile(r"^epoch [1-9]")).wait_for()
     press(tab, "Stop training")
     tab.get_by_text("Stopped. Nothing was kept.").wait_for()
+    assert tab.heard == []
+
+
+def test_another_log_is_tried_and_the_session_goes_on_in_another_tab(tab, browser, address, tmp_path):
+    path = tmp_path / "lake.csv"
+    done("simulate", "-v", str(ROOT / "data" / "demo.yaml"), "--duration", "300", "--out", str(path))
+    press(tab, "Try the demo: a boat recorded in Gazebo")
+    tab.get_by_role("button", name="Add Surge quadratic damping").click()
+    tab.locator(".count .now").wait_for()
+    fitted = now(tab)
+    press(tab, "Try the model on another log")
+    tab.locator("input[type=file]").set_input_files(path)
+    tab.get_by_text("lake.csv: a log").wait_for()
+    press(tab, "Predict the other log")
+    tab.get_by_role("heading", name="With surge quadratic damping").wait_for()
+    told = "This log was not used to fit; errors are of all its rows."
+    tab.get_by_text(told).first.wait_for()
+    tab.wait_for_timeout(PEACE)
+    tried = now(tab)
+    assert tried != fitted
+    assert tab.get_by_text("lake.csv with ").count() == 1
+    press(tab, "gazebo_blueboat.csv.gz (fitted)")
+    tab.get_by_text(told).first.wait_for(state="hidden")
+    assert now(tab) == fitted
+    press(tab, "lake.csv (tried)")
+    tab.get_by_text(told).first.wait_for()
+    press(tab, "Missing force")
+    press(tab, "Take away")
+    with tab.expect_download() as got:
+        tab.get_by_text("The session", exact=True).click()
+    saved = tmp_path / got.value.suggested_filename
+    assert saved.name == "gazebo_blueboat.session.json"
+    got.value.save_as(saved)
+    other = browser.new_context().new_page()
+    other.set_default_timeout(PATIENCE)
+    other.goto(address)
+    other.locator("input[type=file]").set_input_files([saved])
+    other.get_by_text("gazebo_blueboat.session.json: a session").wait_for()
+    press(other, "Open the log")
+    other.get_by_role("status").filter(has_text="drop lake.csv beside the session").wait_for()
+    other.locator("input[type=file]").set_input_files([path])
+    other.get_by_text("lake.csv: a log").wait_for()
+    press(other, "Open the log")
+    other.get_by_text(told).first.wait_for()
+    other.wait_for_timeout(PEACE)
+    assert now(other) == tried
+    assert other.get_by_role("button", name="Missing force").get_attribute("aria-pressed") == "true"
+    other.context.close()
     assert tab.heard == []
 
 

@@ -20,7 +20,7 @@ UNSEEN = "This log was not used to fit; errors are of all its rows."
 """Which rows judge, where no fit has seen any of them."""
 
 
-class AnotherLog:
+class TriedLog:
     """A log that judges the models of the bench, whole and uncut, as `compare` judges one that a model has not seen.
 
     Parameters
@@ -37,8 +37,8 @@ class AnotherLog:
     def opened(self) -> Opened:
         """What is measured, and what the nominal model makes of it."""
         opened = self._log.opened()
-        nominal = self.fit(opened.nominal, self.inputs.vehicle)
-        return replace(opened, nominal=nominal, judged=self.judged)
+        acceleration = self._acceleration(VehicleModel(self.inputs.vehicle, "nominal", "physics"))
+        return replace(opened, nominal=replace(opened.nominal, acceleration=acceleration), judged=self.judged)
 
     @single_threaded
     def fit(self, fitted: Fit, vehicle: Vehicle) -> Fit:
@@ -51,10 +51,13 @@ class AnotherLog:
         """
         model = VehicleModel(vehicle, "shown", "physics")
         error, lost = self._log.error(model)
-        rmse = acceleration_score(model, self._log.inputs.parts.judged).rmse
         columns = self._log.rows.columns(model, self.inputs.vehicle)
-        acceleration = dict(zip(AXES, rmse.tolist(), strict=True))
-        return replace(fitted, error=error, lost=lost, columns=columns, acceleration=acceleration)
+        return replace(fitted, error=error, lost=lost, columns=columns, acceleration=self._acceleration(model))
+
+    def _acceleration(self, model: VehicleModel) -> dict[str, float]:
+        """Root mean square errors from row to row, by axis [m/s^2, rad/s^2]."""
+        rmse = acceleration_score(model, self._log.inputs.parts.judged).rmse
+        return dict(zip(AXES, rmse.tolist(), strict=True))
 
     def way(self, vehicle: Vehicle, time: float) -> Way:
         """See `OpenedLog.way`."""
