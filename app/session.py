@@ -79,8 +79,8 @@ class Session:
         shown = self.shown
         if shown.source is None:
             return ""
-        found = () if shown.searched is None else shown.searched.found
-        return self.names.in_commands(same_commands(shown.source, shown.stand, found, refits=shown.refits))
+        found, other = () if shown.searched is None else shown.searched.found, shown.other_source
+        return self.names.in_commands(same_commands(shown.source, shown.stand, found, refits=shown.refits, other=other))
 
     # -- what is opened ------------------------------------------------------------------------------------------------
 

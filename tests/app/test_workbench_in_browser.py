@@ -25,6 +25,18 @@ driver = pytest.importorskip("playwright.sync_api", reason="playwright drives th
 
 PATIENCE = 90_000
 """Milliseconds that are waited for what is computed, on a machine that does other things too."""
+LIMIT = 1.0
+"""Seconds from the press to the errors of another log of five minutes."""
+PRESSED = """([name, told]) => new Promise(done => {
+    const begun = performance.now();
+    new MutationObserver((_, seen) => {
+        if (!document.querySelector('.hero').innerText.includes(told)) return;
+        seen.disconnect();
+        done(performance.now() - begun);
+    }).observe(document.body, {subtree: true, childList: true, characterData: true});
+    document.querySelector(`button[aria-label='${name}']`).click();
+})"""
+"""Milliseconds from the press of a button until the top of the bench tells something."""
 PEACE = 400
 """Milliseconds after which what was sent is drawn."""
 
@@ -182,13 +194,18 @@ def test_another_log_is_tried_and_the_session_goes_on_in_another_tab(tab, browse
     tab.get_by_role("button", name="Add Surge quadratic damping").click()
     tab.locator(".count .now").wait_for()
     fitted = now(tab)
-    press(tab, "Try the model on another log")
-    tab.locator("input[type=file]").set_input_files(path)
-    tab.get_by_text("lake.csv: a log").wait_for()
-    press(tab, "Predict the other log")
+    told, took = "This log was not used to fit; errors are of all its rows.", []
+    for _ in range(3):  # the quickest counts, on a machine that does other things too
+        press(tab, "Try the model on another log")
+        tab.locator("input[type=file]").set_input_files(path)
+        tab.get_by_text("lake.csv: a log").wait_for()
+        took.append(tab.evaluate(PRESSED, ["Predict the other log", told]))
+        if took[-1] < 1000.0 * LIMIT:
+            break
+        press(tab, "Put the other log away")
+        tab.get_by_text(told).first.wait_for(state="hidden")
+    assert min(took) < 1000.0 * LIMIT, took
     tab.get_by_role("heading", name="With surge quadratic damping").wait_for()
-    told = "This log was not used to fit; errors are of all its rows."
-    tab.get_by_text(told).first.wait_for()
     tab.wait_for_timeout(PEACE)
     tried = now(tab)
     assert tried != fitted
