@@ -8,6 +8,7 @@ from nicegui import ui
 from ..reports.page.style import DARK, LIGHT
 from ..workflows.workbench_facts import HullDiary, Source
 from .session import Session
+from .views.another_log import another_log
 from .views.diary_view import diary_view
 from .views.hero import hero
 from .views.log_notes import log_notes
@@ -91,6 +92,7 @@ class Page:
             button("Vehicle", lambda: vehicle_form(session), label="Look at the numbers of the vehicle", once=True)
             button("Open another", self._another, label="Open another log")
             taking_away(session)
+        another_log(session, paths=self._paths)
         hero(session)
         with ui.element("div").classes("grid main"):
             MissingCards(session)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ..measurements.log_options import Reading
 from ..measurements.prepared_logs import Inputs
 from ..physics.errors import RequestError, VehicleError
-from ..physics.files import write_text
+from ..physics.files import write_text, yaml_text
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..workflows.first_vehicle import Hull
 from ..workflows.inputs import read_inputs
@@ -39,6 +39,7 @@ from .fleets import hull_diary
 from .vehicle_numbers import assumed_of, form_of
 
 if TYPE_CHECKING:
+    from ..workflows.tried_log import TriedLog
     from ..workflows.workbench import Workbench
 
 Say = Callable[[str], None]
@@ -68,6 +69,16 @@ class _Read:
     bench: "Workbench | None" = None
 
 
+@dataclass(frozen=True, slots=True)
+class _Other:
+    """Another log, what the user calls its files, and the source beside whose vehicle it was read."""
+
+    source: Source
+    names: FileNames
+    beside: Source
+    log: "TriedLog"
+
+
 class Desk:
     """Everything that a page may ask of a worker; each method takes and gives what can be sent between processes."""
 
@@ -77,6 +88,7 @@ class Desk:
         self._read: _Read | None = None
         self._kept: dict[Source, _Read] = {}
         self._folder: Path | None = None
+        self._other: _Other | None = None
 
     def open(self, source: Source, folder: str, say: Say | None = None) -> Opened:
         """Read logs for a vehicle.
@@ -86,7 +98,9 @@ class Desk:
         folder : private to the page; a vehicle and a map made of the log are written there
         """
         self._kept.clear()
-        return self.turn_to(source, folder, say=say)
+        opened = self.turn_to(source, folder, say=say)
+        self._other = None
+        return opened
 
     def turn_to(self, source: Source, folder: str, searched: Searched | None = None, say: Say | None = None) -> Opened:
         """The same where what was open may be asked for again, which is then there as it was left.
@@ -130,6 +144,14 @@ class Desk:
         """See `Workbench.search`."""
         return self._open_bench.search(say)
 
+    def recall(self, searched: Searched, say: Say | None = None) -> Searched:
+        """See `Workbench.recall`."""
+        return self._open_bench.recall(searched)
+
+    def nominal(self) -> str:
+        """The vehicle that is open, as the text of its file."""
+        return yaml_text(self._open.inputs.vehicle.to_dict(), width=120)
+
     def fit(self, stand: Stand) -> Fit:
         """See `Workbench.fit`."""
         return self._open_bench.fit(stand)
@@ -141,6 +163,53 @@ class Desk:
     def way(self, stand: Stand, time: float) -> Way:
         """See `Workbench.way`."""
         return self._open_bench.way(stand, time)
+
+    def try_on(
+        self, source: Source, stand: Stand, folder: str, names: FileNames, say: Say | None = None
+    ) -> tuple[Opened, Fit]:
+        """Read another log for the vehicle that is open, and judge a model on it; nothing is fitted to it.
+
+        Parameters
+        ----------
+        source : the log, its axes and its map; without one it is read with that of the open log
+        folder : see `open`
+        names : by which the user knows the logs
+        """
+        self._folder = Path(folder)
+        other = self._another(source, names, say)
+        opened, plain = other.log.opened, stand == Stand(left=stand.left)
+        fit = opened.nominal if plain else self._open_bench.fit_on(other.log, stand)
+        self._other = other
+        placed = bool(self._open.source.places)
+        return replace(opened, assumed=assumed_of(self._open.inputs.vehicle, placed=placed)), fit
+
+    def fit_other(self, stand: Stand) -> Fit:
+        """See `Workbench.fit_on`."""
+        return self._open_bench.fit_on(self._other_log, stand)
+
+    def way_other(self, stand: Stand, time: float) -> Way:
+        """See `Workbench.way_on`."""
+        return self._open_bench.way_on(self._other_log, stand, time)
+
+    def _another(self, source: Source, names: FileNames, say: Say | None = None) -> "_Other":
+        from ..workflows.tried_log import TriedLog, rows_that_judge
+
+        first = self._open.inputs
+        mapped = Path(source.channel_map) if source.channel_map else first.reading.channel_map
+        reading = Reading(source.frame or None, mapped, None, source.as_is)
+        inputs = read_inputs(list(source.logs), first.vehicle, reading, progress=say)
+        judged = [(path, names.told(path)) for path in inputs.paths]
+        log = TriedLog(inputs, rows_that_judge(judged, first.paths, first.vehicle))
+        return _Other(source, names, self._open.source, log)
+
+    @property
+    def _other_log(self) -> "TriedLog":
+        """The other log, read for the vehicle that is open now."""
+        if self._other is None:
+            raise RequestError("no other log is open; try the model on one first")
+        if self._other.beside != self._open.source:
+            self._other = self._another(self._other.source, self._other.names)
+        return self._other.log
 
     def form(self) -> Form:
         """The numbers of the vehicle with their units and sources, and its thrusters."""

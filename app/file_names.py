@@ -7,6 +7,8 @@ from shlex import quote
 
 _OF_A_VERB = re.compile(r"^(init|discover|add|fit|train): ")
 """How messages of the command line begin: with the verb that nobody typed here."""
+SESSION = ".json"
+"""How the name of a saved session ends."""
 _UNSAFE = re.compile(r"[^\w.+-]+")
 """What a file that is taken away may give a meaning: quotes, brackets, colons, commas, spaces."""
 

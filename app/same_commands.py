@@ -2,13 +2,16 @@
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ..physics.in_words import words
 from ..workflows.workbench_facts import OWN_NUMBERS, Source, Stand
 
 
-def same_commands(source: Source, stand: Stand, found: Sequence[str], *, refits: bool = False) -> str:
+def same_commands(
+    source: Source, stand: Stand, found: Sequence[str], *, refits: bool = False, other: Source | None = None
+) -> str:
     """A command a line, and a remark for what no command does.
 
     Parameters
@@ -17,6 +20,7 @@ def same_commands(source: Source, stand: Stand, found: Sequence[str], *, refits:
     stand : the present model
     found : names that the search has found
     refits : the search fits the model's own numbers
+    other : another log on which the model is tried
     """
     run = "run" if source.logs else "undertow-demo"
     lines = _discovering(source, run) if source.logs else [["undertow", "demo"]]
@@ -27,10 +31,13 @@ def same_commands(source: Source, stand: Stand, found: Sequence[str], *, refits:
     effects = [name for name in stand.names if name != OWN_NUMBERS]
     if set(stand.names) != set(found) and effects:
         own = OWN_NUMBERS in stand.names
-        other = [] if own == refits else ["--refit" if own else "--no-refit"]
-        told.append(shlex.join(["undertow", "add", *effects, "--run", run, *other, "--out", "model.yaml"]))
+        refit = [] if own == refits else ["--refit" if own else "--no-refit"]
+        told.append(shlex.join(["undertow", "add", *effects, "--run", run, *refit, "--out", "model.yaml"]))
     elif OWN_NUMBERS in stand.names and set(stand.names) != set(found):
         told.append("# No command adds the model's own numbers alone; undertow fit calibrates them.")
+    if other is not None:
+        added = [] if not effects else ["--model", run if set(stand.names) == set(found) else "model.yaml"]
+        told.append(shlex.join(["undertow", "compare", *_names(other.logs), *_of_the_boat(source, other, run), *added]))
     told += _put_right(source)
     if stand.left:
         left = ", ".join(words(name) for name in stand.left)
@@ -39,6 +46,14 @@ def same_commands(source: Source, stand: Stand, found: Sequence[str], *, refits:
         moved = ", ".join(f"{symbol} = {value:g}" for symbol, value in stand.moved)
         told.append(f"# Moved by hand, which no command does: {moved}")
     return "\n".join(told)
+
+
+def _of_the_boat(source: Source, other: Source, run: str) -> list[str]:
+    """With what another log is read: the vehicle of the run, and the map of the first log where it has none."""
+    made = "" if source.vehicle or not source.logs else "channels.yaml"
+    mapped = other.channel_map or source.channel_map or made
+    reading = _reading(replace(other, channel_map=mapped))
+    return ["--vehicle", f"{run}/nominal.yaml", *reading, *["--as-is"] * other.as_is]
 
 
 def _put_right(source: Source) -> list[str]:

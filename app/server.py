@@ -14,6 +14,7 @@ from typing import Any
 from ..physics.errors import RequestError
 from ..workflows.workbench_facts import Source
 from .closed_to_strangers import ClosedToStrangers
+from .file_names import SESSION
 from .fleets import fleet_in
 from .spare import Spare
 
@@ -71,7 +72,8 @@ def serve(
     token = "" if host in HERE else secrets.token_urlsafe(24)
     hosts = _names(host, bound)
     address = f"http://{f'[{host}]' if ':' in host else host}:{bound}/" + (f"?token={token}" if token else "")
-    spare = Spare(None if fleet_in(first) else first)  # computes while the pages are loaded
+    saved = first is not None and any(path.lower().endswith(SESSION) for path in first.logs)
+    spare = Spare(None if saved or fleet_in(first) else first)  # computes while the pages are loaded
     told(f"The workbench is at {address} (Ctrl-C ends it)")
     if browser:  # it is answered as soon as there is a page, and its window is there by then
         threading.Thread(target=_open, args=(address,), daemon=True).start()
@@ -132,7 +134,7 @@ def _application(first: Source | None, spare: Spare, hosts: list[str], *, paths:
 
     def made() -> Session:
         """A session with its page."""
-        session = Session(spare)
+        session = Session(spare, paths=paths)
         Page(session, vehicles, first, paths=paths)
         return session
 

@@ -3,7 +3,7 @@
 import asyncio
 import shutil
 import tempfile
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any
 from ..workflows.workbench_facts import OWN_NUMBERS, Source, Trained, Way
 from .audience import Audience
 from .errands import Errands
-from .file_names import FileNames
+from .file_names import SESSION, FileNames
 from .fleets import fleet_in
 from .same_commands import same_commands
 from .shown import Shown
@@ -27,6 +27,7 @@ class Session:
     Parameters
     ----------
     spare : a worker that may have opened already what is asked for
+    paths : files of this machine may be named; not where others than its user may see the page
 
     Attributes
     ----------
@@ -38,13 +39,14 @@ class Session:
     waiting : how much that was asked for waits for its turn
     """
 
-    def __init__(self, spare: Spare | None = None) -> None:
+    def __init__(self, spare: Spare | None = None, *, paths: bool = True) -> None:
+        self._paths = paths
         self.audience = Audience()
         self.errands = Errands(self.audience, spare)
         self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
-        self.shown = Shown(self.errands, self.audience, self.folder)
-        self.asked: Source | None = None
         self.names = FileNames(self.folder)
+        self.shown = Shown(self.errands, self.audience, self.folder, self.names)
+        self.asked: Source | None = None
         self.training = Training()
         self._refusal = ""
         self._moving: dict[str, float] = {}
@@ -77,20 +79,23 @@ class Session:
         shown = self.shown
         if shown.source is None:
             return ""
-        found = () if shown.searched is None else shown.searched.found
-        return self.names.in_commands(same_commands(shown.source, shown.stand, found, refits=shown.refits))
+        found, other = () if shown.searched is None else shown.searched.found, shown.other_source
+        return self.names.in_commands(same_commands(shown.source, shown.stand, found, refits=shown.refits, other=other))
 
     # -- what is opened ------------------------------------------------------------------------------------------------
 
     async def open(self, source: Source, opened_one: Callable[[], None] | None = None) -> None:
         """Read a log, show it, and search for what is missing; where it is refused, what was open stays.
 
-        Of the folder of a fleet its hull diary is shown instead.
+        Of the folder of a fleet its hull diary is shown instead. A session goes on where it was saved.
 
         Parameters
         ----------
         opened_one : called when the log is shown, or was refused, before the search
         """
+        if any(path.lower().endswith(SESSION) for path in source.logs):
+            await self._reopen(source, opened_one)
+            return
         async with self._my_turn():
             self.errands.trouble, self.asked = "", source
             opened = None
@@ -109,6 +114,55 @@ class Session:
             opened_one()
         if opened is not None:
             await self.search()
+
+    async def _reopen(self, source: Source, opened_one: Callable[[], None] | None) -> None:
+        """Go on with a session that was saved; where it or its log cannot be read, what was open stays."""
+        from . import session_file as files  # it needs what a search needs, and no log waits for that
+
+        saved = opened = None
+        differs = ""
+        async with self._my_turn():
+            self.errands.trouble, self.asked = "", None
+            with self.errands.telling():
+                path, beside = files.session_in(source)
+                saved = files.read_session(Path(path), self.names.told(path))
+                if self._paths:
+                    beside = (*beside, str(Path(path).parent))
+                places = await asyncio.to_thread(
+                    files.find_files, saved, beside, self.folder, self.names, paths=self._paths
+                )
+                history = await self._steps(saved.steps, saved.at, places)
+                opened = None if history is None else await self.errands.open(history.now.source, self.folder)
+                if history is not None and opened is not None:
+                    self.training.stop()  # it knows nothing of this log
+                    if await self.shown.reopen(history, opened, saved.searched):
+                        other = None if saved.other is None else files.relocated(saved.other, places)
+                        marks = saved.selected, saved.selected_on_other
+                        await self.shown.look_again(other, saved.view, marks, on_other=saved.on_other)
+                        differs = saved.others_now(self.shown.of_fitted, await self.errands.ask("", "nominal") or "")
+        if opened_one is not None:
+            opened_one()
+        if saved is not None and opened is not None:
+            self.errands.trouble = self.errands.trouble or differs
+            self.audience.tell()
+            if saved.answer is None:
+                await self.search()
+
+    async def _steps(self, steps: Sequence[Step], at: int, places: Mapping[str, str]) -> History | None:
+        """The steps of a session with the files where they are now; a log that was repaired is repaired again."""
+        from .session_file import relocated
+
+        sources: dict[Source, Source] = {}
+        for source in dict.fromkeys(step.source for step in steps):
+            found = relocated(source, places)
+            if found.original is not None:
+                fixed = await self.errands.ask("repairing the log", "repair", found.original, str(self.folder))
+                if fixed is None:
+                    return None
+                self.names.call(Path(fixed), "repaired.csv")
+                found = replace(found, logs=(fixed,))
+            sources[source] = found
+        return History(tuple(replace(step, source=sources[step.source]) for step in steps), at)
 
     @property
     def refused(self) -> Source | None:
@@ -149,6 +203,25 @@ class Session:
     async def change(self, source: Source) -> None:
         """Go on with another reading of what is open, such as other numbers of the vehicle: a step."""
         await self._go(lambda history: history.then(Step(source)))
+
+    async def try_on(self, source: Source, tried: Callable[[], None] | None = None) -> None:
+        """Show the present model on another log, to which nothing is fitted; where it is refused, all stays.
+
+        Parameters
+        ----------
+        source : the log, its axes and its map; the vehicle is that which is open
+        tried : called when the log is shown, or was refused
+        """
+        async with self._my_turn():
+            self.errands.trouble = ""
+            await self.shown.try_on(source)
+        if tried is not None:
+            tried()
+
+    async def put_away(self) -> None:
+        """Go on without the other log."""
+        async with self._my_turn():
+            self.shown.put_away()
 
     async def search(self) -> None:
         """Search for what is missing."""
@@ -247,7 +320,8 @@ class Session:
     async def way(self, time: float) -> Way | None:
         """Where the models go from an instant on."""
         async with self._my_turn():
-            return await self.errands.ask("", "way", self.shown.stand, time)
+            what = "way_other" if self.shown.on_other else "way"
+            return await self.errands.ask("", what, self.shown.stand, time)
 
     async def take(self, what: str) -> Path | None:
         """Write a file to be taken away, of what is shown when this is asked for."""
@@ -260,6 +334,19 @@ class Session:
             path = await self.errands.ask(name, "take", what, shown.now.stand, str(self.folder), self.names)
             self.audience.tell()
             return None if path is None else Path(path)
+
+    async def save(self) -> Path | None:
+        """Write the session into a file, from which it goes on where it is; None where it cannot be."""
+        from .session_file import saved_session, write_session
+
+        async with self._my_turn():
+            vehicle = await self.errands.ask("", "nominal")
+            if vehicle is None:
+                return None
+            with self.errands.telling():
+                saved = await asyncio.to_thread(saved_session, self.shown, vehicle, self.names, self.folder)
+                return write_session(saved, self.folder / f"session{SESSION}", self.names)
+            return None
 
     async def ask(self, what: str, *given: Any) -> Any:
         """Something quick of the worker, on what is shown; None where it refuses, and `trouble` says why."""

@@ -11,7 +11,8 @@ from .options import AsIsOption, FrameOption, MapOption
 
 def app(
     logs: Annotated[
-        list[Path] | None, typer.Argument(metavar="[LOG...]", help="Logs to open at once, or the folder of a fleet.")
+        list[Path] | None,
+        typer.Argument(metavar="[LOG...]", help="Logs to open at once, a saved session, or the folder of a fleet."),
     ] = None,
     vehicle: Annotated[
         str | None, typer.Option("--vehicle", "-v", help="Vehicle file, or a shipped one; default: made of the log.")

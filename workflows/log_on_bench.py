@@ -1,22 +1,16 @@
 """A log as it is read, with or without corrections of its sensors, and every model that is fitted to it by hand."""
 
-import numpy as np
-
 from ..discovery.basis import Basis
 from ..discovery.by_hand import Bench, ByHand
 from ..discovery.findings import Findings
 from ..discovery.in_order import chosen_for
 from ..discovery.settings import DiscoverySettings
-from ..physics.errors import RequestError
 from ..physics.in_words import unit_text
-from ..physics.simulation import rollout
 from ..reports.page.chapters.play import knobs_of
 from ..residuals.models.base import VehicleModel
 from .opened_log import OpenedLog
 from .workbench_facts import OWN_NUMBERS, Fit, Stand, Value, Way
 
-_AHEAD = 30.0
-"""Length of a prediction that somebody asks for at a place [s]."""
 _KEPT = 40
 """Models whose predictions are kept, the latest: a slider makes hundreds, each as long as the log."""
 
@@ -55,24 +49,8 @@ class LogOnBench:
         return found
 
     def way(self, stand: Stand, time: float) -> Way:
-        """Where the nominal model and another say that the boat goes from an instant on.
-
-        Raises
-        ------
-        RequestError
-            at the end of a record.
-        """
-        stretch, row = self.rows.at(time)
-        steps = min(round(_AHEAD / stretch.motion.time_step), stretch.motion.time.size - 1 - row)
-        if steps < 1:
-            raise RequestError("there is no measurement after this place; choose one before it")
-        after = self.model(stand).vehicle
-        ways = [
-            rollout(vehicle, stretch.motion, np.array([row]), steps).states[0, :, :2]
-            for vehicle in (self.inputs.vehicle, after)
-        ]
-        clock = time + stretch.motion.time_step * np.arange(steps + 1, dtype=float)
-        return Way(clock, stretch.motion.position[row : row + steps + 1], *ways)
+        """See `OpenedLog.way`."""
+        return self.log.way(self.model(stand).vehicle, time)
 
     def model(self, stand: Stand) -> VehicleModel:
         """The model of a stand."""

@@ -15,16 +15,19 @@ from ..physics.errors import RequestError
 from ..physics.frames import AXES, Array
 from ..physics.in_words import number
 from ..physics.matrices import mass_matrix
+from ..physics.simulation import rollout
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import rollout_errors
 from ..residuals.series import RESTART, Stretch, predicted, stretches
-from .workbench_facts import Check, Fit, Opened, Span
+from .workbench_facts import Check, Fit, Opened, Span, Way
 
 HORIZON = RESTART
 """Seconds of a prediction, as the report page has it."""
 FORCES = ("X", "Y", "N")
 _STATES = ("north", "east", "psi", "u", "v", "r")
+_AHEAD = 30.0
+"""Length of a prediction that somebody asks for at a place [s]."""
 _GAP = 1.5
 """Steps between rows from which a record is broken there."""
 
@@ -83,6 +86,26 @@ class OpenedLog:
             return {}, 0
         record = found.score.record
         return {name: float(record.of(name)) for name in ("position", *AXES)}, found.diverged
+
+    def way(self, after: Vehicle, time: float) -> Way:
+        """Where the nominal model and another say that the boat goes from an instant on.
+
+        Raises
+        ------
+        RequestError
+            at the end of a record.
+        """
+        stretch, row = self.rows.at(time)
+        motion = stretch.motion
+        steps = min(round(_AHEAD / motion.time_step), motion.time.size - 1 - row)
+        if steps < 1:
+            raise RequestError("there is no measurement after this place; choose one before it")
+        ways = [
+            rollout(vehicle, motion, np.array([row]), steps).states[0, :, :2]
+            for vehicle in (self.inputs.vehicle, after)
+        ]
+        clock = time + motion.time_step * np.arange(steps + 1, dtype=float)
+        return Way(clock, motion.position[row : row + steps + 1], *ways)
 
 
 class Rows:

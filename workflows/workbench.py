@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from ..comparison.facts import ComparedModel
+from ..comparison.facts import ComparedModel, Comparison
 from ..discovery.candidates.nuisance import CALIBRATED
 from ..discovery.findings import Findings
 from ..discovery.hidden_errors import HiddenErrors
@@ -23,6 +23,7 @@ from .log_on_bench import LogOnBench
 from .opened_log import HORIZON, OpenedLog
 from .run_folder.run import Run
 from .run_folder.write import write_run
+from .tried_log import TriedLog
 from .weighed_by_hand import weighed
 from .workbench_cards import effect_cards, sensor_cards
 from .workbench_facts import OWN_NUMBERS, Card, Fit, Opened, Rival, Searched, Stand, Way
@@ -57,22 +58,33 @@ class Workbench:
     def search(self, progress: Say | None = None) -> Searched:
         """Search for what is missing, as `discover` does; cards for all that was tried."""
         run = self._discover(progress)
-        findings, found = run.findings, self._readings[()]
-        verdict = headline(findings, run.comparison)
+        return self._answer(run.findings, run.comparison)
+
+    def recall(self, searched: Searched) -> Searched:
+        """Go on from the facts of a search that a file holds, with all that a search tells; see `resume`."""
+        assert searched.findings is not None, "a file holds the findings"
+        assert searched.comparison is not None, "a file holds the comparison"
+        self.resume(searched)
+        return self._answer(searched.findings, searched.comparison)
+
+    def _answer(self, findings: Findings, comparison: Comparison) -> Searched:
+        """What the page tells of a search, and cards for all that was tried."""
+        found, verdict = self._readings[()], headline(findings, comparison)
         return Searched(
             findings.verdict,
             verdict,
-            tuple(t for t in opening(findings, run.comparison, run.discovery.nominal) if t != verdict),
+            tuple(t for t in opening(findings, comparison, self._whole.vehicle) if t != verdict),
             self._found or (),
             effect_cards(findings, found),
             sensor_cards(findings),
             tuple((one.manoeuvre, one.why) for one in findings.advice),
-            tuple(rival(model) for model in run.comparison.models),
+            tuple(rival(model) for model in comparison.models),
             None if self._hidden is None else (self._hidden.arm_x, self._hidden.arm_y, self._hidden.compass),
-            section_title(findings, run.comparison),
+            section_title(findings, comparison),
             sure_caption(findings.candidates),
             found.refits,
             findings,
+            comparison,
         )
 
     def resume(self, searched: Searched) -> None:
@@ -107,6 +119,14 @@ class Workbench:
     def way(self, stand: Stand, time: float) -> Way:
         """See `LogOnBench.way`."""
         return self._read(stand.left).way(stand, time)
+
+    def fit_on(self, other: TriedLog, stand: Stand) -> Fit:
+        """A model as it is fitted to this log, or moved by hand, judged on another log; see `fit`."""
+        return other.fit(self.fit(stand), self._read(stand.left).model(stand).vehicle)
+
+    def way_on(self, other: TriedLog, stand: Stand, time: float) -> Way:
+        """See `LogOnBench.way`, along another log."""
+        return other.way(self._read(stand.left).model(stand).vehicle, time)
 
     def no_run(self, stand: Stand) -> str:
         """Why no verb makes a run of a model, and what to do; empty where one does."""

@@ -1,12 +1,13 @@
 """What the workbench shows, as plain facts: arrays, numbers and sentences that any process may hold."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ..physics.frames import Array
 
 if TYPE_CHECKING:
+    from ..comparison.facts import Comparison
     from ..discovery.findings import Findings
 
 OWN_NUMBERS = "own numbers"
@@ -67,6 +68,7 @@ class Fit:
     values : what differs from the nominal model
     verdict, law : whether it takes energy out of the hull everywhere, in a word and in a sentence
     unseen : every row is predicted by a model that was fitted without it
+    acceleration : root mean square errors from row to row by axis [m/s^2, rad/s^2]; of another log alone
     """
 
     names: tuple[str, ...]
@@ -77,6 +79,7 @@ class Fit:
     verdict: str = ""
     law: str = ""
     unseen: bool = True
+    acceleration: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,6 +100,7 @@ class Opened:
     logs : of several logs the name of each, and where it begins and ends on the axis of time [s]; none for one
     doubt : what of the thrusters' sides and directions the log does not show, in words; empty where it shows them
     assumed : numbers of the vehicle that nobody measured or gave
+    judged : of another log than the one that models are fitted to, which rows judge, and whether a fit saw them
     """
 
     log: str
@@ -112,6 +116,7 @@ class Opened:
     logs: "tuple[Span, ...]" = ()
     doubt: str = ""
     assumed: "tuple[Assumed, ...]" = ()
+    judged: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +186,7 @@ class Searched:
         opened is another: where places and speeds are measured, ahead and to starboard [m], what a heading lacks [rad]
     refits : the model's own numbers were fitted in all that was searched
     findings : of the search, with the models of its steps; None where nobody kept them
+    comparison : of its models; None where nobody kept it
     """
 
     verdict: str
@@ -196,6 +202,7 @@ class Searched:
     sure: str = ""
     refits: bool = False
     findings: "Findings | None" = None
+    comparison: "Comparison | None" = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

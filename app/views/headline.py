@@ -24,7 +24,7 @@ def headline(shown: Shown) -> str:
         return ""
     if not shown.stand.names and not shown.stand.moved:
         told = f"{opened.log}: measured, and what the model {opened.vehicle} makes of it"
-        return told if searched is None else searched.headline
+        return told if searched is None or shown.on_other else searched.headline
     before, now = opened.nominal.error.get("position"), fit.error.get("position")
     has, over = _with(shown), f"{opened.horizon:g} s predictions"
     if fit.lost:
@@ -35,9 +35,12 @@ def headline(shown: Shown) -> str:
 
 
 def found(shown: Shown) -> str:
-    """What the search says, where the headline tells of another model."""
+    """What the search says, where the headline tells of another model, or of a log that it has not seen."""
     searched = shown.searched
-    return f"The search: {searched.headline}" if searched is not None and headline(shown) != searched.headline else ""
+    if searched is None or headline(shown) == searched.headline:
+        return ""
+    of = f" of {shown.fitted.opened.log}" if shown.on_other and shown.fitted is not None else ""
+    return f"The search{of}: {searched.headline}"
 
 
 def by_axis(opened: Opened, fit: Fit) -> str:
@@ -61,6 +64,8 @@ def how_well(shown: Shown) -> str:
     opened, fit = shown.opened, shown.fit
     if opened is None or fit is None:
         return ""
+    if shown.on_other:
+        return _on_other(shown, opened, fit)
     told, left = _how_well(shown, opened, fit), listing([words(name) for name in shown.stand.left])
     without = f"Read without the correction of {left}; the search and its cards are of the log with it. "
     return f"{without * bool(left)}{told}"
@@ -107,10 +112,27 @@ def _how_well(shown: Shown, opened: Opened, fit: Fit) -> str:
     if fit.lost:
         return f"{fit.lost} of its predictions run away; taken out again, the model is as it was."
     if fit.names and before and now is not None:
-        change = f"{percent(1.0 - now / before)} less" if now <= before else f"{percent(now / before - 1.0)} more"
         how = "every row predicted by a model that was fitted without it" if fit.unseen else "on rows that a fit saw"
         own = searched is not None and OWN_NUMBERS in searched.found and OWN_NUMBERS not in stand.names
-        return f"{change} than the model as it was; {how}.{_WITHOUT_OWN * own}"
+        return f"{_change(before, now)} than the model as it was; {how}.{_WITHOUT_OWN * own}"
     if searched is not None and not stand.left:
         return "\n".join(searched.told)
     return f"{opened.seconds:.0f} s of measurement, predicted open loop again and again from what was measured."
+
+
+def _on_other(shown: Shown, opened: Opened, fit: Fit) -> str:
+    """What the model does to the error on a log that it was not fitted to."""
+    before, now = opened.nominal.error.get("position"), fit.error.get("position")
+    told = [opened.judged]
+    if fit.lost and (fit.names or shown.stand.moved):
+        told.insert(0, f"{fit.lost} of its predictions run away.")
+    elif (fit.names or shown.stand.moved) and before and now is not None:
+        told.insert(0, f"{_change(before, now)} than the model as it was.")
+    if shown.searched is not None and shown.searched.hidden is not None:
+        told.append("What only forces told of the sensors of the fitted log is not corrected in this one.")
+    return " ".join(told)
+
+
+def _change(before: float, now: float) -> str:
+    """By how much an error is less or more."""
+    return f"{percent(1.0 - now / before)} less" if now <= before else f"{percent(now / before - 1.0)} more"

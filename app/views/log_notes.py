@@ -29,6 +29,8 @@ def log_notes(session: Session) -> None:
 
     def refresh() -> None:
         opened, source = session.shown.opened, session.shown.source
+        if session.shown.on_other:
+            source = None  # a repair is a step, and this log is no part of the steps
         if shown == [opened]:
             return
         shown[:] = [opened]

@@ -1,5 +1,6 @@
 """Measured against predicted: time plots, the track on the water, and where the model fails; one selection for all."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +12,7 @@ from ..plots.error_map import Cells, ErrorMap
 from ..plots.time_plots import Line, Panel, TimePlots
 from ..plots.track import Track
 from ..session import Session
+from ..shown import View
 from .words import button, line, watching
 
 _SPEEDS = tuple(
@@ -44,7 +46,7 @@ class MotionView:
         self._opened: object = None
         self._fit: object = None
         self._sorted: dict[str, Sorted] = {}
-        self._axis, self._over = "X", "turn"
+        self._view: object = None
         self._marked: object = None
         self._of_cells: object = None
         host = ui.element("div").classes("stack")
@@ -59,12 +61,11 @@ class MotionView:
         with ui.element("section").classes("card").props('aria-label="Measured against predicted"'):
             with ui.element("div").classes("flow"):
                 line("Measured against predicted", tag="h2").style("margin: 0; flex: 1")
-                self._shown = ui.toggle({"speeds": "Speeds", "forces": "Missing force"}, value="speeds")
-                self._shown.props('dense no-caps unelevated aria-label="What is drawn"').classes("small")
-                self._shown.on_value_change(self._switched)
+                self._drawn = ui.toggle({"speeds": "Speeds", "forces": "Missing force"}, value=self._of_view.drawn)
+                self._drawn.props('dense no-caps unelevated aria-label="What is drawn"').classes("small")
+                self._drawn.on_value_change(lambda event: self._look(drawn=event.value))
             self._speeds = TimePlots(_SPEEDS)
             self._forces = TimePlots(_MISSING)
-            self._forces.set_visibility(False)
             for plots in (self._speeds, self._forces):
                 plots.on_brush(lambda begin, end: self._session.shown.select(((begin, end),)))
             self._none = button("Clear selection", lambda: self._session.shown.select(()))
@@ -80,18 +81,42 @@ class MotionView:
         with ui.element("section").classes("card").props('aria-label="Where it fails"'):
             with ui.element("div").classes("flow"):
                 line("Where it fails", tag="h2").style("margin: 0; flex: 1")
-                axis = ui.toggle({key: name for key, (name, _) in AXES.items()}, value="X")
-                axis.props('dense no-caps unelevated aria-label="Axis of the force"').classes("small")
-            over = ui.toggle({"turn": "speed and turn", "command": "speed and command"}, value="turn")
-            over.props('dense no-caps unelevated aria-label="What the map is over"').classes("small")
-            axis.on_value_change(lambda event: self._map_of(axis=event.value))
-            over.on_value_change(lambda event: self._map_of(over=event.value))
+                axes = {key: name for key, (name, _) in AXES.items()}
+                self._axis = ui.toggle(axes, value=self._of_view.axis)
+                self._axis.props('dense no-caps unelevated aria-label="Axis of the force"').classes("small")
+            over = {"turn": "speed and turn", "command": "speed and command"}
+            self._over = ui.toggle(over, value=self._of_view.over)
+            self._over.props('dense no-caps unelevated aria-label="What the map is over"').classes("small")
+            self._axis.on_value_change(lambda event: self._look(axis=event.value))
+            self._over.on_value_change(lambda event: self._look(over=event.value))
             self._map = ErrorMap()
             self._map.on_pick(self._picked)
             line("The force that the model leaves, by what the boat did. Click cells to select.", "muted small")
 
+    @property
+    def _of_view(self) -> View:
+        return self._session.shown.view
+
+    def _look(self, **changes: str) -> None:
+        """Draw something else."""
+        self._session.shown.view = replace(self._of_view, **changes)
+        self._refresh()
+
+    def _turn(self) -> None:
+        """Turn to what the view says, which a session that was opened again may say, too."""
+        view = self._of_view
+        for toggle, value in ((self._drawn, view.drawn), (self._axis, view.axis), (self._over, view.over)):
+            if toggle.value != value:
+                toggle.set_value(value)
+        self._speeds.set_visibility(view.drawn != "forces")
+        self._forces.set_visibility(view.drawn == "forces")
+
     def _refresh(self) -> None:
         session = self._session
+        if self._of_view != self._view:
+            self._view = self._of_view
+            self._turn()
+            self._map_of()
         opened, fit = session.shown.opened, session.shown.fit
         if opened is None or fit is None:
             return
@@ -145,33 +170,27 @@ class MotionView:
             plain = shown.fit is shown.opened.nominal
             self._track.path(way.time, (*way.measured.T,), (*way.before.T,), None if plain else (*way.after.T,))
 
-    def _switched(self) -> None:
-        forces = self._shown.value == "forces"
-        self._speeds.set_visibility(not forces)
-        self._forces.set_visibility(forces)
-
-    def _map_of(self, axis: str = "", over: str = "") -> None:
-        opened, fit = self._session.shown.opened, self._session.shown.fit
-        self._axis, self._over = axis or self._axis, over or self._over
-        if opened is None or fit is None:
+    def _map_of(self) -> None:
+        opened, fit, view = self._session.shown.opened, self._session.shown.fit, self._of_view
+        if opened is None or fit is None or opened is not self._opened:
             return
-        if self._over not in self._sorted:
+        if view.over not in self._sorted:
             table = opened.table
-            up = table["r"] if self._over == "turn" else common_command(table, opened.commands)
-            self._sorted[self._over] = sort_rows(table["u"], up)
-        found = self._sorted[self._over]
-        before, _ = found.error(opened.nominal.columns[self._axis])
-        error, count = found.error(fit.columns[self._axis])
+            up = table["r"] if view.over == "turn" else common_command(table, opened.commands)
+            self._sorted[view.over] = sort_rows(table["u"], up)
+        found = self._sorted[view.over]
+        before, _ = found.error(opened.nominal.columns[view.axis])
+        error, count = found.error(fit.columns[view.axis])
         top = float(np.nanquantile(before, 0.98)) if np.isfinite(before).any() else 1.0
-        up_label = "yaw rate [rad/s]" if self._over == "turn" else "command, share of the largest"
-        name, unit = AXES[self._axis]
+        up_label = "yaw rate [rad/s]" if view.over == "turn" else "command, share of the largest"
+        name, unit = AXES[view.axis]
         seconds = count * float(np.nanmedian(np.diff(opened.table["time"])))
         self._map.show(Cells(*found.edges, "surge speed [m/s]", up_label, error, seconds, f"{unit} in {name}", top))
 
     def _picked(self, cells: list[tuple[int, int]]) -> None:
         opened = self._session.shown.opened
         if opened is not None:
-            self._of_cells = self._sorted[self._over].stretches(opened.table["time"], cells)
+            self._of_cells = self._sorted[self._of_view.over].stretches(opened.table["time"], cells)
             self._session.shown.select(self._of_cells)
 
 

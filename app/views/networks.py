@@ -40,7 +40,7 @@ class Networks:
             line("A network for what has no name", tag="h2")
             line(
                 "It learns what the model of the present step still leaves, numbers moved by hand included, on the "
-                "training part of the log.",
+                "training part of the fitted log.",
                 "muted small",
             )
             with ui.element("div").classes("flow"):

@@ -61,7 +61,8 @@ def _numbers(session: Session, sliders: dict[str, tuple[ui.element, TextElement]
         _row(session, value, sliders)
     if session.shown.stand.moved:
         line(
-            "Numbers were moved by hand: the error is on rows that the fit has seen, and no interval holds.",
+            "Numbers were moved by hand: on the fitted log the error is of rows that the fit has seen, and no interval "
+            "holds.",
             "muted small",
         )
 

@@ -5,8 +5,10 @@ from collections.abc import Mapping, Sequence
 from nicegui import ui
 
 from ...physics.in_words import listing, number
-from ...workflows.workbench_facts import Rival, Searched
+from ...workflows.workbench_facts import Rival
 from ..session import Session
+from ..shown import Shown
+from .headline import stair_name
 from .words import line, watching
 
 _ERRORS = ("position [m]", "surge [m/s]", "sway [m/s]", "yaw [rad/s]")
@@ -16,33 +18,43 @@ _ACCELERATIONS = tuple(
 
 
 def side_by_side(session: Session) -> None:
-    """The models that the search compared."""
+    """The models that the search compared; on another log, the shown model after every step."""
     place = ui.element("section").classes("card stack").props('aria-label="Models side by side"')
-    shown: list[Searched | None] = [None]
+    shown: list[tuple[str, Sequence[Rival]]] = [("", ())]
 
     def refresh() -> None:
-        searched = session.shown.searched
-        place.set_visibility(searched is not None and bool(searched.rivals))
-        if searched is shown[0]:
+        told, rivals = now = _side_by_side(session.shown)
+        place.set_visibility(bool(rivals))
+        if now == shown[0]:
             return
-        shown[0] = searched
+        shown[0] = now
         place.clear()
-        if searched is not None:
+        if rivals:
             with place:
                 line("Models side by side", tag="h2").style("margin: 0")
-                line(
-                    "On all rows, each predicted by models that were made without it. Corrected: all that was found.",
-                    "muted small",
-                )
-                rivals_table(searched.rivals)
+                line(told, "muted small")
+                rivals_table(rivals)
 
     watching(session, place, refresh)
+
+
+def _side_by_side(shown: Shown) -> tuple[str, Sequence[Rival]]:
+    """On which rows models stand side by side, and the models."""
+    opened = shown.opened
+    if shown.on_other and opened is not None:
+        return opened.judged, [
+            Rival(stair_name(fit), opened.horizon, fit.error, fit.acceleration, (), asked=False) for fit in shown.stairs
+        ]
+    told = "On all rows, each predicted by models that were made without it. Corrected: all that was found."
+    return told, () if shown.searched is None else shown.searched.rivals
 
 
 def rivals_table(rivals: Sequence[Rival]) -> None:
     """A row for each model: the errors of the headline and the laws, and folded those of accelerations."""
     line(f"Errors of {rivals[0].horizon:g} s predictions", "small")
-    _table(("model", *_ERRORS, "laws"), [(r.name, *_numbers(r.error), _kept(r)) for r in rivals])
+    laws = any(r.asked for r in rivals)
+    rows = [(r.name, *_numbers(r.error), *[_kept(r)] * laws) for r in rivals]
+    _table(("model", *_ERRORS, *["laws"] * laws), rows)
     with ui.element("details").classes("small"):
         line("Errors of accelerations, from row to row", tag="summary")
         _table(("model", *_ACCELERATIONS), [(r.name, *_numbers(r.acceleration)) for r in rivals])

@@ -1,4 +1,4 @@
-"""What a person takes away: the page, the model, the findings, the run folder, and the commands that do the same."""
+"""What a person takes away: page, model, findings, run folder, session, and the commands that do the same."""
 
 from nicegui import ui
 
@@ -24,6 +24,9 @@ def taking_away(session: Session) -> None:
         with ui.menu_item(on_click=lambda: _for_another(session)).mark("export"), ui.element("div"):
             line("For another program", tag="b")
             line("Gazebo, C, Python, MATLAB, an autopilot ...", "muted small")
+        with ui.menu_item(on_click=lambda: _save(session)).mark("save"), ui.element("div"):
+            line("The session", tag="b")
+            line("log, vehicle, steps and view, to go on later or elsewhere", "muted small")
         ui.separator()
         ui.menu_item("The commands that do the same", on_click=lambda: _commands(session))
 
@@ -34,6 +37,15 @@ async def _take(session: Session, what: str) -> None:
         ui.notify(session.errands.trouble, type="warning", multi_line=True)
         return
     ui.download.content(path.read_bytes(), path.name)
+
+
+async def _save(session: Session) -> None:
+    opened, path = session.shown.fitted, await session.save()
+    if path is None or opened is None:
+        ui.notify(session.errands.trouble, type="warning", multi_line=True)
+        return
+    log = session.names.in_file(session.names.told(opened.opened.log)).partition(".")[0]
+    ui.download.content(path.read_bytes(), f"{log}.session.json")
 
 
 async def _for_another(session: Session) -> None:

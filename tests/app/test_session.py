@@ -20,7 +20,7 @@ from undertow.app.errands import LOST
 from undertow.app.same_commands import same_commands
 from undertow.app.session import Session
 from undertow.app.undo import History, Step
-from undertow.app.views.opening import stored_as
+from undertow.app.views.log_files import stored_as
 from undertow.workflows.init import Doubt
 from undertow.workflows.opened_log import OpenedLog
 from undertow.workflows.workbench import Workbench
@@ -388,6 +388,16 @@ def test_what_no_command_does_is_said():
     assert "undertow fit" in alone[1]
     made = Source(logs=("a.csv",), hull=(("mass", 22.0),))
     assert "--no-refit" in same_commands(made, Stand((FIRST,)), (OWN_NUMBERS, SECOND), refits=True)
+
+
+def test_another_log_is_compared():
+    told = same_commands(Source(), Stand((FIRST,)), (FIRST,), other=Source(("/tmp/x/lake.csv",), frame="enu"))
+    vehicle = "--vehicle undertow-demo/nominal.yaml --frame enu"
+    assert told.splitlines()[1] == f"undertow compare lake.csv {vehicle} --model undertow-demo"
+    made = Source(("a.csv",), hull=(("mass", 22.0),))
+    told = same_commands(made, Stand((FIRST,)), (), other=Source(("lake.csv",))).splitlines()
+    assert told[-1] == "undertow compare lake.csv --vehicle run/nominal.yaml --map channels.yaml --model model.yaml"
+    assert "--model" not in same_commands(made, Stand(), (), other=Source(("lake.csv",))).splitlines()[-1]
 
 
 def test_what_the_files_must_have_is_said():

@@ -12,7 +12,7 @@ pytest.importorskip("nicegui", reason="the workbench needs nicegui: pip install 
 from undertow.app.audience import Audience
 from undertow.app.errands import Errands
 from undertow.app.file_names import FileNames
-from undertow.app.shown import Shown
+from undertow.app.shown import OnLog, Shown
 from undertow.app.undo import History, Step
 from undertow.app.vehicle_numbers import assumed_of, form_of
 from undertow.app.views.headline import found, headline, how_well, leans_on, stair_name
@@ -34,7 +34,7 @@ AS_IT_WAS = Stand()
 def shown_with(stand: Stand = AS_IT_WAS, fit: Fit = NOMINAL, *, searched: bool = True) -> Shown:
     audience, source = Audience(), Source()
     shown = Shown(Errands(audience, None), audience, Path())
-    shown.history, shown.opened, shown.fit = History((Step(source, stand),)), OPENED, fit
+    shown.history, shown.fitted = History((Step(source, stand),)), OnLog(OPENED, fit)
     shown.searches = {source: SEARCHED} if searched else {}
     return shown
 
