@@ -29,7 +29,7 @@ _ENOUGH = 6.0
 is worse by no more than the price of its other numbers."""
 SHARE = "share"
 """What is left of the probability of a name that has look-alikes, see `share`: it multiplies the odds of the rest."""
-SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear", "far")
+SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear", "far", "unlike")
 """Features that speak for a name; all others are doubts, nothing where there is none."""
 REASONS = {
     "identity": Reason.LOOK_ALIKES,
@@ -38,6 +38,7 @@ REASONS = {
     "gain": Reason.WEAK,
     "worth": Reason.WEAK,
     "rollout_worth": Reason.WEAK,
+    "unlike": Reason.SUBSTITUTE,
     "substitute": Reason.SUBSTITUTE,
     "substituted": Reason.SUBSTITUTE,
     "other_form": Reason.OTHER_FORM,
@@ -52,7 +53,7 @@ REASONS = {
     "rolls": Reason.WEAK,
 }
 """The doubt that each feature is."""
-_PLENTY = {"gain": 5.0, "identity": 1.02, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "far": 1.0}
+_PLENTY = {"gain": 5.0, "identity": 1.02, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "far": 1.0, "unlike": 5.0}
 """What each feature that speaks for a name is where nothing is to be wished for: what is less is a doubt."""
 
 
@@ -108,6 +109,7 @@ def features(claim: Claim) -> dict[str, float]:
         "rollout_worth": log(max(claim.worth.force if rollout is None else rollout, _LEAST)),
         "clear": clear,
         "far": max(clear - _FAR, 0.0),
+        "unlike": 0.0 if size.get("rolls") else log(1.0 + max(-size.get("substitute", 0.0), 0.0)),
         "substitute": 0.0 if size.get("rolls") else asinh(max(size.get("substitute", 0.0), 0.0) / _UNIT),
         "substituted": size.get("substituted", 0.0),
         "other_form": log(1.0 + 10.0 * min(size.get("other_form", 0.0), 3.0)),

@@ -41,7 +41,7 @@ CLEAR = Claim(
     rival="surge_trim",
     worth=Worth(force=0.6, rollout=0.6),
     null_excluded=True,
-    tests={"file_value": 0.05},
+    tests={"file_value": 0.05, "substitute": -300.0},
 )
 """A name for which everything speaks."""
 TESTS = tuple(list(Reason)[list(Reason).index(Reason.FILE_VALUE) : list(Reason).index(Reason.WEAK) + 1])
