@@ -22,7 +22,7 @@ from .search.bootstrap import Interval
 
 _FAR = 1e3
 """Size from which it does not matter any more how large a doubt is."""
-_OF_ONE_LOG = (*("substitute", "substituted", "other_form", "unexplained", "accused", "record", "rolls"),)
+_OF_ONE_LOG = ("substitute", "substituted", "other_form", "unexplained", "accused", "record", "rolls")
 """Sizes that are of one log."""
 Told = Mapping[str, str]
 """By key of an effect, what a test tells of it, as the end of a sentence."""
@@ -41,7 +41,7 @@ class Tests:
     invariant : its size in the parts of the log
     changes : where, and by how much of itself, its force differs in a part of the log, as a sentence
     forms : forces without a name beside it and in its place
-    accused : how many errors of sensors or of the record are told
+    accused : how many errors of sensors or of the record are told that a name may meet
     rolls : whether rollouts judge
     several : whether they judge several logs, each of which was left out once: what is named there holds in all others,
         and the force balance of coloured noise, clocks and headings of one log are no witness against that
@@ -54,7 +54,7 @@ class Tests:
     invariant: Mapping[str, Invariance] = field(default_factory=dict)
     changes: Told = field(default_factory=dict)
     forms: OtherForms = field(default_factory=OtherForms)
-    accused: int = 0
+    accused: Mapping[str, int] = field(default_factory=dict)
     rolls: bool = False
     several: bool = False
 
@@ -66,7 +66,7 @@ class Tests:
             Reason.RECORD: self.record.get(e.key, (0.0, ""))[1],
             Reason.SENSORS: self.sensors.get(e.key, ""),
             Reason.UNJUDGED_RIVAL: self.unjudged.get(e.key, ""),
-            Reason.LASTING_REST: f"the model leaves {100.0 * e.unexplained:.2g} % of the force that the file's leaves",
+            Reason.LASTING_REST: f"the model leaves {100.0 * e.unexplained:.0f} % of the force that the file's leaves",
             Reason.OTHER_FORM: beside.told if beside else "",
             Reason.SUBSTITUTE: beside.told if beside and beside.told else "one free force explains this log as well",
             Reason.CHANCE: f"{e.chance.better} of {e.chance.of}" if e.chance else "",
@@ -88,7 +88,7 @@ class Tests:
             "out_of_step": e.late,
             "unjudged_rival": float(e.key in self.unjudged),
             "chance": float(e.chance.better) if e.chance else 0.0,
-            "accused": float(self.accused),
+            "accused": float(self.accused.get(e.key, 0)),
             "unexplained": e.unexplained,
             "rolls": float(self.rolls),
             "look_alikes": float(len(e.indistinguishable_from)),
@@ -107,7 +107,7 @@ def claims(
     tests: Tests,
     kept: Sequence[str],
 ) -> dict[str, Claim]:
-    """The claim of each name that a search selected, by key.
+    """The claim of each name that a search selected or that stands in the model, by key.
 
     Parameters
     ----------

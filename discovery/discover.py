@@ -28,7 +28,7 @@ from .evidence.lasting_rest import lasting_rests
 from .evidence.limits import as_timed, at_limits, in_step, of_differences
 from .evidence.other_forms import judged_in_logs, other_forms
 from .evidence.own_changes import own_changes
-from .evidence.record_errors import beside, beside_record, record_errors, without_forces
+from .evidence.record_errors import beside, beside_record, record_errors, turning_keys, without_forces
 from .evidence.unjudged_rivals import beside_unjudged
 from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
@@ -291,7 +291,7 @@ def _test(
         invariant=invariance(search, final, model.about),
         changes=changes,
         forms=forms,
-        accused=sum(error.verdict != "no evidence" for error in records),
+        accused=dict.fromkeys(turning_keys(pool), sum(error.verdict != "no evidence" for error in records)),
         rolls=not search.balance.forces,
         several=judged_in_logs(search.balance),
     )

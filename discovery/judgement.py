@@ -38,7 +38,7 @@ REASONS = {
     "gain": Reason.WEAK,
     "worth": Reason.WEAK,
     "rollout_worth": Reason.WEAK,
-    "unlike": Reason.SUBSTITUTE,
+    "unlike": Reason.WEAK,
     "substitute": Reason.SUBSTITUTE,
     "substituted": Reason.SUBSTITUTE,
     "other_form": Reason.OTHER_FORM,
@@ -109,7 +109,7 @@ def features(claim: Claim) -> dict[str, float]:
         "rollout_worth": log(max(claim.worth.force if rollout is None else rollout, _LEAST)),
         "clear": clear,
         "far": max(clear - _FAR, 0.0),
-        "unlike": 0.0 if size.get("rolls") else log(1.0 + max(-size.get("substitute", 0.0), 0.0)),
+        "unlike": 0.0 if size.get("rolls") else _unlike(size.get("substitute")),
         "substitute": 0.0 if size.get("rolls") else asinh(max(size.get("substitute", 0.0), 0.0) / _UNIT),
         "substituted": size.get("substituted", 0.0),
         "other_form": log(1.0 + 10.0 * min(size.get("other_form", 0.0), 3.0)),
@@ -124,6 +124,11 @@ def features(claim: Claim) -> dict[str, float]:
         SHARE: share(claim),
         "rolls": size.get("rolls", 0.0),
     }
+
+
+def _unlike(margin: float | None) -> float:
+    """How little one free force does in the place of a name, on a log scale; plenty where that was not asked."""
+    return _PLENTY["unlike"] if margin is None else log(1.0 + max(-margin, 0.0))
 
 
 def share(claim: Claim) -> float:

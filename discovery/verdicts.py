@@ -10,7 +10,7 @@ from ..physics.frames import AXES, Array
 from ..physics.in_words import listing, words
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .balance.rollout_test import HORIZON, WHOLE_HORIZON, WORSE
+from .balance.rollout_test import WHOLE_HORIZON
 from .candidates.candidate import Candidate, Kind, measurable
 from .claims import Tests
 from .evidence.all_thrusters import ONE, all_thrusters
@@ -18,7 +18,7 @@ from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
 from .findings import NOTHING, Advice, Criterion, Findings, LastingRest
 from .found_effects import LIKELY, MISSING, Claim, FoundEffect, FoundTerm, Verdict
 from .identifiability.visible import Identifiability
-from .judgement import largest_doubt, odds, probability
+from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
 from .lawful.passivity import Lawful
 from .reason import Reason
@@ -26,6 +26,8 @@ from .search.bootstrap import Interval
 from .search.floating import ALIVE, Search
 
 _SAID = ("missing", "likely")
+_MOST = 0.999
+"""Probability that is told of more: nothing is ever certain."""
 _AGREES = 0.15
 """Relative difference of a number between parts of a log, beyond its error, up to which it is one number."""
 _LEAST_FORCE = 1e-3
@@ -308,22 +310,22 @@ def _what_is_wrong(said: Sequence[FoundEffect], nominal: Vehicle, terms: str, pr
 
 
 def _file_numbers(found: FoundEffect, nominal: Vehicle) -> list[tuple[str, float, float]]:
-    """Numbers of an effect that the vehicle file has: symbol, what the log asks for in all, and what the file says."""
+    """Of an effect whose numbers the vehicle file has: symbol, what the log asks for in all, and what the file says."""
     if not BY_NAME[found.effect].added:
         return []
     own = [(term, nominal.value(term.symbol)) for term in found.terms]
-    return [
-        (term.symbol, filed + term.value, filed) for term, filed in own if filed != nominal.parameter(term.symbol).null
-    ]
+    if any(filed == nominal.parameter(term.symbol).null for term, filed in own):
+        return []
+    return [(term.symbol, filed + term.value, filed) for term, filed in own]
 
 
 def _at_best(first: FoundEffect, found: Sequence[FoundEffect]) -> str:
     """What is most probably missing: an effect or one that looks just like it, where that much is known, or perhaps."""
     alike = [f for f in found if f.effect in first.indistinguishable_from and f.effect != first.effect]
-    together = first.confidence + sum(f.confidence for f in alike)
+    together = first.confidence / share(first.claim) if first.claim else 0.0  # what its look-alikes share with it
     if alike and together >= LIKELY:
         either = " or ".join(words(f.key) for f in (first, *alike))
-        return f"{either} is missing ({_percent(min(together, 1.0))} together), and this log cannot tell which"
+        return f"{either} is missing ({_percent(min(together, _MOST))} together), and this log cannot tell which"
     return f"something is missing; perhaps {_listed([first.key])} ({_percent(first.confidence)})"
 
 
@@ -349,11 +351,6 @@ def _criterion(search: Search) -> Criterion:
             f"it alone explains at least {100.0 * settings.materiality:g} % of the {what} on some axis, or "
             f"{100.0 * settings.least:g} %, and {WHOLE_HORIZON:g} s rollouts change by {100.0 * settings.weight:g} % "
             "without it"
-        ),
-        rollouts=(
-            f"5 s rollouts with it, and {WHOLE_HORIZON if search.balance.forces else HORIZON:g} s rollouts of all "
-            "together, are not worse "
-            f"(by {100.0 * WORSE:g} %, and surely so: 95 % intervals from blocks of time)"
         ),
         unit=dict(zip(AXES, search.balance.unit, strict=True)),
         force_scale={a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},

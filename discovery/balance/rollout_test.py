@@ -1,4 +1,4 @@
-"""The second judge: an effect must not make open-loop rollouts worse, whatever the force balance says of it."""
+"""Open-loop rollouts of two models held against each other: by how much one errs more, and how sure that is."""
 
 from collections.abc import Sequence
 from math import ceil
@@ -20,7 +20,7 @@ SPACING = 2.5
 _PARTING = 10.0
 """Distance between starts [s] where two models are only held against each other."""
 WORSE = 0.03
-"""Rise of the logarithm of the mean square rollout error from which an effect is doubted, if it is also sure."""
+"""Rise of the logarithm of the mean square rollout error from which a model is called worse, if it is also sure."""
 FEWEST = 8
 """Rollouts below which nothing is said: as few as a log that is judged by rollouts has."""
 _NO_ERROR = 1e-12

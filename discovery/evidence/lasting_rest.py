@@ -1,8 +1,7 @@
 """What no model takes: force that lasts for seconds, is material, and is left by everything that was found.
 
 Sensor noise and short waves have no mean over some seconds. What a record of the commands that is cut, a cause outside
-the catalogue or anything that changes during a log leaves behind has one. Beside such a rest a name is a stand-in's: of
-the models that were tried it is the least wrong, and the blocks of the log agree on that.
+the catalogue or anything that changes during a log leaves behind has one.
 """
 
 import numpy as np

@@ -56,7 +56,7 @@ def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, ju
         change = rest.own_change(key, tests, _LEAST, copies)
         if change is not None and change.worth > change.chance:
             where, more = parts[change.part].name, "more" if change.share > 0.0 else "less"
-            found[key] = f"{where[0].upper()}{where[1:]} it is {100.0 * abs(change.share):.1g} % {more} than elsewhere."
+            found[key] = f"{where[0].upper()}{where[1:]} it is {100.0 * abs(change.share):.0f} % {more} than elsewhere."
     return found
 
 

@@ -142,20 +142,30 @@ def beside_record(
     kept : keys of the effects in question
     errors : what the record does wrong, see `without_forces`
     """
-    return _beside_turning(search, state.vehicle, kept, errors) | _beside_timing(search, state, kept)
+    turning, timing = _beside_turning(search, state, kept, errors), _beside_timing(search, state, kept)
+    nothing = (0.0, "")
+    return {key: max(turning.get(key, nothing), timing.get(key, nothing)) for key in {**turning, **timing}}
 
 
 def _beside_turning(
-    search: Search, found: Vehicle, kept: Collection[str], errors: Sequence[SensorError]
+    search: Search, state: State, kept: Collection[str], errors: Sequence[SensorError]
 ) -> dict[str, tuple[float, str]]:
     """The same beside a heading that turns too fast for the gyro: all but those that no turn of the boat touches."""
     scales = [error.terms[0].value for error in errors if error.error == "gyro_scale"]
     if not scales:
         return {}
     why = f"the heading turns {1.0 / scales[0]:.3g} times as fast as the gyro says"
-    turns = [c for c in search.pool if c.key in kept and any(p.axis != 0 or "r" in p.form for p in c.parameters)]
+    touched = turning_keys(search.pool)
+    turns = [c for c in search.pool if c.key in kept and c.key in touched]
+    found = state.vehicle
     wrong = found.with_values({s: found.value(s) * scales[0] for c in turns for s in c.symbols})
-    return {c.key: (_change(c, search.nominal, found, wrong), why) for c in turns}
+    sizes = {c.key: _change(c, search.nominal, found, wrong) if c.key in state.active else 1.0 for c in turns}
+    return {key: (size, why) for key, size in sizes.items()}
+
+
+def turning_keys(pool: Sequence[Candidate]) -> frozenset[str]:
+    """Effects that an error of a gyro or a compass may touch: all but those that no turn of the boat touches."""
+    return frozenset(c.key for c in pool if any(p.axis != 0 or "r" in p.form for p in c.parameters))
 
 
 def _beside_timing(search: Search, state: State, kept: Collection[str]) -> dict[str, tuple[float, str]]:

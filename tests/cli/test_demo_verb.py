@@ -48,7 +48,10 @@ def test_a_whole_run_is_written(told: str, folder: Path):
 
 def test_the_quadratic_damping_of_the_simulator_is_named(findings: dict[str, Any], folder: Path):
     missing = {*findings["missing"], *findings["likely"]}
-    assert {"surge_quadratic_damping", "yaw_quadratic_damping"} <= missing
+    assert {"surge_quadratic_damping", "sway_quadratic_damping"} <= missing
+    (yaw,) = [c for c in findings["candidates"] if c["effect"] == "yaw_quadratic_damping"]
+    assert yaw["confidence"] > 0.5, "it removes 3 % of the error, so that its name is only possible"
+    assert yaw["terms"][0]["in_model"] == pytest.approx(-8.0, rel=0.1)
     assert not {"thruster_asymmetry", "steady_current"} & missing
     values = {term["symbol"]: term["value"] for one in findings["candidates"] for term in one["terms"]}
     assert values["X_uu"] == pytest.approx(-8.0, rel=0.05)

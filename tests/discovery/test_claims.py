@@ -54,7 +54,7 @@ def test_what_no_test_concerns_has_no_size():
         (Asked(sensors={DRAG: "an arm"}), "sensors", 1.0),
         (Asked(unjudged={DRAG: "sway lift"}), "unjudged_rival", 1.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(0.6, {"X_uu": 3.0}, told="beside u^3")})), "other_form", 0.6),
-        (Asked(accused=2), "accused", 2.0),
+        (Asked(accused={DRAG: 2}), "accused", 2.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(margin=7.0)})), "substitute", 7.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(margin=-30.0)})), "substitute", -30.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(does=True)})), "substituted", 1.0),
@@ -66,7 +66,7 @@ def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
     assert tests.sizes(NAMED) == pytest.approx({name: size})
     assert name in REASONS
     other = replace(NAMED, key=LIFT)
-    everyones = {"rolls", "accused"}
+    everyones = {"rolls"}
     assert set(tests.sizes(other)) == {name} & everyones, "what is asked of a name is said of no other"
 
 
@@ -217,6 +217,8 @@ def test_a_wide_interval_takes_the_verdict_of_a_name():
 
 
 def test_where_several_logs_are_judged_sizes_of_one_log_are_not_asked():
-    asked = Asked(record={DRAG: (1.0, "commands are cut")}, accused=3, rolls=True, limits={DRAG: "at its limit"})
+    asked = Asked(
+        record={DRAG: (1.0, "commands are cut")}, accused={DRAG: 3}, rolls=True, limits={DRAG: "at its limit"}
+    )
     assert {"record", "accused", "rolls", "at_limit"} == set(asked.sizes(NAMED))
     assert {"at_limit"} == set(replace(asked, several=True).sizes(NAMED))

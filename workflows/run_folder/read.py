@@ -317,9 +317,12 @@ def _found(folder: Path, nominal: Vehicle) -> Findings | None:
     path = folder / "findings.json"
     try:
         found = read_findings(read_bytes(path, MOST_TEXT), path)
-        if not found.steps or not found.steps[-1].values:
-            return found
+    except (OSError, ValueError, RequestError):
+        return None
+    if not found.steps or not found.steps[-1].values:
+        return found
+    try:
         values = values_of_step(load_vehicle(folder / "model.yaml"), nominal)
     except (OSError, ValueError, RequestError, VehicleError):
-        return None
+        return found  # with the digits of findings.json
     return found.but(steps=(*found.steps[:-1], found.steps[-1].but(values=values)))
