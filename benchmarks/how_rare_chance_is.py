@@ -73,10 +73,11 @@ def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
     outside = sum(not low <= share <= high for share, low, high in compared(records))
     parts = [
         "# How rare chance is",
-        f"Written by `{command}`; do not edit. {INTRODUCTION}",
+        INTRODUCTION,
         f"**{outside} of {2 * len(LEVELS)} shares of logs with the noise of sensors alone lie outside these bounds.**",
         in_a_table(head, [*rows, ("an effect earns its price", *paid)]),
         NO_CHANCE,
+        f"Written by `{command}`; do not edit.",
     ]
     return "\n\n".join(parts) + "\n"
 

@@ -12,7 +12,16 @@ from bare_venv import BareVenv
 from places import ROOT
 from type_checkers import by_mypy, by_pyright
 
-BESIDE = ("README.md", "CHANGELOG.md", "LICENSE", "Makefile", "Containerfile", "pyproject.toml", "constraints.txt", "CONTRIBUTING.md")
+BESIDE = (
+    "README.md",
+    "CHANGELOG.md",
+    "LICENSE",
+    "Makefile",
+    "Containerfile",
+    "pyproject.toml",
+    "constraints.txt",
+    "CONTRIBUTING.md",
+)
 """What lies in the root and is no part of the package."""
 HIDDEN = shutil.ignore_patterns(".*", "__pycache__")
 

@@ -102,7 +102,7 @@ def test_fit_refuses_with_a_cure(
 
 def test_refit_is_told_on_the_terminal(place: Path) -> None:
     told = " ".join((place / "told.txt").read_text().split())
-    assert "The model is missing Munk moment, also once its own numbers are calibrated." in told
+    assert "The model is probably missing Munk moment" in told
     energy = "Energy: the damping takes energy out"
     for text in ("Calibrated parameters", "own numbers fitted", "+ Munk moment", energy):
         assert text in told
@@ -116,7 +116,7 @@ def test_refit_is_told_in_the_run_folder_and_on_the_page(place: Path) -> None:
     assert (found["left"], found["absorbed"]) == ([], ["thrust_scale"])
     assert strict((place / "run" / "run.json").read_text())["refit"] is True
     page = (place / "run" / "report.html").read_text()
-    for text in ("Calibrated parameters", "Energy: the damping takes energy out", "Calibrating its parameters and"):
+    for text in ("Calibrated parameters", "Energy: the damping takes energy out"):
         assert text in page
 
 
