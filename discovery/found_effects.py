@@ -13,6 +13,8 @@ from .search.bootstrap import Interval
 from .search.chance import Chance
 
 Verdict = Literal["missing", "likely", "possible", "no evidence"]
+SURE_AT_MOST = 0.999
+"""Probability that is told of more: nothing is ever certain."""
 MISSING, LIKELY = 0.95, 0.8
 """Odds from which an effect is called missing, where its interval excludes the file's value, and likely."""
 

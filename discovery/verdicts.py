@@ -16,7 +16,7 @@ from .claims import Tests
 from .evidence.all_thrusters import ONE, all_thrusters
 from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
 from .findings import NOTHING, Advice, Criterion, Findings, LastingRest
-from .found_effects import LIKELY, MISSING, Claim, FoundEffect, FoundTerm, Verdict
+from .found_effects import LIKELY, MISSING, SURE_AT_MOST, Claim, FoundEffect, FoundTerm, Verdict
 from .identifiability.visible import Identifiability
 from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
@@ -26,8 +26,6 @@ from .search.bootstrap import Interval
 from .search.floating import ALIVE, Search
 
 _SAID = ("missing", "likely")
-_MOST = 0.999
-"""Probability that is told of more: nothing is ever certain."""
 _AGREES = 0.15
 """Relative difference of a number between parts of a log, beyond its error, up to which it is one number."""
 _LEAST_FORCE = 1e-3
@@ -325,7 +323,7 @@ def _at_best(first: FoundEffect, found: Sequence[FoundEffect]) -> str:
     together = first.confidence / share(first.claim) if first.claim else 0.0  # what its look-alikes share with it
     if alike and together >= LIKELY:
         either = " or ".join(words(f.key) for f in (first, *alike))
-        return f"{either} is missing ({_percent(min(together, _MOST))} together), and this log cannot tell which"
+        return f"{either} is missing ({_percent(min(together, SURE_AT_MOST))} together), and this log cannot tell which"
     return f"something is missing; perhaps {_listed([first.key])} ({_percent(first.confidence)})"
 
 

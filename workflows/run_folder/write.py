@@ -82,10 +82,15 @@ def write_run(
             write_page(work)
         return os.listdir(work)
 
+    return _replaced("run", target, build, force=force)
+
+
+def _replaced(what: str, target: Path, build: Callable[[Path], list[str]], *, force: bool) -> Path:
+    """Put what is built in the place of a folder, whole or not at all."""
     try:
         replace_folder(target, build, own_run, force=force)
     except OSError as error:
-        raise RequestError(f"cannot write the run to {target}: {error.strerror or error}") from None
+        raise RequestError(f"cannot write the {what} to {target}: {error.strerror or error}") from None
     return target
 
 
@@ -133,11 +138,7 @@ def write_comparison(
         write_page(work)
         return os.listdir(work)
 
-    try:
-        replace_folder(target, build, own_run, force=force)
-    except OSError as error:
-        raise RequestError(f"cannot write the comparison to {target}: {error.strerror or error}") from None
-    return target
+    return _replaced("comparison", target, build, force=force)
 
 
 def _record(run: Run, target: Path) -> dict[str, Any]:
