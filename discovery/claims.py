@@ -6,6 +6,7 @@ size, relative to the claim, and what is told of it. `judgement` makes a probabi
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 
@@ -106,6 +107,7 @@ def claims(
     intervals: Mapping[str, Interval],
     tests: Tests,
     kept: Sequence[str],
+    without_rest: Mapping[str, Interval] | None = None,
 ) -> dict[str, Claim]:
     """The claim of each name that a search selected or that stands in the model, by key.
 
@@ -114,12 +116,15 @@ def claims(
     evidence : on the candidates; only those that were selected, or stand in the model, are claims
     intervals : 95 % intervals of total values by symbol, widened
     kept : keys of the effects that stand in the model
+    without_rest : the same intervals without what is left unexplained, which is a size of its own and would count
+        twice; as `intervals` where it is not known
     """
+    own = intervals if without_rest is None else without_rest
     known = {candidate.key: candidate for candidate in pool}
     found = {}
     for e in (e for e in evidence if (e.selected or e.key in kept) and e.kind is Kind.EFFECT):
-        clear = clearance(known[e.key], nominal, intervals)
-        sizes = tests.sizes(e) | {"file_value": 1.0 if clear is None else round(1.0 / max(clear, 1e-6), 6)}
+        clear, alone = (clearance(known[e.key], nominal, some) for some in (intervals, own))
+        sizes = tests.sizes(e) | {"file_value": 1.0 if alone is None else round(1.0 / max(alone, 1e-6), 6)}
         found[e.key] = Claim(
             gain=e.gain,
             identity=e.identity,
@@ -138,7 +143,7 @@ def widened(
     nominal: Vehicle,
     tests: Tests,
     apart: Sequence[Vehicle],
-    left: Mapping[str, float],
+    left: Mapping[str, float] = MappingProxyType({}),
 ) -> dict[str, Interval]:
     """Intervals that carry what is left unexplained and the scatter of a number over parts and folds of the log.
 

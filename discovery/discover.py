@@ -209,7 +209,9 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, sensors: Mapping[st
     tests, rests = _test(looked, model, told_of_sensors, sensors)
     left = {e.key: e.left for e in model.evidence if e.selected}
     apart = unseen.steps[-1] if unseen.steps else ()
+    without_rest = widened(model.intervals, search.pool, nominal, tests, apart)
     found = widened(model.intervals, search.pool, nominal, tests, apart, left)
+    kept = (*model.kept, *model.untold)
     selected = search.named(looked.state.active)
     grounds = Grounds(
         search=search,
@@ -217,9 +219,9 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, sensors: Mapping[st
         considered=looked.state.vehicle,
         evidence=model.evidence,
         intervals=found,
-        kept=(*model.kept, *model.untold),
+        kept=kept,
         order=[label for label, _ in told[1:]],
-        claims=claims(model.evidence, search.pool, nominal, found, tests, (*model.kept, *model.untold)),
+        claims=claims(model.evidence, search.pool, nominal, found, tests, kept, without_rest),
         tests=tests,
         known=looked.known,
         included=inclusion(search, looked.state, basis.settings.seed) if search.of_kind(selected, Kind.TERM) else {},

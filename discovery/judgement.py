@@ -11,7 +11,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from math import asinh, exp, log, log10, sqrt
+from math import asinh, exp, log, log10
 from pathlib import Path
 
 from .found_effects import LIKELY, MISSING, Claim, Verdict
@@ -27,9 +27,6 @@ _FAR = 2.0
 _ENOUGH = 6.0
 """Log-likelihood beyond which it does not matter how much worse a rival is: one that holds the name as a special case
 is worse by no more than the price of its other numbers."""
-_NARROWED = 0.1
-"""Share of itself that an interval keeps at least without the rest: of 0.03, 0.1 and 0.3 names of causes that were left
-out are judged best with this (`benchmarks/odds.py`)."""
 SHARE = "share"
 """What is left of the probability of a name that has look-alikes, see `share`: it multiplies the odds of the rest."""
 SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear", "far", "unlike")
@@ -103,7 +100,7 @@ def odds() -> Odds:
 def features(claim: Claim) -> dict[str, float]:
     """What the odds are made of, by name: the four numbers and the sizes of the tests, on scales of like size."""
     size = claim.tests
-    clear = -log(max(_apart_from_rest(claim), 1e-3))
+    clear = -log(max(size.get("file_value", 1.0), 1e-3))
     rollout = claim.worth.rollout
     return {
         "gain": log(1.0 + max(claim.gain, 0.0)),
@@ -127,19 +124,6 @@ def features(claim: Claim) -> dict[str, float]:
         SHARE: share(claim),
         "rolls": size.get("rolls", 0.0),
     }
-
-
-def _apart_from_rest(claim: Claim) -> float:
-    """The half-width of its interval over the distance to the file's value, as it is without what is left unexplained.
-
-    That rest is a feature of its own, and would count twice. As a share of what the name adds it is what is left over
-    the root of the name's worth; where rollouts judge it is not in the interval.
-    """
-    wide = claim.tests.get("file_value", 1.0)
-    if claim.tests.get("rolls"):
-        return wide
-    rest = claim.tests.get("unexplained", 0.0) ** 2 / max(claim.worth.force, 1e-4)
-    return sqrt(max(wide**2 - rest, (_NARROWED * wide) ** 2))
 
 
 def _unlike(margin: float | None) -> float:

@@ -136,6 +136,13 @@ def test_a_value_of_the_file_that_an_interval_holds_is_not_excluded(interval, ex
     assert claim.tests["file_value"] == pytest.approx(size, rel=1e-5)
 
 
+def test_what_is_left_takes_a_verdict_and_counts_once_in_the_odds():
+    wide, narrow = ({"X_uu": Interval(FILE - 10.0 - half, FILE - 10.0 + half)} for half in (12.0, 2.0))
+    claim = claims([NAMED], POOL, HULL, wide, Asked(), (DRAG,), narrow)[DRAG]
+    assert not claim.null_excluded, "of the interval that is told"
+    assert claim.tests["file_value"] == pytest.approx(0.2), "of the one without what is left"
+
+
 def test_only_what_was_selected_or_joins_the_model_is_a_claim():
     left_out = replace(NAMED, selected=False)
     assert claimed(left_out, None, kept=()) == {}
