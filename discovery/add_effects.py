@@ -18,7 +18,7 @@ from .evidence.all_thrusters import all_thrusters
 from .evidence.disagreements import disagreements
 from .evidence.limits import in_step
 from .evidence.other_forms import judged_in_logs
-from .evidence.record_errors import beside_record, record_errors, without_forces
+from .evidence.record_errors import accused, record_errors, without_forces
 from .evidence.weighing import modest, weigh
 from .findings import Findings
 from .fold_findings import Folds
@@ -89,8 +89,7 @@ def add_effects(
     added = [e for e in evidence if e.selected]
     kept = [e.key for e in added]
     sensors = without_forces(basis.forces.motions, basis.rolls)
-    record = {} if judged_in_logs(form) else beside_record(search, state, kept, sensors)
-    tests = Tests(record=record, rolls=basis.rolls)
+    tests = Tests(accused=accused(added, search.pool, sensors), rolls=basis.rolls, several=judged_in_logs(form))
     claimed = claims(added, search.pool, nominal, told, tests, kept)
     asked, sure = dict(_asked(searched, kept)), dict(_sure(searched, kept))
     grounds = Grounds(search, lawful, corrected, added, told, kept, order, claimed, tests, asked=asked, sure=sure)

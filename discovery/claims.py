@@ -23,8 +23,9 @@ from .search.bootstrap import Interval
 
 _FAR = 1e3
 """Size from which it does not matter any more how large a doubt is."""
-_OF_ONE_LOG = ("substitute", "substituted", "other_form", "unexplained", "accused", "record", "rolls")
+_OF_ONE_LOG = ("substitute", "unexplained", "accused", "rolls")
 """Sizes that are of one log."""
+_ACCUSED = "the log's own sensors err ({}), and it may stand in for what that leaves"
 Told = Mapping[str, str]
 """By key of an effect, what a test tells of it, as the end of a sentence."""
 
@@ -36,26 +37,22 @@ class Tests:
     Attributes
     ----------
     limits : whose numbers are a limit's
-    record : by what share of itself it changes where the record of the commands errs, and how that is
-    sensors : what error of the sensors may explain it in its place
     unjudged : rivals that could not be judged
     invariant : its size in the parts of the log
     changes : where, and by how much of itself, its force differs in a part of the log, as a sentence
     forms : forces without a name beside it and in its place
-    accused : how many errors of sensors or of the record are told that a name may meet
+    accused : what share of it an error of the sensors may have made that is told and not corrected for, and which
     rolls : whether rollouts judge
     several : whether they judge several logs, each of which was left out once: what is named there holds in all others,
         and the force balance of coloured noise, clocks and headings of one log are no witness against that
     """
 
     limits: Told = field(default_factory=dict)
-    record: Mapping[str, tuple[float, str]] = field(default_factory=dict)
-    sensors: Told = field(default_factory=dict)
     unjudged: Told = field(default_factory=dict)
     invariant: Mapping[str, Invariance] = field(default_factory=dict)
     changes: Told = field(default_factory=dict)
     forms: OtherForms = field(default_factory=OtherForms)
-    accused: Mapping[str, int] = field(default_factory=dict)
+    accused: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     rolls: bool = False
     several: bool = False
 
@@ -64,13 +61,10 @@ class Tests:
         beside = self.forms.beside.get(e.key)
         listed = {
             Reason.AT_LIMIT: self.limits.get(e.key, "the log asks for more of it than physics allows"),
-            Reason.RECORD: self.record.get(e.key, (0.0, ""))[1],
-            Reason.SENSORS: self.sensors.get(e.key, ""),
+            Reason.SENSORS: _ACCUSED.format(self.accused.get(e.key, (0.0, "a sensor"))[1]),
             Reason.UNJUDGED_RIVAL: self.unjudged.get(e.key, ""),
             Reason.LASTING_REST: f"the model leaves {100.0 * e.unexplained:.0f} % of the force that the file's leaves",
-            Reason.OTHER_FORM: beside.told if beside else "",
-            Reason.SUBSTITUTE: beside.told if beside and beside.told else "one free force explains this log as well",
-            Reason.CHANCE: f"{e.chance.better} of {e.chance.of}" if e.chance else "",
+            Reason.SUBSTITUTE: beside.told if beside else "one free force may explain this log as well",
             Reason.OUT_OF_STEP: f"{e.out_of_step:.2f}",
             Reason.LOOK_ALIKES: ", ".join(map(words, e.indistinguishable_from or (e.rival,))),
         }
@@ -81,16 +75,12 @@ class Tests:
         beside = self.forms.beside.get(e.key)
         sizes = {
             "substitute": beside.margin if beside and beside.margin is not None else 0.0,
-            "substituted": float(beside.does) if beside else 0.0,
-            "other_form": beside.change if beside else 0.0,
             "at_limit": float(e.at_limit or e.key in self.limits),
-            "record": self.record.get(e.key, (0.0, ""))[0],
-            "sensors": float(e.key in self.sensors),
             "out_of_step": e.late,
             "unjudged_rival": float(e.key in self.unjudged),
-            "chance": float(e.chance.better) if e.chance else 0.0,
-            "accused": float(self.accused.get(e.key, 0)),
+            "accused": self.accused.get(e.key, (0.0, ""))[0],
             "unexplained": e.unexplained,
+            "remains": e.remains,
             "rolls": float(self.rolls),
             "look_alikes": float(len(e.indistinguishable_from)),
         }

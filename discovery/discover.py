@@ -25,10 +25,10 @@ from .claims import Tests, claims, widened
 from .evidence.inclusion import inclusion
 from .evidence.invariance import invariance
 from .evidence.lasting_rest import lasting_rests
-from .evidence.limits import as_timed, at_limits, in_step, of_differences
+from .evidence.limits import as_timed, at_limits, in_step
 from .evidence.other_forms import judged_in_logs, other_forms
 from .evidence.own_changes import own_changes
-from .evidence.record_errors import beside, beside_record, record_errors, turning_keys, without_forces
+from .evidence.record_errors import accused, beside, record_errors, without_forces
 from .evidence.unjudged_rivals import beside_unjudged
 from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
@@ -39,7 +39,6 @@ from .hidden_sensors import beside_sensors
 from .kept_effects import settle, steps, too_short, with_untold
 from .lawful.passivity import Lawful, judge, lawful_model
 from .search.bootstrap import Interval, intervals
-from .search.command_resolution import within_resolution
 from .search.floating import State
 from .search.gram import GramScores
 from .selected import Selected
@@ -189,13 +188,8 @@ class _Fitted:
     intervals: dict[str, Interval]
 
 
-def _conclude(looked: Selected, hidden: HiddenErrors | None, sensors: Mapping[str, str]) -> Discovery:
-    """Fit the names that stand under the laws, test them, and say what is known of each.
-
-    Parameters
-    ----------
-    sensors : why a small error of the sensors may do what an effect does, by key
-    """
+def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
+    """Fit the names that stand under the laws, test them, and say what is known of each."""
     basis, nominal, search = looked.basis, looked.basis.nominal, looked.search
     model = _fit(looked)
     told = steps(search, model.state, model.lawful.vehicle, CALIBRATED)
@@ -206,7 +200,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, sensors: Mapping[st
     folds = unseen.counted([key for key in names if key not in model.untold])
     records = without_forces(basis.forces.motions, basis.rolls)
     told_of_sensors = (*records, *(hidden.findings if hidden else ()))
-    tests, rests = _test(looked, model, told_of_sensors, sensors)
+    tests, rests = _test(looked, model, told_of_sensors)
     left = {e.key: e.left for e in model.evidence if e.selected}
     apart = unseen.steps[-1] if unseen.steps else ()
     without_rest = widened(model.intervals, search.pool, nominal, tests, apart)
@@ -268,9 +262,7 @@ def _fit(looked: Selected) -> _Fitted:
     return _Fitted(evidence, final, kept, untold, about, lawful, as_timed(found, search.pool))
 
 
-def _test(
-    looked: Selected, model: _Fitted, records: Sequence[SensorError], sensors: Mapping[str, str]
-) -> tuple[Tests, tuple[LastingRest, ...]]:
+def _test(looked: Selected, model: _Fitted, records: Sequence[SensorError]) -> tuple[Tests, tuple[LastingRest, ...]]:
     """Ask every test of every name that was selected; and what lasts and is explained by nothing."""
     search, (forces, there), seed = looked.search, looked.forces, looked.basis.settings.seed
     selected = (*search.named(looked.state.active), *model.untold)
@@ -281,19 +273,13 @@ def _test(
         forms = formed()
     hand_back()
     final, pool = model.state, search.pool
-    record = {key: (1.0, why) for key, why in within_resolution(search, final).items()}
-    if not judged_in_logs(search.balance):
-        record = beside_record(search, final, selected, records) | record
-    record |= {key: (1.0, why) for key, why in of_differences(pool, selected, looked.motions).items()}
     tests = Tests(
         limits=_limits(looked, model),
-        record=record,
-        sensors=sensors,
         unjudged=unjudged,
         invariant=invariance(search, final, model.about),
         changes=changes,
         forms=forms,
-        accused=dict.fromkeys(turning_keys(pool), sum(error.verdict != "no evidence" for error in records)),
+        accused=accused(model.evidence, pool, records),
         rolls=not search.balance.forces,
         several=judged_in_logs(search.balance),
     )

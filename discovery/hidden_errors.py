@@ -13,7 +13,6 @@ from .found_effects import FoundTerm
 
 _LEAST = (0.05, 0.05, 0.02)
 """Sizes from which an error matters [m, m, rad]."""
-A_LITTLE = "were the sensors off by a little"
 ARM, COMPASS = "mount", "compass_constant"
 """Names of the corrections for a lever arm, and for a heading that lacks something."""
 
@@ -79,17 +78,6 @@ class HiddenErrors:
             error = "compass_deviation"
             found.append(SensorError(error=error, verdict="present", sentence=told, terms=terms, correction=COMPASS))
         return tuple(found)
-
-    @property
-    def beside(self) -> str:
-        """Where a log may hold them, as the beginning of a sentence."""
-        parts = []
-        if self.arm_x or self.arm_y:
-            ahead, aside = f"{self.arm_x:+.2f} m ahead", f"{self.arm_y:+.2f} m to starboard"
-            parts.append(f"speeds measured {ahead} and {aside} of the origin")
-        if self.compass:
-            parts.append(f"a heading that lacks {np.degrees(self.compass):+.1f} degrees")
-        return f"beside {' and '.join(parts)}" if parts else A_LITTLE
 
 
 NONE = HiddenErrors(0.0, 0.0, 0.0)

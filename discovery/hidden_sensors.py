@@ -5,11 +5,10 @@ that were turned into the body by a heading that is off by a constant. What they
 with many effects at once, each a stand-in; taken away, the few that are real remain.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +20,7 @@ from ..physics.motion import Motion
 from ..physics.stage import Say, Stage
 from .basis import Basis, beside_few, choose
 from .candidates.candidate import Kind
-from .hidden_errors import A_LITTLE, NONE, HiddenErrors
+from .hidden_errors import NONE, HiddenErrors
 from .search.beside_errors import Beside, best_beside
 from .search.command_resolution import leaves_structure
 from .search.floating import Search, State
@@ -33,9 +32,9 @@ _USUAL = (1.0, 1.0, 0.2)
 _STEP = 0.1
 """Share of these by which a column is taken: the motion is all but linear in so little."""
 _ASKS, _BETTER = 4.0, 10.0
-"""Log-likelihood that such errors must earn beside the model that was found for a second search to be tried, and for an
-effect that is not asked for beside them to be no longer certain; and that the second must be better by, their price
-paid. Right sensors earn less than one, and wrong ones no more than five where a dozen effects stand in for them."""
+"""Log-likelihood that such errors must earn beside the model that was found for a second search to be tried, and that
+this must be better by, their price paid. Right sensors earn less than one, and wrong ones no more than five where a
+dozen effects stand in for them."""
 _SETTLED = {False: 0.003, True: 0.02}
 """Change of an estimate, in units of what is usual, from which it stays: without noise of sensors, and with it."""
 _ROUNDS = 4
@@ -46,22 +45,17 @@ an arm left three quarters, an arm that was there less than a sixth, of that whi
 
 
 class BesideSensors(NamedTuple):
-    """What was found, the errors of the sensors that were taken out for it, and why effects are not certain beside any.
-
-    `doubts` are ends of sentences, by the key of an effect.
-    """
+    """What was found, and the errors of the sensors that were taken out for it."""
 
     looked: Selected
     errors: HiddenErrors | None = None
-    doubts: Mapping[str, str] = MappingProxyType({})
 
 
 def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
     """What is found, or what is found without an error of the sensors, where the force balance asks for one.
 
     Where rollouts judge, a third of what stood unexplained may be left without it; they are not asked of a log that
-    forces explain without it. Where the log asks less plainly, nothing is corrected: effects that it asks for no longer
-    beside the error are not certain.
+    forces explain without it. Where the log asks less plainly, nothing is corrected.
     """
     before = Selection(basis, say)
     if basis.forces.claimed:
@@ -73,7 +67,7 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
     if first and at_once and not _as_few_forces(first, at_once):
         return at_once
     looked = before.settled
-    earned, doubts = _earned(looked.search, looked.state) if looked else (0.0, {})
+    earned = _earned(looked.search, looked.state) if looked else 0.0
     estimate = None
     if before.unsettled or (looked and _crowded(looked.search, looked.state)):
         estimate = asked if much else _asked(basis)
@@ -82,20 +76,7 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
     corrected = None
     if estimate is not None:
         corrected = _corrected(before, looked, estimate, partial(_selected, before))
-    if corrected is None and looked is None:  # where no model and no errors explain a log, rollouts judge it anyway
-        _, doubts = _earned(before.selected.search, before.selected.state)
-    if corrected is None and at_once is not None:
-        doubts = _doubted_by(at_once, before.selected) | doubts
-    return corrected or BesideSensors(before.selected, None, doubts)
-
-
-def _doubted_by(simpler: BesideSensors, found: Selected) -> dict[str, str]:
-    """Why effects are not certain without which fewer causes, errors of the sensors among them, explain a log."""
-    errors, named = simpler.errors or NONE, _named(simpler.looked)
-    more = [key for key in _named(found) if key not in named]
-    if len(_named(found)) <= len(named) + errors.many:
-        return {}
-    return dict.fromkeys(more, f"{errors.beside}, the log would not ask for it")
+    return corrected or BesideSensors(before.selected)
 
 
 def _asked_while_searching(basis: Basis, before: Selection) -> Array | None:
@@ -128,13 +109,11 @@ def _crowded(search: Search, state: State) -> bool:
     return bool(search.of_kind(named, Kind.TERM)) or len(named) >= search.settings.large
 
 
-def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
-    """What errors of the sensors earn beside a model, and why effects of it are not certain beside them, by key."""
+def _earned(search: Search, state: State) -> float:
+    """What errors of the sensors earn beside a model."""
     if not search.named(state.active):
-        return 0.0, {}
-    here = Beside(search, _columns(search, state), state)
-    told = f"{HiddenErrors.of(here.errors * _USUAL).beside}, the log would not ask for it"
-    return here.earned, dict.fromkeys(here.unneeded if here.earned >= _ASKS else (), told)
+        return 0.0
+    return Beside(search, _columns(search, state), state).earned
 
 
 def _corrected(
@@ -152,7 +131,7 @@ def _corrected(
     basis, say = before.given, before.say
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
     best: Selection | None = None
-    found, unsure = None, ()
+    found = None
     worth = np.inf if against is None else against.state.score - _BETTER
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
@@ -168,7 +147,6 @@ def _corrected(
             break
         best, found, worth = other, errors, state.score + paid
         end = min(shared(partial(_end, search), (state, None)), key=lambda end: end.worth)
-        unsure = sorted(({*search.named(state.active)} - {*end.active}) | {*end.unneeded})
         more = end.errors
         if np.abs(more).max() < _SETTLED[basis.sensed]:
             break
@@ -181,7 +159,7 @@ def _corrected(
     looked = best.selected
     notes = (*filter(None, [basis.part]), *looked.notes)
     looked = replace(looked, basis=replace(looked.basis, part=basis.part), notes=notes)
-    return BesideSensors(looked, found, dict.fromkeys(unsure, f"{A_LITTLE} more, the log would not ask for it"))
+    return BesideSensors(looked, found)
 
 
 def _explained_by_one(begun: Basis) -> Selection | None:
@@ -252,18 +230,16 @@ def _beside(search: Search, begin: State | None = None) -> Beside:
 
 
 class _End(NamedTuple):
-    """Where a search beside errors of the sensors ends: its worth, effects, which are not needed there, and errors."""
+    """Where a search beside errors of the sensors ends: its worth, and the errors."""
 
     worth: float
-    active: tuple[str, ...]
-    unneeded: tuple[str, ...]
     errors: Array
 
 
 def _end(search: Search, begin: State | None) -> _End:
     """See `_beside`; what another process can hand back."""
     there = _beside(search, begin)
-    return _End(there.worth(), there.state.active, there.unneeded, there.errors)
+    return _End(there.worth(), there.errors)
 
 
 def _asked(basis: Basis) -> Array | None:

@@ -11,7 +11,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from math import asinh, exp, log, log10
+from math import asinh, exp, log, sqrt
 from pathlib import Path
 
 from .found_effects import LIKELY, MISSING, Claim, Verdict
@@ -24,6 +24,8 @@ _UNIT = 5.0
 """Log-likelihood that tells two models apart: margins count in its multiples."""
 _FAR = 2.0
 """Logarithm of the half-widths of its interval from which a number is far from the file's own: 7 of them."""
+_TRIFLE, _DROWNED = 1e-4, 30.0
+"""Share of the squared error that is a trifle, and multiple of its force by which what is left drowns a name."""
 _ENOUGH = 6.0
 """Log-likelihood beyond which it does not matter how much worse a rival is: one that holds the name as a special case
 is worse by no more than the price of its other numbers."""
@@ -40,16 +42,12 @@ REASONS = {
     "rollout_worth": Reason.WEAK,
     "unlike": Reason.WEAK,
     "substitute": Reason.SUBSTITUTE,
-    "substituted": Reason.SUBSTITUTE,
-    "other_form": Reason.OTHER_FORM,
     "at_limit": Reason.AT_LIMIT,
-    "record": Reason.RECORD,
-    "sensors": Reason.SENSORS,
     "out_of_step": Reason.OUT_OF_STEP,
     "unjudged_rival": Reason.UNJUDGED_RIVAL,
     "accused": Reason.SENSORS,
-    "chance": Reason.CHANCE,
     "unexplained": Reason.LASTING_REST,
+    "remains": Reason.LASTING_REST,
     "rolls": Reason.WEAK,
 }
 """The doubt that each feature is."""
@@ -110,17 +108,13 @@ def features(claim: Claim) -> dict[str, float]:
         "clear": clear,
         "far": max(clear - _FAR, 0.0),
         "unlike": 0.0 if size.get("rolls") else _unlike(size.get("substitute")),
-        "substitute": 0.0 if size.get("rolls") else asinh(max(size.get("substitute", 0.0), 0.0) / _UNIT),
-        "substituted": size.get("substituted", 0.0),
-        "other_form": log(1.0 + 10.0 * min(size.get("other_form", 0.0), 3.0)),
+        "substitute": max(min(size.get("substitute", 0.0) / max(claim.gain, 1.0), 1.0), -1.0),
         "at_limit": size.get("at_limit", 0.0),
-        "record": size.get("record", 0.0),
-        "sensors": size.get("sensors", 0.0),
         "out_of_step": min(size.get("out_of_step", 0.0), 2.0),
         "unjudged_rival": size.get("unjudged_rival", 0.0),
-        "accused": log(1.0 + size.get("accused", 0.0)),
-        "chance": log10(1.0 + size.get("chance", 0.0)),
-        "unexplained": log(1.0 + 10.0 * size.get("unexplained", 0.0)),
+        "remains": size.get("remains", 0.0),
+        "accused": size.get("accused", 0.0),
+        "unexplained": log(1.0 + 10.0 * _left(claim)),
         SHARE: share(claim),
         "rolls": size.get("rolls", 0.0),
     }
@@ -129,6 +123,11 @@ def features(claim: Claim) -> dict[str, float]:
 def _unlike(margin: float | None) -> float:
     """How little one free force does in the place of a name, on a log scale; plenty where that was not asked."""
     return _PLENTY["unlike"] if margin is None else log(1.0 + max(-margin, 0.0))
+
+
+def _left(claim: Claim) -> float:
+    """Force that the model leaves beyond noise, as a multiple of what the name explains; at most `_DROWNED`."""
+    return min(claim.tests.get("unexplained", 0.0) / sqrt(max(claim.worth.force, _TRIFLE)), _DROWNED)
 
 
 def share(claim: Claim) -> float:

@@ -12,8 +12,11 @@ _FORMER = {
     "untold": "weak",
     "rollouts_object": "weak",
     "mostly_doubted": "lasting_rest",
+    "chance": "weak",
     "crowd": "lasting_rest",
     "uneven": "lasting_rest",
+    "other_form": "substitute",
+    "record": "sensors",
 }
 """Words of earlier versions, and what stands in their place."""
 
@@ -43,9 +46,7 @@ class Reason(Worded):
     FILE_VALUE = ("file_value", f"{_IN}{{told}}. ({{meaning}})")
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")
     SUBSTITUTE = ("substitute", "Perhaps only the nearest name for something else: {told}. ({meaning})")
-    OTHER_FORM = ("other_form", "Perhaps only the nearest name for something else: {told}. ({meaning})")
     AT_LIMIT = ("at_limit", "Doubtful: {told}. ({meaning})")
-    RECORD = ("record", f"{_IN}{{told}}. ({{meaning}})")
     SENSORS = ("sensors", f"{_IN}{{told}}. ({{meaning}})")
     OUT_OF_STEP = (
         "out_of_step",
@@ -56,10 +57,6 @@ class Reason(Worded):
     UNJUDGED_RIVAL = (
         "unjudged_rival",
         f"{_IN}{{told}}, which needs a velocity that may be wrong and was not judged, would do as well. ({{meaning}})",
-    )
-    CHANCE = (
-        "chance",
-        "Perhaps: in {told} rehearsals of nothing, with this log's own noise, some effect looked as good. ({meaning})",
     )
     WEAK = ("weak", "Perhaps: {lowered} The evidence is below what undertow demands.")
     NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)

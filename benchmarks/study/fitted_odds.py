@@ -24,8 +24,8 @@ RIDGES = (1e-4, 1e-3, 3e-3)
 more told 90 % of names of which all were true."""
 FOLDS = 5
 FEATURES = (
-    *("gain", "worth", "rollout_worth", "clear", "far", "unlike", "substitute", "substituted", "at_limit"),
-    *("record", "sensors", "out_of_step", "unjudged_rival", "unexplained", "accused", "rolls"),
+    *("rollout_worth", "clear", "far", "unlike", "substitute", "at_limit"),
+    *("out_of_step", "unjudged_rival", "unexplained", "accused", "rolls"),
 )
 """What the odds are made of: of all features those that stop more than they cost (`ablation.py`). Taken one by one for
 what each adds to the log score they change with every hundred names, and leave out what few tuning worlds have."""
@@ -36,7 +36,6 @@ LIMITS = {
     "rollout_worth": 0.02,
     "file_value": 1.0,
     "substitute": 0.0,
-    "other_form": 0.3,
     "out_of_step": 1.0,
 }
 """Limits at which a test alone would stop a name: gain and identity below (log-likelihood; identity e^3 to one), worth

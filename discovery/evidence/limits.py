@@ -21,10 +21,6 @@ _TOGETHER = (
     "the common scale and every thruster's own are fitted at once, and only their products move a force, so that the "
     "log cannot tell one of them from the others"
 )
-_DIFFERENCES = (
-    "the speeds of this log are differences of its positions, whose noise looks like another mass; give a log with "
-    "measured speeds"
-)
 _SLACK = 0.05
 """Share of an interval's width by which an estimate may lie beyond its end: rounding, and steps of a profile."""
 _RIGID_BODY = ("x_g", "y_g", "mass", "inertia_z")
@@ -81,13 +77,6 @@ def at_limits(
         if why:
             found[candidate.key] = why
     return found
-
-
-def of_differences(pool: Sequence[Candidate], kept: Sequence[str], motions: Sequence[Motion]) -> dict[str, str]:
-    """Why effects of mass are not certain on logs whose speeds are derived from positions, by key."""
-    if not any(any(motion.derived[:2]) for motion in motions):
-        return {}
-    return {c.key: _DIFFERENCES for c in pool if c.key in kept and c.effect.family == "mass"}
 
 
 def clearance(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> float | None:

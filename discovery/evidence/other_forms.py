@@ -1,11 +1,11 @@
-"""Whether what was named keeps its size beside forms that have no name: a cause does, a stand-in gives way.
+"""What becomes of named effects beside forces that have no name, and of such a force in their place.
 
 A drag that sets in at some speed is fitted by linear and quadratic drag together, thrust that is lost in turns by a
 weaker thruster. Such names are right about the axis and wrong about the cause, and every block of the log agrees on
 them. So the rest of the model is searched for anything that follows motion, thrust, heading or time (see `free_forms`),
 by forward selection, and what no copy of the rest would have shown stays beside the model. An effect whose force then
-becomes another was the nearest name for something else (extreme bounds; Leamer 1985). Where the model is right nothing
-is left to follow, and nothing is doubted.
+becomes another was the nearest name for something else (extreme bounds; Leamer 1985): its interval is as wide as that.
+Where the model is right nothing is left to follow.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,41 +14,40 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...physics.frames import AXES
-from ...physics.in_words import words
 from ..balance.base import Balance
 from ..balance.weak_form import WeakForm
+from ..candidates.candidate import Kind
 from ..candidates.free_forms import free_forms, several
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.noise_copies import NoiseCopies
-from .in_place import Substitute, in_place, in_question
-from .rest_beside_forms import Change, FormColumns, RestBesideForms
-from .weighing import parameter_total
-
-_SLIGHT = 0.05
-"""Share of its force from which a change is worth a word."""
+from .in_place import in_place
+from .rest_beside_forms import FormColumns, RestBesideForms
+from .weighing import TELL_APART
 
 
 class Beside(NamedTuple):
-    """What becomes of an effect beside the forms, or of them in its place.
+    """What becomes of an effect beside the forms, and of one of them in its place.
 
     Attributes
     ----------
     change : share of its force by which it changes beside the forms that the rest follows
-    by : change of each of its numbers, by symbol: what is left widens its interval
+    by : change of each of its numbers, by symbol, beside them: it widens its interval
     margin : log-likelihood by which one free force in its place explains more than it does; below nothing: less
-    does : whether a force does in its place, or in that of a group it belongs to
-    told : what is told of it, as the end of a sentence
-    form : that force, or the form beside which it changes
+    form : what that force follows
     """
 
     change: float = 0.0
     by: Mapping[str, float] = {}
     margin: float | None = None
-    does: bool = False
-    told: str = ""
     form: OtherForm | None = None
+
+    @property
+    def told(self) -> str:
+        """How a free force does in its place, as the end of a sentence."""
+        if self.form is None or self.margin is None:
+            return "one free force may explain this log as well"
+        return f"in its place {self.form.in_words} does {'as well' if self.margin > -TELL_APART else 'nearly as well'}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,47 +76,17 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     weak = search.balance
     assert isinstance(weak, WeakForm), "forms are looked for on the force balance"
     columns = FormColumns(search, state, seen, free_forms(weak, state.vehicle, judge.blind))
-    rest = RestBesideForms(columns)
-    margins: dict[str, Substitute] = {}
-    doing: dict[str, tuple[OtherForm, str]] = {}
-    for group in in_question(search, state.active):
-        one = in_place(columns, rest, group, judge)
-        if one is None:
-            continue
-        if len(group.keys) == 1:
-            margins[group.keys[0]] = one
-        if one.does:
-            listed = " and ".join(words(key) for key in group.keys)
-            doing |= dict.fromkeys(group.keys, (one.form, f"in place of {listed}, {one.form.in_words} does as well"))
+    whole, rest = RestBesideForms(columns), RestBesideForms(columns)
     found = tuple(rest.followed(NoiseCopies(search.balance, state.vehicle, seed)))
+    asked = {c.key: c for c in search.pool if c.kind is Kind.EFFECT and not c.effect.general}
     beside = {}
     for key in there:
-        change = rest.change(key) if found else None
-        form, told = doing.get(key, (None, ""))
-        if change is not None and not told and change.share >= _SLIGHT:
-            form, told = _given_way(columns, key, change, found)
-        single = margins.get(key)
-        beside[key] = Beside(
-            change.share if change else 0.0,
-            change.by if change else {},
-            single.margin if single else None,
-            key in doing,
-            told,
-            form,
-        )
+        single = in_place(columns, whole, asked[key], judge) if key in asked else None
+        change, by = rest.change(key) if found else (0.0, {})
+        beside[key] = Beside(change, by, single.margin, single.form) if single else Beside(change, by)
     return OtherForms(found, beside)
 
 
 def judged_in_logs(judge: Balance) -> bool:
     """Whether rollouts of several logs judged: what they name holds in each, and the balance of one is no witness."""
     return not judge.forces and several(np.concatenate([motion.minutes for motion in judge.motions]))
-
-
-def _given_way(columns: FormColumns, key: str, change: Change, found: Sequence[OtherForm]) -> tuple[OtherForm, str]:
-    """The form that an effect gives way to, on an axis on which it acts if there is one, and what is told of that."""
-    (candidate,) = (c for c in columns.search.pool if c.key == key)
-    symbol = max(change.by, key=lambda s: abs(change.by[s]))
-    value = parameter_total(columns.search.nominal, candidate, columns.state.vehicle, symbol)
-    form = next((form for form in found if change.axes[AXES.index(form.axis)]), found[0])
-    others = f" and {len(found) - 1} more" if len(found) > 1 else ""
-    return form, f"beside {form.in_words}{others}, {symbol} is {value + change.by[symbol]:.3g} instead of {value:.3g}"

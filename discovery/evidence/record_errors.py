@@ -1,6 +1,6 @@
 """What the log's own record is found to do wrong, beside which every effect was judged."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -9,20 +9,18 @@ import numpy as np
 from ...measurements.compass import Compass
 from ...measurements.kinematics import compass_shown, gyro_lateness, turning_of
 from ...physics.effects import BY_NAME, COMMAND_OFFSET
+from ...physics.in_words import listing, words
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.sensor_errors import STRAIGHT_RUNS
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
-from ..candidates.linearisation import Option
 from ..findings import Findings, SensorError
 from ..found_effects import FoundEffect, FoundTerm
 from ..reason import Reason
 from ..search.bootstrap import Interval
-from ..search.floating import Search, State
-from ..search.neighbours import apply_fit
 from ..search.scoring import Scoring
-from .weighing import found_terms
+from .weighing import Evidence, found_terms
 
 _MATERIAL = 0.2
 """Share of the time between two records from which an offset is worth a word: less is how the averages fall."""
@@ -131,73 +129,21 @@ def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
     return tuple(found)
 
 
-def beside_record(
-    search: Search, state: State, kept: Collection[str], errors: Sequence[SensorError]
+def accused(
+    evidence: Sequence[Evidence], pool: Sequence[Candidate], errors: Sequence[SensorError]
 ) -> dict[str, tuple[float, str]]:
-    """By what share of itself an effect would change beside a record whose clocks or headings contradict it, and why.
+    """What share of what each name explains an error of the sensors may have made, and which, by key of the effect.
 
-    Parameters
-    ----------
-    state : the model
-    kept : keys of the effects in question
-    errors : what the record does wrong, see `without_forces`
+    Errors that are told and that nothing was corrected for. They are of headings and turn rates: what a name explains
+    in surge they did not make, unless it goes with the turn rate.
     """
-    turning, timing = _beside_turning(search, state, kept, errors), _beside_timing(search, state, kept)
-    nothing = (0.0, "")
-    return {key: max(turning.get(key, nothing), timing.get(key, nothing)) for key in {**turning, **timing}}
-
-
-def _beside_turning(
-    search: Search, state: State, kept: Collection[str], errors: Sequence[SensorError]
-) -> dict[str, tuple[float, str]]:
-    """The same beside a heading that turns too fast for the gyro: all but those that no turn of the boat touches."""
-    scales = [error.terms[0].value for error in errors if error.error == "gyro_scale"]
-    if not scales:
+    told = listing([words(e.what) for e in errors if e.verdict != "no evidence" and not e.correction])
+    if not told:
         return {}
-    why = f"the heading turns {1.0 / scales[0]:.3g} times as fast as the gyro says"
-    touched = turning_keys(search.pool)
-    turns = [c for c in search.pool if c.key in kept and c.key in touched]
-    found = state.vehicle
-    wrong = found.with_values({s: found.value(s) * scales[0] for c in turns for s in c.symbols})
-    sizes = {c.key: _change(c, search.nominal, found, wrong) if c.key in state.active else 1.0 for c in turns}
-    return {key: (size, why) for key, size in sizes.items()}
-
-
-def turning_keys(pool: Sequence[Candidate]) -> frozenset[str]:
-    """Effects that an error of a gyro or a compass may touch: all but those that no turn of the boat touches."""
-    return frozenset(c.key for c in pool if any(p.axis != 0 or "r" in p.form for p in c.parameters))
-
-
-def _beside_timing(search: Search, state: State, kept: Collection[str]) -> dict[str, tuple[float, str]]:
-    """The same where commands are off by more than one step of their record: what an effect is if they are on time.
-
-    Late commands lag behind what they drive: less drag, another thrust, another inertia.
-    """
-    offsets = [c for c in search.pool if c.kind is Kind.SENSOR and c.key in state.active]
-    if not any(limit_at(p, state.vehicle.value(p.symbol)) is not None for c in offsets for p in c.parameters):
-        return {}
-    why = "the commands may act at another time than their record says, by more than one step of it"
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    late = {key: linear.options[key][0] for key in state.active}
-    on_time = late | {c.key: linear.options[c.key][1] for c in offsets}
-    there, here = (
-        apply_fit(state.vehicle, options, search.fit(scores, options)) for options in map(_listed, (late, on_time))
-    )
-    asked = [c for c in search.pool if c.key in kept and c.kind is not Kind.SENSOR]
-    return {c.key: (_change(c, search.nominal, there, here) if c.key in late else 1.0, why) for c in asked}
-
-
-def _listed(options: Mapping[str, Option]) -> list[Option]:
-    return list(options.values())
-
-
-def _change(candidate: Candidate, nominal: Vehicle, before: Vehicle, after: Vehicle) -> float:
-    """The largest change of a number, as a share of what the effect makes of the file's; all of it at most."""
-    shares = [
-        abs(after.value(s) - before.value(s)) / max(abs(before.value(s) - nominal.value(s)), 1e-12)
-        for s in candidate.symbols
-    ]
-    return float(min(max(shares, default=0.0), 1.0))
+    turns = {c.key for c in pool if any("r" in p.form for p in c.parameters)}
+    own = {e.key: np.square(e.share) for e in evidence if e.selected}
+    sizes = {key: 1.0 if key in turns else float(s[1:].sum() / max(s.sum(), 1e-300)) for key, s in own.items()}
+    return {key: (size, told) for key, size in sizes.items()}
 
 
 def compass_error(compass: Compass) -> tuple[SensorError, ...]:

@@ -4,7 +4,7 @@ Forward selection on products that are cleared of what sensor noise adds to them
 does in any of 999 copies of the rest, and keep what it promises.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
 from copy import copy
 from typing import NamedTuple, Self
 
@@ -39,23 +39,10 @@ _TRIED = 10
 
 
 class OneForm(NamedTuple):
-    """The form that explains most alone, the log-likelihood that is lost with it, and what it leaves, (3, tests).
-
-    The smaller its worth the better; places are the axis and the form, of one cause on several axes one on each.
-    """
+    """The form that explains most alone, and the log-likelihood that is lost with it: the smaller the better."""
 
     form: OtherForm
     worth: float
-    places: tuple[tuple[int, int], ...]
-    left: Array
-
-
-class Change(NamedTuple):
-    """By how much an effect's force changes beside the forms, as a share of it, and its numbers, by symbol."""
-
-    share: float
-    by: Mapping[str, float]
-    axes: NDArray[np.bool_]
 
 
 class OwnChange(NamedTuple):
@@ -88,12 +75,6 @@ class FormColumns:
         other = copy(self)
         other.forms = forms
         return other
-
-    def axes(self, keys: Sequence[str]) -> NDArray[np.bool_]:
-        """The axes on which effects act by what may matter at all, (3,)."""
-        gone = [self.linear.options[key][1].offset for key in keys]
-        size = np.sqrt((self.linear.columns[:, :, gone].sum(axis=2) ** 2).mean(axis=0))
-        return size > self.search.settings.least * self.search.force_scale
 
     def same(self, keys: Sequence[str]) -> NDArray[np.bool_]:
         """Which forms are effects by another name: nothing of them is new beside the columns of these, (3, forms)."""
@@ -157,21 +138,7 @@ class RestBesideForms:
         if best is None:
             return None
         axis, form, worth = best
-        beside = self.beside((axis, form))
-        return OneForm(self._told(axis, form, drops), worth, ((axis, form),), beside.left)
-
-    def in_one_on_each(self, barred: NDArray[np.bool_], axes: Collection[int]) -> OneForm | None:
-        """The same with a form on each of some axes, the one that explains most first: of one cause that acts there."""
-        one, rest = None, self
-        for _ in axes:
-            done = [axis for axis, _ in one.places] if one else []
-            open_ends = np.isin(np.arange(3), [axis for axis in axes if axis not in done])
-            more = rest.in_one(barred | ~open_ends[:, None])
-            if more is None:
-                break
-            one = more if one is None else OneForm(one.form, more.worth, (*one.places, *more.places), more.left)
-            rest = self.beside(*one.places)
-        return one
+        return OneForm(self._told(axis, form, drops), worth)
 
     def beside(self, *places: tuple[int, int]) -> Self:
         """The same beside more forms, each of an axis."""
@@ -203,22 +170,21 @@ class RestBesideForms:
             found.append(self._told(axis, form, drops))
         return found
 
-    def change(self, key: str) -> Change | None:
-        """How an effect's force changes beside the forms that were taken; None for one that nothing moves."""
+    def change(self, key: str) -> tuple[float, dict[str, float]]:
+        """By what share of its force an effect changes beside the forms that were taken, and its numbers, by symbol."""
         option, gone, *_ = self._of.linear.options[key]
         free = dict(zip(option.free, option.symbols, strict=True))
         own = {free[k]: place for place, k in enumerate(self._moved.tolist()) if k in free}
         if option.kind is not Kind.EFFECT or not own:
-            return None
+            return 0.0, {}
         moved, (normal, right, _) = self._moved.size, self._system()
         # What the fit itself moves is not the doing of the forms: rollouts may have judged, and not this balance.
         by = np.linalg.solve(normal, right)[:moved]
         by -= np.linalg.solve(normal[:moved, :moved], right[:moved])
-        force = {symbol: self._columns[:, :, place] * by[place] for symbol, place in own.items()}
+        force = sum(self._columns[:, :, place] * by[place] for place in own.values())
         whole = self._of.linear.columns[:, :, gone.offset].T * self._of.weight[:, None]
-        share = _size(np.asarray(sum(force.values()))) / max(_size(whole), _NOTHING)
-        changes = {symbol: float(by[place]) for symbol, place in own.items()}
-        return Change(share, changes, (whole != 0.0).any(axis=1))
+        share = _size(np.asarray(force)) / max(_size(whole), _NOTHING)
+        return share, {symbol: float(by[place]) for symbol, place in own.items()}
 
     def own_change(self, key: str, parts: NDArray[np.bool_], least: float, copies: NoiseCopies) -> OwnChange | None:
         """The part of the log in which an effect's own force differs most from what it is elsewhere, if it does.

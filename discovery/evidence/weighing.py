@@ -65,6 +65,7 @@ class Evidence:
     rival : that rival; empty where there is none
     worth : share of the nominal model's squared error that it removes beside the others, on the axis where that is most
     rollout_worth : the same of the squared errors of rollouts
+    remains : share of the squared error of rollouts without it that stays with it, on that axis
     left : force that the model leaves beyond sensor noise on the axes of the effect, as a multiple of its own; 0 where
         rollouts judge, of which the weather leaves much that follows no effect
     unexplained : the same as a share of what the nominal model leaves there
@@ -100,6 +101,7 @@ class Evidence:
     rival: str = ""
     worth: float = 0.0
     rollout_worth: float | None = None
+    remains: float = 1.0
     left: float = 0.0
     unexplained: float = 0.0
 
@@ -231,7 +233,10 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     enough = _clear(search)
     near = state.score + _NEAR * enough
     quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes])
-    best = {key: min(q for q, option in zip(quick, shapes, strict=True) if option.key == key) for key in others}
+    with_both = _gains(search, scores, now, [(option,) for option in shapes])
+    best: dict[str, float] = {}
+    for option, instead, beside in zip(shapes, quick, with_both, strict=True):
+        best[option.key] = min(best.get(option.key, np.inf), instead + beside)
     worse = {key: score - state.score for key, score in best.items()}
     for key in sorted(others, key=lambda key: best[key]):
         # Beside one rival nothing is certain: of the others it is enough that they are foretold to do as well.
@@ -239,11 +244,12 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
             rivals.append(key)
         elif key in alike or best[key] < near:
             start = search.replace(state, candidate.key, key, linear, scores)
-            worse[key] = start.score - state.score
-            if start.score < state.score + enough or not _in_every_part(search, start, state, model.seed):
+            own = _with_both(search, state, key, linear, scores)
+            worse[key] = start.score - own.score
+            if start.score < own.score + enough or not _in_every_part(search, start, own, model.seed):
                 rivals.append(key)
     rivals.sort(key=others.index)
-    worse |= _pairs(search, scores, {**rest, **gone}, dict(zip(quick, shapes, strict=True)), candidate, state)
+    worse |= _pairs(search, scores, {**rest, **gone}, now, dict(zip(quick, shapes, strict=True)), candidate, state)
     for key, there in model.general.items():
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
         if special and _explained(search, there) - _explained(search, state) < _PART_OF_GAIN * gain:
@@ -261,6 +267,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     rival = min(worse, key=lambda key: worse[key], default="")
     before = search.balance.squares(without.vehicle)
     share = search.unique_share(without, state)
+    removed, remains = _removed(before, squares, model.squares)
     left, unexplained = _left_beside(search, state, candidate, share)
     return Evidence(
         candidate.key,
@@ -276,16 +283,40 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         identity=min(worse.get(rival, _BEYOND), _BEYOND),
         rival=rival,
         worth=float(np.max((without.fit.held_out - state.fit.held_out) / np.maximum(search.nominal_error, 1e-300))),
-        rollout_worth=_removed(before, squares, model.squares),
+        rollout_worth=removed,
+        remains=remains,
         left=left if search.balance.forces else 0.0,
         unexplained=unexplained,
     )
+
+
+def _gains(
+    search: Search, scores: GramScores, now: Mapping[str, Option], added: Sequence[tuple[Option, ...]]
+) -> list[float]:
+    """What a model would gain by each of some additions, as columns foretell; nothing where it would lose."""
+    found = search.quicks(scores, [dict(now), *({**now} | {o.key: o for o in options} for options in added)])
+    return [max(found[0] - score, 0.0) for score in found[1:]]
+
+
+def _with_both(search: Search, state: State, key: str, linear: Linearisation, scores: GramScores) -> State:
+    """A model, or the same with a rival beside what it has, whichever is better.
+
+    A name and its rival are told apart by the best model with the name and the best one without it: what only acts on
+    other forces would be missing beside it as well, and is no reason to doubt it.
+    """
+    now = {key: linear.options[key][0] for key in state.active}
+    shapes = [option for option in linear.options[key] if option.present]
+    gains = _gains(search, scores, now, [(option,) for option in shapes])
+    gain, option = max(zip(gains, shapes, strict=True), key=lambda pair: pair[0])
+    both = search.apply(state, now, {**now, key: option}, scores) if gain > 0.0 else state
+    return min(state, both, key=lambda s: s.score)
 
 
 def _pairs(
     search: Search,
     scores: GramScores,
     without: Mapping[str, Option],
+    now: Mapping[str, Option],
     ranked: Mapping[float, Option],
     candidate: Candidate,
     state: State,
@@ -303,17 +334,28 @@ def _pairs(
     if not pairs:
         return {}
     found = search.quicks(scores, [{**without, one.key: one, other.key: other} for one, other in pairs])
-    score, (one, other) = min(zip(found, pairs, strict=True), key=lambda pair: pair[0])
+    beside = _gains(search, scores, now, [*pairs, *((option,) for option in best)])
+    alone = {option.key: gain for option, gain in zip(best, beside[len(pairs) :], strict=True)}
+    most = [
+        score + max(both, alone[one.key], alone[other.key])
+        for score, both, (one, other) in zip(found, beside, pairs, strict=False)
+    ]
+    score, (one, other) = min(zip(most, pairs, strict=True), key=lambda pair: pair[0])
     return {f"{one.key} and {other.key}": score - state.score}
 
 
-def _removed(before: Array, after: Array, nominal: Array) -> float | None:
-    """Share of the nominal model's squared rollout error that an effect removes, on the axis where that is most."""
+def _removed(before: Array, after: Array, nominal: Array) -> tuple[float | None, float]:
+    """Share of the nominal model's squared rollout error that an effect removes, on the axis where that is most.
+
+    And what stays of that without the effect there, as a share of it; all of it where there are no rollouts.
+    """
     if not len(nominal):
-        return None
+        return None, 1.0
     whole = np.maximum(nominal.mean(axis=0), 1e-12)
-    removed = (np.minimum(before.mean(axis=0), whole) - after.mean(axis=0)) / whole
-    return float(np.clip(np.nan_to_num(removed, nan=0.0), -1.0, 1.0).max())
+    without, left = np.minimum(before.mean(axis=0), whole), after.mean(axis=0)
+    removed = np.nan_to_num((without - left) / whole)
+    axis = int(removed.argmax())
+    return float(np.clip(removed[axis], -1.0, 1.0)), float(np.clip(left[axis] / max(without[axis], 1e-12), 0.0, 1.0))
 
 
 def _left_beside(search: Search, state: State, candidate: Candidate, share: Array) -> tuple[float, float]:

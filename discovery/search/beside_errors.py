@@ -73,13 +73,6 @@ class Beside:
                 yield search.apply(self.state, now, tried[n], self._scores)
 
     @property
-    def unneeded(self) -> tuple[str, ...]:
-        """Effects of the model for which the log does not ask beside the errors, each alone."""
-        search, most = self._search, self.worth() + self._search.settings.margin
-        keys = search.named(self.state.active)
-        return tuple(k for k in keys if self.worth({**self._now, k: self._linear.options[k][1]}) < most)
-
-    @property
     def error(self) -> Array:
         """Mean square that the model leaves, (3,) in the square of the balance's unit."""
         return self._fit(list(self._now.values()))[0]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...physics.frames import Array
 from ...physics.motion import Motion
-from .beside_errors import Beside, best_beside
+from .beside_errors import Beside
 from .floating import Search, State
 
 _COARSE, _DESIGNED = 0.01, 0.1
@@ -46,26 +46,6 @@ def coarse_records(motions: Sequence[Motion]) -> tuple[CoarseRecord, ...]:
     every = tuple(range(len(motions[0].thrusters)))
     together = _coarse(motions, every)
     return (together,) if together else tuple(filter(None, (_coarse(motions, (column,)) for column in every)))
-
-
-def within_resolution(search: Search, final: State) -> dict[str, str]:
-    """Why effects are not certain that the commands' record explains as well, by key, as the end of a sentence.
-
-    From the model that was found, effects are taken out, exchanged and added while every level at which commands were
-    held may err, by about half a step of the record. What does not stay is in doubt. A record that shows no coarse step
-    leaves nothing so.
-
-    Parameters
-    ----------
-    final : the model
-    """
-    records = coarse_records(search.balance.motions)
-    if not records or not search.named(final.active):
-        return {}
-    here = best_beside(search, _errors_of_levels(search, records, final), final)
-    off = ", ".join(f"{0.5 * r.step:.2g} of {np.abs(r.levels).max():.3g}" for r in records)
-    why = f"were the record of the commands off by up to half of its step, {off}, the log would not ask for it"
-    return {key: why for key in search.named(final.active) if key not in here.state.active}
 
 
 def leaves_structure(search: Search, state: State) -> bool:

@@ -37,6 +37,7 @@ NAMED = Evidence(
     identity=40.0,
     rival="hull_fouling",
     worth=0.4,
+    remains=0.0,
 )
 """A drag of which nothing is wrong."""
 
@@ -50,14 +51,10 @@ def test_what_no_test_concerns_has_no_size():
     ("tests", "name", "size"),
     [
         (Asked(limits={DRAG: "it stands at a limit"}), "at_limit", 1.0),
-        (Asked(record={DRAG: (0.3, "commands are cut")}), "record", 0.3),
-        (Asked(sensors={DRAG: "an arm"}), "sensors", 1.0),
         (Asked(unjudged={DRAG: "sway lift"}), "unjudged_rival", 1.0),
-        (Asked(forms=OtherForms((), {DRAG: Beside(0.6, {"X_uu": 3.0}, told="beside u^3")})), "other_form", 0.6),
-        (Asked(accused={DRAG: 2}), "accused", 2.0),
+        (Asked(accused={DRAG: (0.7, "gyro latency")}), "accused", 0.7),
         (Asked(forms=OtherForms((), {DRAG: Beside(margin=7.0)})), "substitute", 7.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(margin=-30.0)})), "substitute", -30.0),
-        (Asked(forms=OtherForms((), {DRAG: Beside(does=True)})), "substituted", 1.0),
         (Asked(rolls=True), "rolls", 1.0),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
@@ -75,7 +72,7 @@ def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
     [
         (replace(NAMED, at_limit=True), "at_limit", 1.0),
         (replace(NAMED, late=0.3), "out_of_step", 0.3),
-        (replace(NAMED, chance=Chance(better=7, of=999)), "chance", 7.0),
+        (replace(NAMED, remains=0.2), "remains", 0.2),
         (replace(NAMED, unexplained=0.4), "unexplained", 0.4),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
@@ -94,10 +91,9 @@ def test_every_test_that_has_a_size_tells_what_it_found():
     """The sentence of a doubt is never without what it speaks of."""
     every = Asked(
         limits={DRAG: "at a limit"},
-        record={DRAG: (1.0, "cut")},
-        sensors={DRAG: "an arm"},
+        accused={DRAG: (1.0, "gyro scale")},
         unjudged={DRAG: "sway lift"},
-        forms=OtherForms((FORM,), {DRAG: Beside(0.6, {"X_uu": 3.0}, 7.0, True, "in place of it", FORM)}),
+        forms=OtherForms((FORM,), {DRAG: Beside(0.6, {"X_uu": 3.0}, 7.0, FORM)}),
     )
     told = every.told(replace(NAMED, late=0.7, out_of_step=0.2, unexplained=0.3))
     speaking = {reason for reason in REASONS.values() if "{told}" in reason.sentence} - {Reason.FILE_VALUE}
@@ -224,8 +220,6 @@ def test_a_wide_interval_takes_the_verdict_of_a_name():
 
 
 def test_where_several_logs_are_judged_sizes_of_one_log_are_not_asked():
-    asked = Asked(
-        record={DRAG: (1.0, "commands are cut")}, accused={DRAG: 3}, rolls=True, limits={DRAG: "at its limit"}
-    )
-    assert {"record", "accused", "rolls", "at_limit"} == set(asked.sizes(NAMED))
+    asked = Asked(accused={DRAG: (1.0, "gyro scale")}, rolls=True, limits={DRAG: "at its limit"})
+    assert {"accused", "rolls", "at_limit"} == set(asked.sizes(NAMED))
     assert {"at_limit"} == set(replace(asked, several=True).sizes(NAMED))

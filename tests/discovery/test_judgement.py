@@ -22,15 +22,11 @@ from undertow.discovery.reason import Reason
 DOUBTS = (
     "file_value",
     "substitute",
-    "substituted",
-    "other_form",
     "at_limit",
-    "record",
-    "sensors",
     "out_of_step",
     "unjudged_rival",
-    "chance",
     "unexplained",
+    "remains",
     "accused",
     "rolls",
 )
@@ -135,7 +131,7 @@ def test_what_everything_speaks_for_is_missing_and_a_stand_in_is_not():
     assert verdict(CLEAR, probability(CLEAR)) == "missing"
     stand_in = CLEAR.but(
         identity=-20.0,
-        tests={"file_value": 0.3, "substitute": 100.0, "substituted": 1.0, "other_form": 0.8, "unexplained": 0.8},
+        tests={"file_value": 0.3, "substitute": 300.0, "unexplained": 0.8, "remains": 0.8},
     )
     assert probability(stand_in) < LIKELY
     nothing = Claim(gain=0.0, identity=0.0, worth=Worth(force=0.0), null_excluded=False)
@@ -162,10 +158,10 @@ def test_little_that_speaks_for_a_name_is_a_doubt_too(name: str, value: float, r
 
 
 def test_two_halves_of_a_doubt_count_together():
-    """A form in its place that explains more, and leaves nothing for it, is one doubt: larger than one in between."""
-    told = {**features(CLEAR), "substitute": 3.0, "substituted": 3.0, "unexplained": 4.0}
-    assert EVEN.largest_doubt(told) is Reason.SUBSTITUTE
-    assert EVEN.largest_doubt({**told, "substituted": 0.0}) is Reason.LASTING_REST
+    """Force and rollouts that are left are one doubt: larger than one in between."""
+    told = {**features(CLEAR), "unexplained": 3.0, "remains": 3.0, "substitute": 4.0}
+    assert EVEN.largest_doubt(told) is Reason.LASTING_REST
+    assert EVEN.largest_doubt({**told, "remains": 0.0}) is Reason.SUBSTITUTE
 
 
 def test_where_rollouts_were_not_asked_the_worth_in_force_stands_for_theirs():

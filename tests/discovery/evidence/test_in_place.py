@@ -1,4 +1,4 @@
-"""One form in the place of effects: stand-ins are beaten by what acts, effects that act by nothing."""
+"""One form in the place of an effect: stand-ins are beaten by what acts, effects that act by nothing."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.free_forms import free_forms
-from undertow.discovery.evidence.in_place import Substitute, in_place, in_question
+from undertow.discovery.evidence.in_place import Substitute, in_place
 from undertow.discovery.evidence.rest_beside_forms import FormColumns, RestBesideForms
 from undertow.discovery.evidence.weighing import TELL_APART
 from undertow.discovery.search.floating import Search
@@ -30,14 +30,14 @@ def substitutes(motion: Motion, *names: str, forces: bool = True) -> dict[str, S
     columns = FormColumns(search, state, SEEN, free_forms(weak, state.vehicle))
     judge = WeakForm([motion], WeakSettings())
     judge.forces = forces  # type: ignore[misc]
-    found = {g.keys: in_place(columns, RestBesideForms(columns), g, judge) for g in in_question(search, state.active)}
-    return {" and ".join(keys): one for keys, one in found.items() if one is not None}
+    found = {c.key: in_place(columns, RestBesideForms(columns), c, judge) for c in pool}
+    return {key: one for key, one in found.items() if one is not None}
 
 
 def told(motion: Motion, *names: str, forces: bool = True) -> dict[str, str]:
-    """Which form does in the place of effects, by their names; those in whose place none does, not."""
+    """Which form explains more in the place of effects, by their names; those in whose place none does, not."""
     found = substitutes(motion, *names, forces=forces)
-    return {keys: one.form.in_words for keys, one in found.items() if one.does}
+    return {key: one.form.in_words for key, one in found.items() if one.margin > TELL_APART}
 
 
 def log_of(push: Push, noise: str = "field", programme: str = "rich") -> Motion:
@@ -67,12 +67,6 @@ def test_what_explains_more_in_the_place_of_a_stand_in_explains_less_in_that_of_
     true = simulate_world(HULL, {name: -20.0}, duration=240.0, noise="field", seed=5).motion()
     cause = substitutes(true, name)[name]
     assert stand_in.margin > TELL_APART > 0.0 > cause.margin
-    assert (stand_in.does, cause.does) == (True, False)
-
-
-def test_one_form_does_for_two_effects():
-    said = told(log_of(disturbed, programme="gentle"), "surge_linear_damping", "surge_trim")
-    assert "times the thrust" in said["surge_linear_damping and surge_trim"]
 
 
 def test_a_power_between_two_laws_beats_either():
@@ -95,44 +89,6 @@ def test_a_power_between_two_laws_beats_either():
 def test_nothing_does_in_the_place_of_what_acts(hidden: dict[str, float], noise: str, forces: bool):
     motion = simulate_world(HULL, hidden, duration=240.0, noise=noise, seed=5).motion()
     assert told(motion, *hidden, forces=forces) == {}
-
-
-def test_what_explains_nothing_gives_way_to_nothing():
-    assert set(told(log_of(disturbed, programme="gentle"), "surge_quadratic_damping", "yaw_trim")) == {
-        "surge_quadratic_damping"
-    }
-
-
-def test_effects_are_asked_alone_in_pairs_on_an_axis_and_as_laws():
-    pool = ("surge_linear_damping", "surge_quadratic_damping", "surge_trim", "yaw_linear_damping", "hull_fouling")
-    motion = log_of(disturbed)
-    search = Search(
-        WeakForm([motion], WeakSettings()), HULL, [c for c in candidates(HULL) if c.key in pool], SearchSettings()
-    )
-    groups = list(in_question(search, pool))
-    alone = {group.keys[0] for group in groups if len(group.keys) == 1}
-    assert alone == set(pool)
-    assert {group.keys[0] for group in groups if group.growth} == {"hull_fouling"}
-    (law,) = (group for group in groups if group.law)
-    assert set(law.keys) == {"surge_linear_damping", "surge_quadratic_damping", "surge_trim"}
-    assert law.letters == "u"
-    pairs = {frozenset(group.keys) for group in groups if len(group.keys) == 2}
-    assert frozenset({"surge_linear_damping", "yaw_linear_damping"}) not in pairs
-    assert frozenset({"surge_linear_damping", "surge_trim"}) in pairs
-
-
-def test_what_a_propeller_loses_by_its_turns_is_one_cause_on_two_axes():
-    """K_T falls with J, so that thrust is lost by turns and speed; a loss by the command and drag make up for it."""
-    beside = np.array([t.y for t in HULL.thrusters])
-
-    def lost(t: float, x: np.ndarray, c: np.ndarray) -> np.ndarray:
-        loss = 8.0 * np.sqrt(np.abs(c)) * (x[3] - beside * x[5])
-        return np.array([-loss.sum(), 0.0, (beside * loss).sum()])
-
-    said = told(log_of(lost), "advance_loss", "surge_linear_damping", "yaw_linear_damping")
-    drag = said["surge_linear_damping and advance_loss"]
-    assert drag == "a force in surge that follows the turns of the propellers times what they meet"
-    assert "yaw_linear_damping and advance_loss" in said
 
 
 def test_a_loss_by_the_command_beside_drag_is_what_it_is():
