@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ...measurements.statistics.blocks import block_draws, share_of_draws
+from ...measurements.statistics.blocks import block_weights, share_of_draws
 from ...measurements.statistics.second_processor import shared
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
@@ -415,8 +415,8 @@ def share_of_resamples(
 ) -> float:
     """Share of block resamples in which an effect earns its price (on one axis, if given); none if it matters not."""
     blocks = without.held_out_blocks.shape[0]
-    counts = block_draws(blocks, _DRAWS, seed) / search.balance.time.size
-    before, after = (np.maximum(counts @ fit.held_out_blocks, 0.0) for fit in (without, within))
+    weights = block_weights(blocks, _DRAWS, seed) / search.balance.time.size
+    before, after = (np.maximum(weights @ fit.held_out_blocks, 0.0) for fit in (without, within))
     gain = 0.5 * search.balance.independent * (np.log(before + search.floor) - np.log(after + search.floor))
     gain = gain.sum(axis=1) if axis is None else gain[:, axis]
     return share_of_draws((gain > price) & matters)

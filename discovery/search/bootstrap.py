@@ -1,11 +1,16 @@
-"""Intervals by block bootstrap: whole blocks are drawn again, because residuals in time are not independent."""
+"""Intervals by a bootstrap of blocks: whole blocks are weighed anew, because residuals in time are not independent.
+
+Drawn with replacement, the one block that holds the only run astern is missing from a third of all draws, whose fit
+then knows nothing; so weights are drawn instead (Bayesian bootstrap; Rubin 1981, doi:10.1214/aos/1176345338). What a
+few blocks tell they tell alike, so that no interval is narrower than by least squares with independent errors.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ...measurements.statistics.blocks import block_draws
+from ...measurements.statistics.blocks import block_weights
 from ...measurements.statistics.quantiles import student
 from ...physics.effects import Parameter
 from ...physics.file_records import Number
@@ -42,12 +47,13 @@ def block_bootstrap(
     seed: int,
     draws: int = 400,
     beside: Mapping[str, float] | None = None,
+    independent: float = np.inf,
 ) -> dict[str, Interval]:
     """95 % intervals of every free parameter of a model, by symbol; none for one whose limits leave it no room.
 
-    Blocks are drawn with replacement and the model is fitted to each draw from the blocks' Gram matrices; the interval
-    is the estimate -+ t standard deviations, and no less than `RESOLVED` of it, and what is in all blocks alike, cut at
-    the physical limits (Efron and Tibshirani 1993, chapters 8 and 12).
+    Blocks are weighed anew and the model is fitted to each draw from the blocks' Gram matrices; the interval is the
+    estimate -+ t standard deviations, no less than by least squares and than `RESOLVED` of it, and what is in all
+    blocks alike, cut at the physical limits (Efron and Tibshirani 1993, chapters 8 and 12).
     The degrees of freedom of n blocks and p parameters are n - p; draws of blocks scatter by what a fit takes up.
 
     Parameters
@@ -56,18 +62,20 @@ def block_bootstrap(
     chosen : the options present in the model
     seed : of the draws
     beside : by symbol, an error that is in all blocks alike
+    independent : tests that count as independent, of which least squares makes its errors; without end, none
     """
     columns, left, right = scores.block_normal(chosen)
     found: dict[str, Interval] = {}
     if columns.size == 0:
         return found
-    counts = block_draws(scores.blocks, draws, seed)
+    counts = block_weights(scores.blocks, draws, seed)
     scale = 1.0 / np.sqrt(np.maximum(np.einsum("kii->i", left), _SMALL))
     normal = np.einsum("dk,kij->dij", counts, left) * (scale[:, None] * scale[None, :])
     normal += RIDGE * np.eye(columns.size)
     pull = (counts @ right) * scale
     changes = np.linalg.solve(normal, pull[..., None])[..., 0] * scale
-    spread = changes.std(axis=0, ddof=1) * np.sqrt(scores.blocks / (scores.blocks - 1))
+    spread = changes.std(axis=0, ddof=1) * np.sqrt((scores.blocks + 1) / (scores.blocks - 1))
+    spread = np.maximum(spread, scores.standard_errors(chosen, independent))
     reach = student(max(scores.blocks - columns.size, 1), 0.975) * spread
     size = {int(column): float(r) for column, r in zip(columns, reach, strict=True)}
     for option in chosen:
@@ -95,7 +103,8 @@ def intervals(
     pool : holds the candidate of every chosen option
     vehicle : the model about which the scores were taken
     """
-    found = block_bootstrap(scores, chosen, seed, beside=_of_switches(balance, scores, pool, chosen, vehicle))
+    switches = _of_switches(balance, scores, pool, chosen, vehicle)
+    found = block_bootstrap(scores, chosen, seed, beside=switches, independent=balance.independent)
     active = {option.key for option in chosen}
     stepped = [p for candidate in pool if candidate.key in active for p in candidate.parameters if p.stepped]
     return found | {p.symbol: profile_interval(balance, vehicle, p, scores.weight, seed) for p in stepped}
@@ -142,7 +151,7 @@ def profile_interval(
     least, most = min(parameter.lower, value), max(parameter.upper, value)
     reach = _PROFILE * max(value, _LEAST_PROFILE)
     blocks = balance.blocks
-    counts = block_draws(blocks, draws, seed)
+    counts = block_weights(blocks, draws, seed)
 
     def errors(values: Array) -> Array:
         """Summed squared error of each block, (blocks, values)."""

@@ -303,6 +303,21 @@ class GramScores:
         left, right = self._cleared(columns, target)
         return columns, left * (s[:, None] * s[None, :]), right * s
 
+    def standard_errors(self, chosen: Sequence[Option], independent: float) -> Array:
+        """Standard errors (p,) of the free parameters by least squares, of errors that are independent on each axis.
+
+        Parameters
+        ----------
+        independent : tests of all that count as independent
+        """
+        columns, _, _, target = self.layout(chosen)
+        gram = self.gram.sum(axis=0)
+        error = np.einsum("i,aij,j->a", target, gram, target) / self.tests
+        inner = gram[:, columns[:, None], columns]
+        inverse = np.linalg.inv(np.tensordot(self.weight, inner, axes=1) + RIDGE * self.tests * np.eye(columns.size))
+        meat = np.tensordot(self.weight**2 * error, inner, axes=1) * self.tests / independent
+        return np.asarray(np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0)) / self.scale[columns])
+
 
 def share_taken(total: Array, blur: Array) -> float:
     """The share of what noise adds to products of columns (p, p) that may be taken off: no more than half of any."""

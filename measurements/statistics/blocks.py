@@ -45,10 +45,22 @@ def sandwich(
 def block_draws(blocks: int, draws: int, seed: int | tuple[int, ...]) -> Array:
     """How often each block is drawn in each resample of a bootstrap, (draws, blocks): with replacement, as many.
 
-    Every effect is weighed on the same draws, so that the latest are kept; nobody writes into them.
+    The latest are kept; nobody writes into them.
     """
     rng = np.random.default_rng(seed)
     found = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws).astype(float)
+    found.flags.writeable = False
+    return found
+
+
+@lru_cache(maxsize=2)
+def block_weights(blocks: int, draws: int, seed: int | tuple[int, ...]) -> Array:
+    """Weights of blocks in each draw of a Bayesian bootstrap, (draws, blocks), of mean 1 (Rubin 1981).
+
+    Their first two moments are those of draws with replacement, less by 2 in `blocks` + 1, but no block is ever without
+    any: what one block alone tells of stays told.
+    """
+    found = blocks * np.random.default_rng(seed).dirichlet(np.ones(blocks), size=draws)
     found.flags.writeable = False
     return found
 
