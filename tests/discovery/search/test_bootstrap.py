@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.candidates.candidate import Kind
+from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.discover import find_missing
-from undertow.discovery.search.bootstrap import Interval
+from undertow.discovery.search.bootstrap import Interval, block_bootstrap
+from undertow.discovery.search.gram import GramScores
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 
@@ -52,3 +55,26 @@ def test_sums_err_where_thrust_jumps():
     assert np.abs(found).max() > 20.0 * np.abs(less).max()
     assert 0.2 < np.abs(left).max() / np.abs(found).max() < 5.0
     assert np.abs(np.corrcoef(found, left)[0, 1]) > 0.5
+
+
+@pytest.mark.parametrize("carriers", [1, 2, 16], ids=["one block", "two blocks", "all blocks"])
+def test_intervals_hold_the_truth_however_few_blocks_tell_of_a_number(carriers: int):
+    """Drawn with replacement, what one block alone tells is unknown in a third of all draws: 95 % held nearly all."""
+    blocks, rows, held, wide = 16, 20, 0, []
+    block = np.repeat(np.arange(blocks), rows)
+    rng = np.random.default_rng(carriers)
+    for seed in range(200):
+        design = np.column_stack([rng.standard_normal(block.size) * (block < carriers), np.ones(block.size)])
+        errors = 0.5 * rng.standard_normal(block.size)
+        off = np.linalg.lstsq(design, errors, rcond=None)[0]
+        columns = np.column_stack([design, errors - design @ off])[:, None] * np.array([1.0, 0.0, 0.0])[:, None]
+        scores = GramScores(columns, np.empty((0, *columns.shape)), block, np.ones(3))
+        options = [
+            Option(name, Kind.EFFECT, True, (name,), (0.0,), (k,), -1, (-100.0,), (100.0,))
+            for k, name in enumerate("ab")
+        ]
+        found = block_bootstrap(scores, options, seed, independent=float(block.size))["a"]
+        held += abs(off[0]) <= found.upper
+        wide.append(found.upper)
+    assert 0.9 <= held / 200 < 1.0
+    assert float(np.median(wide)) < 2.5 * 0.5 / np.sqrt(rows * carriers)
