@@ -56,7 +56,7 @@ KINDS: dict[str, Kind] = {
     "cross-flow of strips": Kind(
         "plant",
         plants.strips,
-        true=("sway_quadratic_damping", "yaw_quadratic_damping"),
+        true=("cross_flow_drag", "sway_quadratic_damping", "yaw_quadratic_damping"),
         part=("sway_linear_damping",),
         honest="strips give quadratic drag in sway and yaw, and more; linear drag in sway is less than in the file",
     ),
