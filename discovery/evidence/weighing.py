@@ -7,10 +7,12 @@ from itertools import combinations
 import numpy as np
 
 from ...measurements.statistics.blocks import block_weights, share_of_draws
+from ...measurements.statistics.quantiles import largest_mean_square
 from ...measurements.statistics.second_processor import shared
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
+from ..balance.rollout_test import WHOLE_HORIZON, rollout_squares
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
@@ -146,9 +148,9 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     now = {key: linear.options[key][0] for key in state.active}
     general = _general_instead(search, state)
     rehearsals = Rehearsals(search, linear, scores, now, seed)
-    nominal = search.balance.squares(search.nominal)
+    nominal = _squares(search, search.nominal)
     model = _Model(search, state, linear, scores, now, seed, rehearsals, general, nominal)
-    whole, squares = search.fit(scores, list(now.values())), search.balance.squares(state.vehicle)
+    whole, squares = search.fit(scores, list(now.values())), _squares(search, state.vehicle)
 
     def of(candidate: Candidate) -> Evidence:
         return _selected(model, candidate, squares, known.alike(candidate.key) if known else ())
@@ -265,7 +267,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     rivals = list(dict.fromkeys(rivals))
     confidence = share_of_resamples(search, without.fit, state.fit, price, model.seed, search.matters(without, state))
     rival = min(worse, key=lambda key: worse[key], default="")
-    before = search.balance.squares(without.vehicle)
+    before = _squares(search, without.vehicle)
     share = search.unique_share(without, state)
     removed, remains = _removed(before, squares, model.squares)
     left, unexplained = _left_beside(search, state, candidate, share)
@@ -344,6 +346,13 @@ def _pairs(
     return {f"{one.key} and {other.key}": score - state.score}
 
 
+def _squares(search: Search, vehicle: Vehicle) -> Array:
+    """Squared velocity errors of rollouts, (starts, 3): of 10 s from measured starts, or of those that judge."""
+    if not search.balance.forces:
+        return search.balance.squares(vehicle)
+    return rollout_squares(search.balance.motions, vehicle, WHOLE_HORIZON)
+
+
 def _removed(before: Array, after: Array, nominal: Array) -> tuple[float | None, float]:
     """Share of the nominal model's squared rollout error that an effect removes, on the axis where that is most.
 
@@ -359,9 +368,13 @@ def _removed(before: Array, after: Array, nominal: Array) -> tuple[float | None,
 
 
 def _left_beside(search: Search, state: State, candidate: Candidate, share: Array) -> tuple[float, float]:
-    """Force beyond noise that a model leaves on the axes of an effect: as a multiple of its own, and of the nominal."""
+    """Force that a model surely leaves beyond noise on the axes of an effect: as a multiple of its own, of the nominal.
+
+    The mean square of as many independent tests of noise alone is below `most` times the noise in 97.5 % of logs.
+    """
     axes = [p.axis for p in candidate.parameters if p.axis is not None] or [int(np.argmax(share))]
-    noise, unit = search.noise_error**2, search.share_scale**2
+    most = largest_mean_square(search.balance.independent)
+    noise, unit = most * search.noise_error**2, search.share_scale**2
     left, before = (
         float((np.maximum(error - noise, 0.0) / unit)[axes].sum())
         for error in (state.fit.held_out, search.nominal_error)

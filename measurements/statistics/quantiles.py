@@ -10,6 +10,8 @@ _TERMS = 10_000
 """Most terms of the continued fraction: with a million degrees of freedom it takes some thousand."""
 _STEPS = 200
 """Most steps to a quantile: Newton's are eight as a rule, and halving alone ends after a hundred."""
+_NORMAL = 1e6
+"""Degrees of freedom from which Student's t is normal."""
 _ROUNDING = 1e-16
 """Share of a number by which a term, or a step, moves it no more."""
 
@@ -24,6 +26,18 @@ def student(freedom: float, probability: float) -> float:
     if probability < 0.5:
         return -student(freedom, 1.0 - probability)
     return sqrt(fisher(1.0, freedom, 2.0 * probability - 1.0))  # the square of t is an F
+
+
+def largest_mean_square(tests: float, probability: float = 0.975) -> float:
+    """The quantile of the mean square of so many independent normal numbers of variance 1.
+
+    The cube root of a chi-squared number is nearly normal (Wilson and Hilferty 1931, doi:10.1073/pnas.17.12.684).
+
+    >>> round(largest_mean_square(10), 2), round(largest_mean_square(400), 3)
+    (2.05, 1.143)
+    """
+    spread = 2.0 / (9.0 * tests)
+    return (1.0 - spread + student(_NORMAL, probability) * sqrt(spread)) ** 3
 
 
 def beyond_student(freedom: float, value: float) -> float:
