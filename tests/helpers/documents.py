@@ -30,8 +30,7 @@ class Block:
 def documents() -> list[str]:
     """Every page, and every notebook, relative to the root."""
     pages = [
-        ROOT / "README.md",
-        ROOT / "CONTRIBUTING.md",
+        *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "CODE_OF_CONDUCT.md")),
         *(ROOT / "docs").rglob("*.md"),
         *(ROOT / "docs").rglob("*.ipynb"),
     ]
