@@ -19,6 +19,8 @@ ADDRESSES = runpy.run_path(str(ROOT / ".github" / "addresses.py"))
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 REPOSITORY = "https://example.org/boats/undertow"
 TAG = f"v{PROJECT['version']}"
+MOST_OF_A_VERSION = 60
+"""Lines of the changelog: what a user reads before an update."""
 FORMS = sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml"))
 
 
@@ -44,6 +46,13 @@ def test_the_version_is_the_same_everywhere():
     newest = re.search(r"^## (\S+), ", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert newest
     assert newest[1] == PROJECT["version"]
+
+
+def test_the_changelog_is_for_users():
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest = re.split(r"^## ", text, flags=re.MULTILINE)[1]
+    assert re.findall(r"^### (.+)$", newest, re.MULTILINE) == ["Added", "Changed", "Removed", "Fixed"]
+    assert len(newest.splitlines()) <= MOST_OF_A_VERSION, "join what belongs together, or move it to docs/history.md"
 
 
 def test_a_release_writes_whole_addresses(checkout: Path) -> None:
