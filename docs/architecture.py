@@ -1,7 +1,7 @@
-"""Draw architecture.svg, the house and the way of a log through it, and list every file's one reason in files.md.
+"""Draw architecture.svg, the house and the way of a log through it.
 
-Floors and arrows are read from the imports, reasons from the first line of each file. Run `python docs/architecture.py`
-after a room, a floor or a file has been added; a test compares both with the code.
+Floors and arrows are read from the imports, what a floor is for from the first line of its docstring. Run
+`python docs/architecture.py` after a room or a floor has been added; a test compares the picture with the code.
 """
 
 import ast
@@ -13,7 +13,6 @@ from textwrap import wrap
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "architecture.svg"
-LISTING = ROOT / "docs" / "files.md"
 
 WAY = {
     "measurements/formats": "read the file",
@@ -232,31 +231,6 @@ def draw() -> str:
     return "\n".join([*parts, "</svg>", ""])
 
 
-def reason(path: Path) -> str:
-    """The first paragraph of a file's docstring."""
-    told = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
-    return " ".join(told.split("\n\n")[0].split())
-
-
-def listed() -> str:
-    """Every file of the house with its one reason to exist, from the ground floor up."""
-    parts = [
-        "# Every file and its one reason",
-        "Written by `python docs/architecture.py` from the first lines of the files; "
-        "[architecture.md](architecture.md) says which to read first.",
-    ]
-    for floor in levels(between_floors(imports())):
-        parts.append(f"## {floor}\n{reason(ROOT / floor / '__init__.py')}")
-        folders = sorted({path.parent for path in (ROOT / floor).rglob("*.py")})
-        for folder in folders:
-            files = sorted(path for path in folder.glob("*.py") if path.name != "__init__.py")
-            rows = [f"| [`{f.name}`](../{f.relative_to(ROOT)}) | {reason(f)} |".replace("\n", " ") for f in files]
-            name = folder.relative_to(ROOT).as_posix()
-            parts.append("\n".join([f"| `{name}/` | |", "| --- | --- |", *rows]))
-    return "\n\n".join(parts) + "\n"
-
-
 if __name__ == "__main__":
-    for target, content in ((PICTURE, draw()), (LISTING, listed())):
-        target.write_text(content, encoding="utf-8")
-        print(f"{target.relative_to(ROOT)} written")
+    PICTURE.write_text(draw(), encoding="utf-8")
+    print(f"{PICTURE.relative_to(ROOT)} written")

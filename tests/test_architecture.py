@@ -19,10 +19,6 @@ def test_the_picture_is_that_of_the_imports(architecture):
     assert architecture.PICTURE.read_text("utf-8") == architecture.draw(), "run python docs/architecture.py"
 
 
-def test_the_listing_is_that_of_the_files(architecture):
-    assert architecture.LISTING.read_text("utf-8") == architecture.listed(), "run python docs/architecture.py"
-
-
 def test_a_station_that_no_import_reaches_is_told(architecture, monkeypatch):
     monkeypatch.setitem(architecture.WAY, "cli/console", "the terminal")
     with pytest.raises(SystemExit, match="no import leads a log to cli/console"):

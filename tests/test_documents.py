@@ -27,6 +27,8 @@ LANGUAGES = {"sh", "python", "yaml", "text", "xml", "math"}
 MOST_WORDS = 60_000
 """Of the whole site, docstrings apart: what an engineer could read in a week of evenings."""
 MOST_OF_METHOD = 2_600
+MOST_OF_DECISIONS = 22_000
+"""An evening and a half; the index is a tenth of it."""
 VERBS = set(typer.main.get_group(app).commands)
 
 
@@ -113,6 +115,18 @@ def test_links_lead_somewhere(page: str):
             assert anchor in anchors(path.relative_to(ROOT).as_posix()), f"{page} links to {target}: no such heading"
 
 
+def test_every_decision_has_a_row_with_its_status():
+    text = (ROOT / "docs" / "decisions.md").read_text(encoding="utf-8")
+    index, *themes = re.split(r"^## ", text, flags=re.MULTILINE)[1:]
+    rows = dict(re.findall(r"^- \[(.+?)\]\(#[\w-]+\): (.+)$", index, re.MULTILINE))
+    gone = dict(re.findall(r"^- ([^\[].*?): (replaced|withdrawn)\b", index, re.MULTILINE))
+    assert list(rows) == re.findall(r"^### (.+)$", "\n".join(themes), re.MULTILINE)
+    assert re.findall(r"^\*\*(.+)\*\*$", index, re.MULTILINE) == [theme.split("\n", 1)[0] for theme in themes]
+    assert [row for row, status in rows.items() if not re.match(r"holds\b|holds in part: ", status)] == []
+    assert len(rows) + len(gone) == len(re.findall(r"^- ", index, re.MULTILINE))
+    assert len(text.split()) < MOST_OF_DECISIONS, "shorten an entry, or take out one that is replaced"
+
+
 def test_there_are_links_to_check():
     assert sum(len(links(page)) for page in DOCUMENTS) > 200
     assert any("#" in link for page in DOCUMENTS for link in links(page))
@@ -126,7 +140,7 @@ def test_every_page_of_the_site_can_be_reached_from_the_index():
 
 
 def test_pages_for_developers_are_not_on_the_site():
-    assert {"docs/decisions.md", "docs/files.md", "docs/architecture.md"} <= off_site() <= set(DOCUMENTS)
+    assert {"docs/decisions.md", "docs/history.md", "docs/architecture.md"} <= off_site() <= set(DOCUMENTS)
     assert not {f"docs/{link}" for link in links("docs/index.md")} & off_site()
     assert "CONTRIBUTING.md" in links("README.md")
     settings = (ROOT / "docs" / "conf.py").read_text(encoding="utf-8")

@@ -21,6 +21,10 @@ BESIDE = (
     "pyproject.toml",
     "constraints.txt",
     "CONTRIBUTING.md",
+    "CODE_OF_CONDUCT.md",
+    "SECURITY.md",
+    "CITATION.cff",
+    "MANIFEST.in",
 )
 """What lies in the root and is no part of the package."""
 HIDDEN = shutil.ignore_patterns(".*", "__pycache__")

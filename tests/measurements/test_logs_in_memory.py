@@ -1,5 +1,6 @@
 """Logs of arrays and data frames are read as the same table in a file would be, and go all the way to a run."""
 
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -243,4 +244,4 @@ def test_two_of_one_name_are_refused(table: pd.DataFrame) -> None:
 
 
 def test_the_package_says_its_version() -> None:
-    assert undertow.__version__ == "0.1.0"
+    assert undertow.__version__ == version("undertow")
