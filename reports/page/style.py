@@ -226,27 +226,47 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   }}
   .plots.steps > :first-child {{ grid-column: 1 / -1; text-align: left; padding: 0; }}
 }}
-@page {{ size: A4; margin: 14mm 12mm; }}
+.paper {{ display: none; }}
+@page {{ size: A4; margin: 13mm 12mm; }}
 @media print {{
-  .play, .contents {{ display: none; }}
+  .play, .contents, details:not([open], .folded, .card) {{ display: none; }}
+  .paper {{ display: block; }}
+  .appendix {{ break-before: page; }}
+  .appendix + section > h2 {{ margin-top: .6em; }}
   body:has(> .contents) {{ display: block; }}
   .folded::details-content, details.card::details-content {{ content-visibility: visible; block-size: auto; }}
-  .folded > summary {{ list-style: none; padding: 1.2em 0 0; }}
-  body {{ font-size: 9.5pt; }}
+  .folded > summary, .card > summary {{ list-style: none; }}
+  .folded > summary {{ padding: 1.2em 0 0; }}
+  :root {{ font-size: 12px; }}
+  body {{ font-size: 9pt; line-height: 1.42; }}
   main {{ max-width: none; padding: 0; }}
-  .card, .balance, tr {{ break-inside: avoid; }}
-  h2, h3, .key {{ break-after: avoid; }}
+  h1 {{ font-size: 17pt; }}
+  h2 {{ margin: 1.3em 0 .4em; font-size: 12pt; }}
+  .folded > summary h2 {{ font-size: 12pt; margin: 0; }}
+  .lead {{ font-size: 10pt; }}
+  .card {{ padding: 9px 12px; margin: 8px 0; border-radius: 7px; box-decoration-break: clone; }}
+  .numbers {{ margin-top: 10px; }}
+  .big b {{ font-size: 24pt; }}
+  figcaption, .facts, .warn, .told, .key {{ font-size: 8pt; margin-top: 4px; }}
+  .card p {{ max-width: none; }}
+  .effect, .balance, .warning, tr, li, dd {{ break-inside: avoid; }}
+  h2, h3, summary, .key, dt {{ break-after: avoid; }}
   table, .wordy table {{ min-width: 0; font-size: 8pt; }}
+  .paper table {{ width: 100%; }}
+  .effect .tag {{ white-space: normal; border-radius: 6px; }}
   td, td div {{ white-space: normal; }}
   td.text {{ overflow-wrap: anywhere; min-width: 7em; }}
   .wordy td.text:last-child {{ min-width: 0; }}
+  .term > math {{ font-size: 11pt; }}
   .term small {{ font-size: 7pt; }}
-  .plots.three {{ grid-template-columns: repeat(3, 1fr); }}
+  .plots.three, .plots.trio, .columns:has(> .effect) {{ grid-template-columns: repeat(3, minmax(0, 1fr)); }}
+  .plots.trio, .columns {{ gap: 8px 14px; margin: 8px 0; }}
   .plots.pair, .columns {{ grid-template-columns: repeat(2, minmax(0, 1fr)); }}
   .plots.wide svg {{ min-width: 0; }}
-  h2 {{ margin-top: 1.6em; }}
+  .plots svg {{ max-height: 88mm; }}
+  .told {{ columns: 2; }}
   .scroll, .plots.wide {{ overflow: visible; background: none; }}
   .scroll::before, .plots.wide::before {{ display: none !important; }}
-  th, td {{ padding: 3px 6px; }}
+  th, td {{ padding: 2px 6px; }}
 }}
 """.strip()

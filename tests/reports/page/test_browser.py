@@ -184,12 +184,32 @@ def test_print_is_light_and_fits_the_paper(pages, looked):
     assert not tab.locator("#play").is_visible()
 
 
+def pages_of(content: bytes) -> int:
+    counted = re.search(rb"/Type\s*/Pages.{0,200}?/Count\s+(\d+)", content, re.DOTALL)
+    assert counted is not None
+    return int(counted[1])
+
+
 def test_the_pdf_has_pages(pages, executable, tmp_path):
     content = print_pdf(pages["one"], tmp_path / "report.pdf", executable).read_bytes()
     assert content.startswith(b"%PDF")
-    counted = re.search(rb"/Type\s*/Pages.{0,200}?/Count\s+(\d+)", content, re.DOTALL)
-    assert counted is not None
-    assert 5 <= int(counted[1]) <= 25
+    assert 5 <= pages_of(content) <= 16
+
+
+def test_paper_begins_with_a_summary_of_two_pages(pages, looked):
+    """What stands before the appendix fits two sheets, and a third is needed where a page more is put before it."""
+    tab = looked(pages["one"], "light", A4_WIDTH)
+    tab.emulate_media(media="print")
+    told = tab.locator("section.paper").all_inner_texts()
+    assert [text.split("\n")[0] for text in told] == ["What is missing", "What to record next", "Appendix"]
+    assert "surge quadratic damping" in told[0]
+    assert "\N{MINUS SIGN}" in told[0]
+    tab.add_style_tag(content=".appendix, .appendix ~ * { display: none !important; }")
+    assert pages_of(tab.pdf(prefer_css_page_size=True)) == 2
+    tab.add_style_tag(content="main { padding-top: 240mm !important; }")
+    assert pages_of(tab.pdf(prefer_css_page_size=True)) == 3
+    tab.emulate_media(media="screen")
+    assert not tab.locator("section.paper").first.is_visible()
 
 
 def test_the_page_plays(pages, looked):
