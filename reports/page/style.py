@@ -184,8 +184,8 @@ tbody tr:last-child td {{ border-bottom: 0; }}
 .tag.possible {{ border-color: var(--after); color: var(--after); }}
 .board {{ display: grid; grid-template-columns: minmax(280px, 1fr) 1.6fr; gap: 10px 30px; }}
 .board canvas {{ display: block; width: 100%; touch-action: pan-y; }}
-.stage canvas {{ height: 420px; cursor: crosshair; }}
-.desk canvas {{ height: 210px; margin-top: 14px; }}
+.stage canvas[data-play=time] {{ height: 240px; cursor: crosshair; margin-top: 8px; }}
+.stage canvas[data-play=track] {{ height: 230px; }}
 .desk .error b {{ font-size: 2.3rem; line-height: 1.1; color: var(--after); letter-spacing: -.02em; }}
 .desk .error small {{ color: var(--muted); display: block; }}
 .meter {{ height: 7px; border-radius: 4px; background: var(--grid); margin: 6px 0 14px; overflow: hidden; }}
@@ -200,12 +200,14 @@ tbody tr:last-child td {{ border-bottom: 0; }}
 .knob .ends i {{ position: absolute; top: 0; width: 3px; height: 6px; margin-left: -1px; background: var(--after); }}
 .knob .ends i.before {{ background: var(--before); }}
 .buttons {{ display: flex; gap: 10px; margin-top: 12px; }}
-.buttons button, .window select {{
+.play button, .window select {{
   font: inherit; color: var(--ink); background: var(--paper); border: 1px solid var(--line); border-radius: 8px;
   padding: 4px 12px; cursor: pointer;
 }}
-.window {{ display: flex; gap: 20px; align-items: center; font-size: .9rem; color: var(--muted); }}
-.window label:last-child {{ flex: 1; display: flex; gap: 8px; align-items: center; }}
+.window {{ display: flex; flex-wrap: wrap; gap: 8px 16px; align-items: center; font-size: .9rem; color: var(--muted); }}
+.window button {{ min-width: 5.2em; }}
+.window input {{ flex: 1 1 140px; width: auto; min-width: 0; }}
+.window output {{ min-width: 4.6em; font-variant-numeric: tabular-nums; }}
 .where {{ font-size: .85rem; color: var(--muted); font-variant-numeric: tabular-nums; min-height: 1.5em; }}
 footer {{ color: var(--muted); font-size: .9rem; }}
 @media (max-width: 720px) {{
@@ -217,7 +219,8 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   h2 {{ margin-top: 1.5em; }}
   .effect p {{ font-size: .92rem; line-height: 1.45; }}
   .plots.three svg {{ max-width: 330px; }}
-  .stage canvas {{ height: 360px; }}
+  .stage canvas[data-play=track] {{ height: 280px; }}
+  .stage canvas[data-play=time] {{ height: 300px; }}
   .plots.steps {{ grid-template-columns: 1fr 1fr 1fr; gap: 6px; }}
   .board {{ grid-template-columns: minmax(0, 1fr); }}
   .plots.wide::before, .scroll:has(th:nth-child(5))::before, .wordy .scroll::before {{

@@ -11,32 +11,37 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ....exports.javascript import force_equation, vehicle_data
 from ....physics.effects import COMMAND_OFFSET, EFFECTS
 from ....physics.in_words import unit_text, words
 from ....physics.stated_values import values_of
 from ....physics.vehicle import Vehicle
+from ....residuals.scores import SPACING
 from ...run_contents import RunFolder
+from ..figures.figure_data import held_out_rows
 from ..markup import Html, element, render
 from .base import Chapter, Section
-from .verdict import legend
+from .verdict import hero_errors, legend
 
 _ROWS = 3000
-"""Rows that are rolled out, five minutes: more would not follow a slider."""
-_FEWEST = 100
-"""Rows below which there is nothing to see: a rollout of ten seconds."""
-_HORIZON = 10.0
-"""After so many seconds a rollout begins anew from the measurement, as in the series of the run."""
+"""Rows that are predicted, five minutes: more would not follow a slider."""
 _BEYOND = 0.6
 """How far a slider goes beyond what is between the values before and after, as a share of that."""
 _AT_ONCE = 8
 """Sliders that are seen at once, as high as the drawing beside them; more are folded."""
 _DIGITS = {"north": 3, "east": 3, "psi": 5, "u": 4, "v": 4, "r": 5}
 """Decimals of the measurement: what the page's drawings show, with some to spare."""
+_STATES = {"position": ("north", "east"), "surge": ("u",), "sway": ("v",), "yaw": ("r",)}
+"""The states whose error is told, by the name of the error."""
 
 
-_WHAT = f"position error of {_HORIZON:g} s predictions"
+class Piece(NamedTuple):
+    """A stretch of rows without a gap, and the number of the model that predicts it."""
+
+    rows: pd.DataFrame
+    model: int
 
 
 class Knob(NamedTuple):
@@ -52,44 +57,59 @@ class Knob(NamedTuple):
 
 
 def play(run: RunFolder) -> Section | None:
-    """Sliders, the error that follows them, and measured and predicted motion; shown by its script alone."""
+    """Sliders, the error that follows them, and measured and predicted motion over time; shown by its script alone.
+
+    The error is the one that the page leads with, counted alike on the same rows by the same models.
+    """
     knobs = knobs_of(run.nominal, run.corrected)
-    rows = _stretch(run.series)
+    _, _, horizon, metric, unit = hero_errors(run)
+    models, judged = _models(run), held_out_rows(run.series)[0]
+    step = _step(judged)
+    pieces = _pieces(judged, run, float(horizon), step)
+    rows = pd.concat([piece.rows for piece in pieces]) if pieces else judged[:0]
     # The series does not have the wind that an anemometer measured, which the force equation would ask for.
     blows = any(run.corrected.value(symbol) for symbol in ("wind_x", "wind_y", "wind_n"))
     needed = [*_DIGITS, "time", "log", *(thruster.channel for thruster in run.corrected.thrusters)]
     whole = set(needed) <= set(rows.columns) and bool(np.isfinite(rows[needed].to_numpy(dtype=float)).all())
-    if not knobs or blows or len(rows) < _FEWEST or not whole:
+    if not knobs or blows or not pieces or not whole:
         return None
-    log, step = _log(rows, run.series, run.corrected), float(np.median(np.diff(rows["time"])))
+    part = "" if len(rows) == len(judged) else f" over {len(rows) * step:.0f} of {len(judged) * step:.0f} s"
+    what = f"{metric} error of {horizon} s predictions{part}"
     data = {
         "nominal": vehicle_data(run.nominal),
-        "vehicle": vehicle_data(run.corrected),
+        "boats": [vehicle_data(model) for model in models],
+        "changes": [_changes(run.nominal, model) for model in models],
         "knobs": [knob._asdict() | {"unit": unit_text(knob.unit)} for knob in knobs],
-        "log": log,
-        "horizon": _HORIZON,
+        **_measurement(rows, pieces, run, step),
+        "horizon": float(horizon),
+        "spacing": max(1, round(SPACING / step)),
+        "metric": [[list(_DIGITS).index(name), name] for name in _STATES[metric]],
+        "unit": unit,
     }
     numbers = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     stored = element("script", Html(numbers), attributes={"type": "application/json", "id": "play-data"})
-    part = "" if len(rows) == len(run.series) else f" They run over {len(rows) * step:.0f} s of the logs."
+    unseen = (
+        " Each part of the log is predicted by the model that was fitted without it, and a slider moves the number of "
+        "each of these models in proportion."
+    ) * (len(models) > 1)
     caption = (
-        f"Move a slider and all predictions are made anew by the force equation, {_HORIZON:g} s each and open loop "
-        f"from the measurement.{part} Their error is on rows to which the model was fitted; the one at the top of the "
-        "page is of models that never saw them."
+        f"Play, or drag the time, and watch the boat beside its predictions, {horizon} s each and open loop from the "
+        "measurement. Move a slider and all of them are made anew by the force equation. Their error counts as at the "
+        f"top of the page, with a prediction every {SPACING:g} s.{unseen}"
     )
     stage = element(
         "div",
         legend(("measured", "before", "yours")),
+        _canvas("track", "The track from above, measured, before and by your values"),
         _canvas("time", "Speeds over time, measured, before and by your values"),
+        element("div", *_player(), cls="window"),
         element("p", Html("&nbsp;"), cls="where", attributes={"data-play": "where"}),
-        element("div", *_window(), cls="window"),
         cls="stage",
     )
     side = element(
         "div",
-        element("div", _error(), *map(_knob, knobs[:_AT_ONCE]), *_folded(knobs[_AT_ONCE:]), cls="knobs"),
+        element("div", _error(what), *map(_knob, knobs[:_AT_ONCE]), *_folded(knobs[_AT_ONCE:]), cls="knobs"),
         element("div", _button("all-before", "Before"), _button("all-after", "After"), cls="buttons"),
-        _canvas("track", "The track from above, measured, before and by your values"),
         cls="desk",
     )
     box = element("figure", element("div", side, stage, cls="board"), element("figcaption", caption), cls="card")
@@ -136,41 +156,69 @@ def _apart(vehicle: Vehicle, symbol: str) -> bool:
     return len(values_of(vehicle, symbol)) > 1
 
 
-def _stretch(series: pd.DataFrame) -> pd.DataFrame:
-    """The longest stretch of one log without a gap, or its beginning."""
-    time, log = series["time"].to_numpy(), series["log"].to_numpy()
-    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
-    breaks = np.flatnonzero((np.diff(log) != 0) | (np.abs(np.diff(time) - step) > 0.5 * step)) + 1
-    edges = [0, *breaks.tolist(), time.size]
-    begin, end = max(pairwise(edges), key=lambda pair: pair[1] - pair[0])
-    return series.iloc[begin : min(end, begin + _ROWS)]
+def _models(run: RunFolder) -> list[Vehicle]:
+    """The models that judge: one fitted without each fold, or the corrected one where a part was kept aside."""
+    changed = {symbol: run.nominal.value(symbol) for symbol in run.corrected.values if ":" in symbol}
+    folds = run.findings.folds.models if run.findings.folds else ()
+    return [run.nominal.with_values(changed | dict(fold.values)) for fold in folds] or [run.corrected]
 
 
-def _log(rows: pd.DataFrame, series: pd.DataFrame, vehicle: Vehicle) -> dict[str, object]:
-    """The measurement as the script takes it."""
-    time = rows["time"].to_numpy()
-    first = series.loc[series["log"] == rows["log"].iloc[0], "time"].iloc[0]
-    columns = {name: rows[name].round(digits).tolist() for name, digits in _DIGITS.items()}
-    commands = [[float(f"{x:.6g}") for x in rows[thruster.channel]] for thruster in vehicle.thrusters]
-    return {
-        "start": round(float(time[0]), 3),
-        "step": round(float(np.median(np.diff(time))), 6),
-        "begin": float(time[0] - first) / 60.0,
-        **columns,
-        "commands": commands,
-    }
+def _changes(nominal: Vehicle, model: Vehicle) -> list[tuple[str, float, float]]:
+    """What a model changes: symbol, value before and after."""
+    both = ((symbol, nominal.value(symbol), after) for symbol, after in model.values.items())
+    return [one for one in both if one[1] != one[2] and not _apart(nominal, one[0]) and not _apart(model, one[0])]
 
 
-def _error() -> Html:
+def _step(rows: pd.DataFrame) -> float:
+    """Time between rows [s]."""
+    return float(np.median(np.diff(rows["time"]))) if len(rows) > 1 else 1.0
+
+
+def _pieces(judged: pd.DataFrame, run: RunFolder, horizon: float, step: float) -> list[Piece]:
+    """The judged stretches without a gap, each with its model, as many as are followed; none shorter than a horizon."""
+    time, log, model = judged["time"].to_numpy(), judged["log"].to_numpy(), _model_of_rows(judged, run)
+    apart = (np.diff(log) != 0) | (np.diff(model) != 0) | (np.abs(np.diff(time) - step) > 0.5 * step)
+    found, left = [], _ROWS
+    for begin, end in pairwise([0, *(np.flatnonzero(apart) + 1).tolist(), time.size]):
+        last = min(end, begin + left)
+        if last - begin > round(horizon / step) and model[begin] >= 0:
+            found.append(Piece(judged.iloc[begin:last], int(model[begin])))
+            left -= last - begin
+    return found
+
+
+def _model_of_rows(judged: pd.DataFrame, run: RunFolder) -> NDArray[np.intp]:
+    """The number of the model that was fitted without each row; -1 where every model saw it."""
+    folds = run.findings.folds.models if run.findings.folds else ()
+    found = np.full(len(judged), -1 if folds else 0, dtype=np.intp)
+    for k, fold in enumerate(folds):
+        for log, begin, end in fold.stretches:
+            found[(judged["log"] == log) & judged["time"].between(begin, end)] = k
+    return found
+
+
+def _measurement(rows: pd.DataFrame, pieces: Sequence[Piece], run: RunFolder, step: float) -> dict[str, object]:
+    """The measurement as the script takes it: of each column its unit and its steps from row to row in that."""
+    columns = {}
+    for name, digits in _DIGITS.items():
+        whole = np.round(rows[name].to_numpy() * 10.0**digits).astype(int)
+        columns[name] = [10.0**-digits, np.diff(whole, prepend=0).tolist()]
+    begun = run.series.groupby("log")["time"].min()
+    edges = np.cumsum([0, *(len(piece.rows) for piece in pieces)]).tolist()
+    told = []
+    for (first, last), piece in zip(pairwise(edges), pieces, strict=True):
+        start, log = float(piece.rows["time"].iloc[0]), piece.rows["log"].iloc[0]
+        begin = (start - float(begun[log])) / 60.0
+        told.append({"first": first, "last": last, "start": round(start, 3), "begin": begin, "boat": piece.model})
+    commands = [[float(f"{x:.6g}") for x in rows[thruster.channel]] for thruster in run.corrected.thrusters]
+    return {"step": round(step, 6), "columns": columns, "commands": commands, "pieces": told}
+
+
+def _error(what: str) -> Html:
     """The error of the predictions that the sliders make."""
     bar = element("div", element("i", attributes={"data-play": "bar"}), cls="meter", attributes={"role": "img"})
-    return element(
-        "div",
-        element("b", attributes={"data-play": "told"}),
-        element("small", _WHAT),
-        bar,
-        cls="error",
-    )
+    told = element("b", Html("&nbsp;"), attributes={"data-play": "told"})
+    return element("div", told, element("small", what), bar, cls="error")
 
 
 def _knob(knob: Knob) -> Html:
@@ -194,17 +242,30 @@ def _button(name: str, text: str) -> Html:
     return element("button", text, attributes={"type": "button", "data-play": name})
 
 
-def _window() -> tuple[Html, Html]:
-    """What chooses the part of the log that is drawn."""
-    options = [("20", "20 s"), ("60", "60 s"), ("all", "all")]
-    chosen = [
-        element("option", text, attributes={"value": value} | ({"selected": ""} if value == "60" else {}))
+def _player() -> list[Html]:
+    """What plays the motion, moves the time, and chooses the part of the log that is drawn."""
+    cursor = Html('<input type="range" min="0" max="1" value="0" data-play="cursor" aria-label="time">')
+    shown = _select("span", (("20", "20 s"), ("60", "60 s"), ("all", "all")), "60")
+    speed = _select(
+        "speed",
+        (("1", "1\N{MULTIPLICATION SIGN}"), ("4", "4\N{MULTIPLICATION SIGN}"), ("16", "16\N{MULTIPLICATION SIGN}")),
+        "4",
+    )
+    return [
+        _button("run", "Play"),
+        cursor,
+        element("output", attributes={"data-play": "clock", "aria-live": "off"}),
+        element("label", "show ", shown),
+        element("label", "speed ", speed),
+    ]
+
+
+def _select(name: str, options: Sequence[tuple[str, str]], chosen: str) -> Html:
+    found = [
+        element("option", text, attributes={"value": value} | ({"selected": ""} if value == chosen else {}))
         for value, text in options
     ]
-    span = element("select", *chosen, attributes={"data-play": "span"})
-    where = 'data-play="from" aria-label="begin of what is shown"'
-    slider = Html(f'<input type="range" min="0" max="1000" value="0" {where}>')
-    return element("label", "show ", span), element("label", "from ", slider)
+    return element("select", *found, attributes={"data-play": name})
 
 
 PLAY = Chapter(40, play)
