@@ -31,6 +31,7 @@ CSS = f"""
 @media (prefers-color-scheme: dark) {{ :root {{ {DARK.strip()} }} }}
 @media print {{ :root {{ color-scheme: light; {LIGHT.strip()} --paper: #ffffff; }} }}
 * {{ box-sizing: border-box; }}
+:focus-visible {{ outline: 3px solid var(--after); outline-offset: 2px; }}
 body {{ margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 var(--font); }}
 main {{ max-width: 1140px; margin: 0 auto; padding: 28px 20px 72px; }}
 h1 {{ font-size: clamp(1.5rem, 4vw, 2.15rem); line-height: 1.2; margin: .3em 0 .45em; max-width: 28em; }}
@@ -44,13 +45,13 @@ section > a[id], details > a[id] {{ scroll-margin-top: 5em; }}
 .card > summary {{ margin: 0; }}
 .card > summary h3 {{ display: inline; margin: 0 0 0 .3em; color: var(--ink); }}
 .contents {{ font-size: .85rem; display: flex; gap: 4px 16px; overflow-x: auto; white-space: nowrap; }}
-.contents {{ padding: 10px 12px 0; scrollbar-width: none; }}
+.contents {{ padding: 10px 12px 6px; scrollbar-width: none; }}
 .contents a {{ color: var(--muted); text-decoration: none; }}
 .contents a:hover {{ color: var(--after); }}
 @media (min-width: 1180px) {{
   body:has(> .contents) {{ display: grid; grid-template-columns: 190px minmax(0, 1fr); }}
   .contents {{ position: sticky; top: 0; align-self: start; flex-direction: column; white-space: normal; }}
-  .contents {{ padding: 74px 0 0 20px; max-height: 100vh; overflow-y: auto; }}
+  .contents {{ padding: 74px 7px 0 20px; max-height: 100vh; overflow-y: auto; }}
   .contents .detail {{ padding-left: .9em; font-size: .8rem; }}
   body:has(> .contents) > main {{ margin: 0; }}
 }}
@@ -144,7 +145,8 @@ b.noted {{ color: var(--muted); }}
 .warning {{ border-left: 6px solid var(--before); font-size: 1.06rem; font-weight: 600; max-width: none; }}
 .zoom {{ display: block; min-width: 0; }}
 .zoom input {{ position: absolute; opacity: 0; width: 1px; height: 1px; }}
-.zoom:has(:focus-visible) {{ outline: 2px solid var(--after); outline-offset: 4px; }}
+.zoom:has(:focus-visible) {{ outline: 3px solid var(--after); outline-offset: 4px; }}
+.plots.wide .zoom:has(:focus-visible) {{ outline-offset: -3px; }}
 @media screen {{
   .zoom {{ cursor: zoom-in; }}
   .zoom:has(:checked) {{

@@ -21,7 +21,7 @@ from ....physics.vehicle import Vehicle
 from ....residuals.scores import SPACING
 from ...run_contents import RunFolder
 from ..figures.figure_data import held_out_rows
-from ..markup import Html, element, render
+from ..markup import Html, element, escaped, render
 from .base import Chapter, Section
 from .verdict import hero_errors, legend
 
@@ -223,7 +223,7 @@ def _error(what: str) -> Html:
 
 def _knob(knob: Knob) -> Html:
     label = element("span", element("b", knob.symbol), f" {knob.what}")
-    slider = Html('<input type="range">')
+    slider = Html(f'<input type="range" aria-label="{escaped(f"{knob.symbol}, {knob.what}")}">')
     marks = element("span", element("i", cls="before"), element("i", cls="after"), cls="ends")
     return element("label", element("span", label, element("output"), cls="name"), slider, marks, cls="knob")
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from added_run import write_added
+from keyboard import nameless, tab_through
 from sample_run import compare_many, write_sample
 
 from undertow.physics.errors import RequestError
@@ -184,6 +185,28 @@ def test_colours_can_be_told_from_the_paper(pages, looked, scheme):
     assert contrast["--ink"] > 7.0
     assert contrast["--muted"] > 4.5
     assert min(contrast["--before"], contrast["--after"]) > 3.0
+
+
+@pytest.mark.parametrize(("name", "width"), [("one", 1280), ("one", 390), ("fleet", 1280)])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_tab_key_comes_to_everything_and_shows_where_it_is(pages, looked, name, width, scheme):
+    tab = looked(pages[name], scheme, width)
+    tab.evaluate(OPEN_ALL)
+    found, missed = tab_through(tab)
+    assert len(found) > 10
+    assert missed == []
+    assert [one for one in found if one.contrast < 3.0 or not one.seen] == []
+    assert nameless(tab) == []
+
+
+@pytest.mark.parametrize("spoiled", ["outline: none", "outline-color: var(--grid)", "outline-width: 1px"])
+def test_a_focus_that_does_not_show_would_be_seen(pages, looked, spoiled):
+    tab = looked(pages["fleet"], "light", 1280)
+    tab.add_style_tag(content=f":focus-visible {{ {spoiled} !important; }}")
+    tab.evaluate("() => document.querySelector('main').insertAdjacentHTML('beforeend', '<button></button>')")
+    found, _ = tab_through(tab)
+    assert any(one.contrast < 3.0 for one in found)
+    assert nameless(tab) == ["button "]
 
 
 def test_print_is_light_and_fits_the_paper(pages, looked):
