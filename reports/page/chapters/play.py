@@ -11,22 +11,18 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from ....exports.javascript import force_equation, vehicle_data
 from ....physics.effects import COMMAND_OFFSET, EFFECTS
 from ....physics.in_words import unit_text, words
-from ....physics.stated_values import values_of
 from ....physics.vehicle import Vehicle
 from ....residuals.scores import SPACING
 from ...run_contents import RunFolder
-from ..figures.figure_data import held_out_rows
+from ..judged_pieces import JudgedPieces, apart, begun
 from ..markup import Html, element, escaped, render
 from .base import Chapter, Section
 from .verdict import hero_errors, legend
 
-_ROWS = 3000
-"""Rows that are predicted, five minutes: more would not follow a slider."""
 _BEYOND = 0.6
 """How far a slider goes beyond what is between the values before and after, as a share of that."""
 _AT_ONCE = 8
@@ -35,13 +31,6 @@ _DIGITS = {"north": 3, "east": 3, "psi": 5, "u": 4, "v": 4, "r": 5}
 """Decimals of the measurement: what the page's drawings show, with some to spare."""
 _STATES = {"position": ("north", "east"), "surge": ("u",), "sway": ("v",), "yaw": ("r",)}
 """The states whose error is told, by the name of the error."""
-
-
-class Piece(NamedTuple):
-    """A stretch of rows without a gap, and the number of the model that predicts it."""
-
-    rows: pd.DataFrame
-    model: int
 
 
 class Knob(NamedTuple):
@@ -63,24 +52,21 @@ def play(run: RunFolder) -> Section | None:
     """
     knobs = knobs_of(run.nominal, run.corrected)
     _, _, horizon, metric, unit = hero_errors(run)
-    models, judged = _models(run), held_out_rows(run.series)[0]
-    step = _step(judged)
-    pieces = _pieces(judged, run, float(horizon), step)
-    rows = pd.concat([piece.rows for piece in pieces]) if pieces else judged[:0]
+    judged = JudgedPieces.of(run.findings, run.series, run.nominal, run.corrected, float(horizon))
+    rows, step = judged.rows, judged.step
     # The series does not have the wind that an anemometer measured, which the force equation would ask for.
     blows = any(run.corrected.value(symbol) for symbol in ("wind_x", "wind_y", "wind_n"))
     needed = [*_DIGITS, "time", "log", *(thruster.channel for thruster in run.corrected.thrusters)]
     whole = set(needed) <= set(rows.columns) and bool(np.isfinite(rows[needed].to_numpy(dtype=float)).all())
-    if not knobs or blows or not pieces or not whole:
+    if not knobs or blows or not whole:
         return None
-    part = "" if len(rows) == len(judged) else f" over {len(rows) * step:.0f} of {len(judged) * step:.0f} s"
-    what = f"{metric} error of {horizon} s predictions{part}"
+    what = f"{metric} error of {horizon} s predictions{judged.some}"
     data = {
         "nominal": vehicle_data(run.nominal),
-        "boats": [vehicle_data(model) for model in models],
-        "changes": [_changes(run.nominal, model) for model in models],
+        "boats": [vehicle_data(model) for model in judged.models],
+        "changes": [judged.changes(model) for model in judged.models],
         "knobs": [knob._asdict() | {"unit": unit_text(knob.unit)} for knob in knobs],
-        **_measurement(rows, pieces, run, step),
+        **_measurement(rows, judged, run),
         "horizon": float(horizon),
         "spacing": max(1, round(SPACING / step)),
         "metric": [[list(_DIGITS).index(name), name] for name in _STATES[metric]],
@@ -91,7 +77,7 @@ def play(run: RunFolder) -> Section | None:
     unseen = (
         " Each part of the log is predicted by the model that was fitted without it, and a slider moves the number of "
         "each of these models in proportion."
-    ) * (len(models) > 1)
+    ) * (len(judged.models) > 1)
     caption = (
         f"Play, or drag the time, and watch the boat beside its predictions, {horizon} s each and open loop from the "
         "measurement. Move a slider and all of them are made anew by the force equation. Their error counts as at the "
@@ -139,7 +125,7 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
     found = []
     for symbol, after in corrected.values.items():
         before = nominal.value(symbol)
-        if before == after or symbol == COMMAND_OFFSET.symbol or _apart(nominal, symbol) or _apart(corrected, symbol):
+        if before == after or symbol == COMMAND_OFFSET.symbol or apart(nominal, symbol) or apart(corrected, symbol):
             continue
         parameter, room = corrected.parameter(symbol), _BEYOND * abs(after - before)
         low, high = (
@@ -151,67 +137,27 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
     return found
 
 
-def _apart(vehicle: Vehicle, symbol: str) -> bool:
-    """Whether thrusters differ in what all share as a rule: no single slider moves that."""
-    return len(values_of(vehicle, symbol)) > 1
-
-
-def _models(run: RunFolder) -> list[Vehicle]:
-    """The models that judge: one fitted without each fold, or the corrected one where a part was kept aside."""
-    changed = {symbol: run.nominal.value(symbol) for symbol in run.corrected.values if ":" in symbol}
-    folds = run.findings.folds.models if run.findings.folds else ()
-    return [run.nominal.with_values(changed | dict(fold.values)) for fold in folds] or [run.corrected]
-
-
-def _changes(nominal: Vehicle, model: Vehicle) -> list[tuple[str, float, float]]:
-    """What a model changes: symbol, value before and after."""
-    both = ((symbol, nominal.value(symbol), after) for symbol, after in model.values.items())
-    return [one for one in both if one[1] != one[2] and not _apart(nominal, one[0]) and not _apart(model, one[0])]
-
-
-def _step(rows: pd.DataFrame) -> float:
-    """Time between rows [s]."""
-    return float(np.median(np.diff(rows["time"]))) if len(rows) > 1 else 1.0
-
-
-def _pieces(judged: pd.DataFrame, run: RunFolder, horizon: float, step: float) -> list[Piece]:
-    """The judged stretches without a gap, each with its model, as many as are followed; none shorter than a horizon."""
-    time, log, model = judged["time"].to_numpy(), judged["log"].to_numpy(), _model_of_rows(judged, run)
-    apart = (np.diff(log) != 0) | (np.diff(model) != 0) | (np.abs(np.diff(time) - step) > 0.5 * step)
-    found, left = [], _ROWS
-    for begin, end in pairwise([0, *(np.flatnonzero(apart) + 1).tolist(), time.size]):
-        last = min(end, begin + left)
-        if last - begin > round(horizon / step) and model[begin] >= 0:
-            found.append(Piece(judged.iloc[begin:last], int(model[begin])))
-            left -= last - begin
-    return found
-
-
-def _model_of_rows(judged: pd.DataFrame, run: RunFolder) -> NDArray[np.intp]:
-    """The number of the model that was fitted without each row; -1 where every model saw it."""
-    folds = run.findings.folds.models if run.findings.folds else ()
-    found = np.full(len(judged), -1 if folds else 0, dtype=np.intp)
-    for k, fold in enumerate(folds):
-        for log, begin, end in fold.stretches:
-            found[(judged["log"] == log) & judged["time"].between(begin, end)] = k
-    return found
-
-
-def _measurement(rows: pd.DataFrame, pieces: Sequence[Piece], run: RunFolder, step: float) -> dict[str, object]:
+def _measurement(rows: pd.DataFrame, judged: JudgedPieces, run: RunFolder) -> dict[str, object]:
     """The measurement as the script takes it: of each column its unit and its steps from row to row in that."""
     columns = {}
     for name, digits in _DIGITS.items():
         whole = np.round(rows[name].to_numpy() * 10.0**digits).astype(int)
         columns[name] = [10.0**-digits, np.diff(whole, prepend=0).tolist()]
-    begun = run.series.groupby("log")["time"].min()
-    edges = np.cumsum([0, *(len(piece.rows) for piece in pieces)]).tolist()
-    told = []
-    for (first, last), piece in zip(pairwise(edges), pieces, strict=True):
-        start, log = float(piece.rows["time"].iloc[0]), piece.rows["log"].iloc[0]
-        begin = (start - float(begun[log])) / 60.0
-        told.append({"first": first, "last": last, "start": round(start, 3), "begin": begin, "boat": piece.model})
+    edges = np.cumsum([0, *(len(piece.rows) for piece in judged.pieces)]).tolist()
+    told = [
+        {
+            "first": first,
+            "last": last,
+            "start": round(float(piece.rows["time"].iloc[0]), 3),
+            "begin": begin,
+            "boat": piece.model,
+        }
+        for (first, last), piece, begin in zip(
+            pairwise(edges), judged.pieces, begun(run.series, judged.pieces), strict=True
+        )
+    ]
     commands = [[float(f"{x:.6g}") for x in rows[thruster.channel]] for thruster in run.corrected.thrusters]
-    return {"step": round(step, 6), "columns": columns, "commands": commands, "pieces": told}
+    return {"step": round(judged.step, 6), "columns": columns, "commands": commands, "pieces": told}
 
 
 def _error(what: str) -> Html:
