@@ -240,22 +240,20 @@ function undertowVehicle(data) {
     return [lag(v, p.memory_time, log.step), lag(Float64Array.from(log.r), p.memory_time, log.step)];
   }
 
-  // Open-loop rollouts along a log {step, minutes, north, east, psi, u, v, r, commands: [series of each thruster]},
-  // put back on the measurement every `every` rows: {north, east, psi, u, v, r}, the measurement in the rows of starts.
-  function rollouts(log, every) {
-    const model = ready(), n = log.u.length, h = log.step, count = thrusters.length;
-    const names = ["north", "east", "psi", "u", "v", "r"];
-    const found = Object.fromEntries(names.map((name) => [name, Float64Array.from(log[name])]));
+  const STATES = ["north", "east", "psi", "u", "v", "r"];
+
+  // Opens a log {step, minutes, north, east, psi, u, v, r, commands: [series of each thruster]} with the values as they
+  // are now: a function that predicts open loop from the measured row `start`, and gives each of the `steps` rows ahead
+  // with its state [north, east, psi, u, v, r, ...] to `take`.
+  function open(log) {
+    const model = ready(), h = log.step, count = thrusters.length;
     const acts = thrusters.map((t, k) => response(t, log.commands[k], h, log.minutes));
     const wake = memory(log);
     const signals = new Float64Array(SIGNALS.length), x = new Float64Array(8), y = new Float64Array(8);
     const slopes = [0, 1, 2, 3].map(() => new Float64Array(8));
     const thrust = [0, 1, 2].map(() => new Float64Array(count)), load = [0, 1, 2].map(() => new Float64Array(count));
-    for (let k = 0; k + 1 < n; k++) {
-      if (k % every === 0) {
-        names.forEach((name, place) => (x[place] = log[name][k]));
-        x[6] = wake[0][k]; x[7] = wake[1][k];
-      }
+
+    function step(k) {
       for (let j = 0; j < count; j++) {
         const [force, loss] = acts[j];
         thrust[0][j] = force[k]; thrust[2][j] = force[k + 1]; thrust[1][j] = 0.5 * (force[k] + force[k + 1]);
@@ -263,7 +261,7 @@ function undertowVehicle(data) {
       }
       const minutes = log.minutes[k];
       for (let stage = 0; stage < 4; stage++) {
-        const share = [0.0, 0.5, 0.5, 1.0][stage], at = [0, 1, 1, 2][stage];
+        const share = stage === 0 ? 0.0 : stage === 3 ? 1.0 : 0.5, at = stage === 0 ? 0 : stage === 3 ? 2 : 1;
         for (let j = 0; j < 8; j++) y[j] = stage ? x[j] + share * h * slopes[stage - 1][j] : x[j];
         rate(model, y, thrust[at], load[at], minutes + (share * h) / 60.0, signals, slopes[stage]);
       }
@@ -271,10 +269,26 @@ function undertowVehicle(data) {
         x[j] += (h / 6.0) * (slopes[0][j] + 2.0 * slopes[1][j] + 2.0 * slopes[2][j] + slopes[3][j]);
       for (let j = 3; j < 6; j++)
         if (!(Math.abs(x[j]) <= SPEED_LIMIT)) x[j] = Number.isNaN(x[j]) ? 0.0 : Math.sign(x[j]) * SPEED_LIMIT;
-      if ((k + 1) % every) names.forEach((name, place) => (found[name][k + 1] = x[place]));
     }
+
+    return function ahead(start, steps, take) {
+      STATES.forEach((name, place) => (x[place] = log[name][start]));
+      x[6] = wake[0][start]; x[7] = wake[1][start];
+      for (let k = start; k < start + steps; k++) { step(k); take(k + 1, x); }
+    };
+  }
+
+  // Open-loop rollouts along a log, put back on the measurement every `every` rows: {north, east, psi, u, v, r}, the
+  // measurement in the rows of starts.
+  function rollouts(log, every) {
+    const ahead = open(log), last = log.u.length - 1;
+    const found = Object.fromEntries(STATES.map((name) => [name, Float64Array.from(log[name])]));
+    for (let start = 0; start < last; start += every)
+      ahead(start, Math.min(every, last - start), (k, x) => {
+        if (k % every) STATES.forEach((name, place) => (found[name][k] = x[place]));
+      });
     return found;
   }
 
-  return { set, rollouts, values, thrusters };
+  return { set, open, rollouts, values, thrusters };
 }

@@ -11,7 +11,6 @@ const PATIENCE = 1000;  // milliseconds after which an answer counts as lost
 
 const CSS = `
 .undertow-time { display: block; position: relative; width: 100%; min-width: 0; color: var(--ink); outline-offset: 4px; border-radius: 6px; }
-.undertow-time:focus-visible { outline: 2px solid var(--after); }
 .undertow-time .head { display: flex; flex-wrap: wrap; gap: 0 14px; align-items: center; font-size: 13px; line-height: 1.5; padding-left: 52px; }
 .undertow-time .panel + .panel .head { margin-top: 8px; }
 .undertow-time .head b { font-weight: 600; }
@@ -29,7 +28,6 @@ const CSS = `
 .undertow-time .foot .now { color: var(--ink); font-variant-numeric: tabular-nums; }
 .undertow-time .by-finger { font: inherit; font-size: 13px; color: var(--ink); background: transparent; border: 1px solid var(--muted); border-radius: 9px; padding: 5px 12px; min-height: 34px; }
 .undertow-time .by-finger[aria-pressed="true"] { background: color-mix(in srgb, var(--heat3) 34%, transparent); }
-.undertow-time .by-finger:focus-visible { outline: 3px solid var(--after); outline-offset: 2px; }
 @media (hover: none) { .undertow-time .hint { display: none; } }
 @media (max-width: 560px) {
   .undertow-time .head, .undertow-time .foot { padding-left: 0; }

@@ -10,7 +10,6 @@ const REST = 120;  // milliseconds without a move after which the view is looked
 
 const CSS = `
 .undertow-track { display: block; position: relative; width: 100%; min-width: 0; color: var(--ink); outline-offset: 4px; border-radius: 6px; }
-.undertow-track:focus-visible { outline: 2px solid var(--after); }
 .undertow-track canvas { display: block; width: 100%; cursor: crosshair; touch-action: pan-y; }
 .undertow-track canvas.held { cursor: grabbing; }
 .undertow-track canvas.top { position: absolute; inset: 0; pointer-events: none; }

@@ -36,7 +36,7 @@ def page(run: RunFolder) -> str:
 def _in_place(chapter: Chapter, section: Section) -> Html:
     """A section under its title, folded where its chapter is; links to it open it."""
     if not section.title:
-        return section.body
+        return element("section", section.body, cls=section.cls) if section.cls else section.body
     title, anchor = element("h2", section.title), element("a", attributes={"id": _anchor(chapter)})
     if chapter.folded:
         body = element("details", element("summary", title), anchor, section.body, cls="folded")

@@ -31,6 +31,7 @@ CSS = f"""
 @media (prefers-color-scheme: dark) {{ :root {{ {DARK.strip()} }} }}
 @media print {{ :root {{ color-scheme: light; {LIGHT.strip()} --paper: #ffffff; }} }}
 * {{ box-sizing: border-box; }}
+:focus-visible {{ outline: 3px solid var(--after); outline-offset: 2px; }}
 body {{ margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 var(--font); }}
 main {{ max-width: 1140px; margin: 0 auto; padding: 28px 20px 72px; }}
 h1 {{ font-size: clamp(1.5rem, 4vw, 2.15rem); line-height: 1.2; margin: .3em 0 .45em; max-width: 28em; }}
@@ -44,13 +45,13 @@ section > a[id], details > a[id] {{ scroll-margin-top: 5em; }}
 .card > summary {{ margin: 0; }}
 .card > summary h3 {{ display: inline; margin: 0 0 0 .3em; color: var(--ink); }}
 .contents {{ font-size: .85rem; display: flex; gap: 4px 16px; overflow-x: auto; white-space: nowrap; }}
-.contents {{ padding: 10px 12px 0; scrollbar-width: none; }}
+.contents {{ padding: 10px 12px 6px; scrollbar-width: none; }}
 .contents a {{ color: var(--muted); text-decoration: none; }}
 .contents a:hover {{ color: var(--after); }}
 @media (min-width: 1180px) {{
   body:has(> .contents) {{ display: grid; grid-template-columns: 190px minmax(0, 1fr); }}
   .contents {{ position: sticky; top: 0; align-self: start; flex-direction: column; white-space: normal; }}
-  .contents {{ padding: 74px 0 0 20px; max-height: 100vh; overflow-y: auto; }}
+  .contents {{ padding: 74px 7px 0 20px; max-height: 100vh; overflow-y: auto; }}
   .contents .detail {{ padding-left: .9em; font-size: .8rem; }}
   body:has(> .contents) > main {{ margin: 0; }}
 }}
@@ -144,7 +145,8 @@ b.noted {{ color: var(--muted); }}
 .warning {{ border-left: 6px solid var(--before); font-size: 1.06rem; font-weight: 600; max-width: none; }}
 .zoom {{ display: block; min-width: 0; }}
 .zoom input {{ position: absolute; opacity: 0; width: 1px; height: 1px; }}
-.zoom:has(:focus-visible) {{ outline: 2px solid var(--after); outline-offset: 4px; }}
+.zoom:has(:focus-visible) {{ outline: 3px solid var(--after); outline-offset: 4px; }}
+.plots.wide .zoom:has(:focus-visible) {{ outline-offset: -3px; }}
 @media screen {{
   .zoom {{ cursor: zoom-in; }}
   .zoom:has(:checked) {{
@@ -184,8 +186,8 @@ tbody tr:last-child td {{ border-bottom: 0; }}
 .tag.possible {{ border-color: var(--after); color: var(--after); }}
 .board {{ display: grid; grid-template-columns: minmax(280px, 1fr) 1.6fr; gap: 10px 30px; }}
 .board canvas {{ display: block; width: 100%; touch-action: pan-y; }}
-.stage canvas {{ height: 420px; cursor: crosshair; }}
-.desk canvas {{ height: 210px; margin-top: 14px; }}
+.stage canvas[data-play=time] {{ height: 240px; cursor: crosshair; margin-top: 8px; }}
+.stage canvas[data-play=track] {{ height: 230px; }}
 .desk .error b {{ font-size: 2.3rem; line-height: 1.1; color: var(--after); letter-spacing: -.02em; }}
 .desk .error small {{ color: var(--muted); display: block; }}
 .meter {{ height: 7px; border-radius: 4px; background: var(--grid); margin: 6px 0 14px; overflow: hidden; }}
@@ -200,12 +202,14 @@ tbody tr:last-child td {{ border-bottom: 0; }}
 .knob .ends i {{ position: absolute; top: 0; width: 3px; height: 6px; margin-left: -1px; background: var(--after); }}
 .knob .ends i.before {{ background: var(--before); }}
 .buttons {{ display: flex; gap: 10px; margin-top: 12px; }}
-.buttons button, .window select {{
+.play button, .window select {{
   font: inherit; color: var(--ink); background: var(--paper); border: 1px solid var(--line); border-radius: 8px;
   padding: 4px 12px; cursor: pointer;
 }}
-.window {{ display: flex; gap: 20px; align-items: center; font-size: .9rem; color: var(--muted); }}
-.window label:last-child {{ flex: 1; display: flex; gap: 8px; align-items: center; }}
+.window {{ display: flex; flex-wrap: wrap; gap: 8px 16px; align-items: center; font-size: .9rem; color: var(--muted); }}
+.window button {{ min-width: 5.2em; }}
+.window input {{ flex: 1 1 140px; width: auto; min-width: 0; }}
+.window output {{ min-width: 4.6em; font-variant-numeric: tabular-nums; }}
 .where {{ font-size: .85rem; color: var(--muted); font-variant-numeric: tabular-nums; min-height: 1.5em; }}
 footer {{ color: var(--muted); font-size: .9rem; }}
 @media (max-width: 720px) {{
@@ -217,7 +221,8 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   h2 {{ margin-top: 1.5em; }}
   .effect p {{ font-size: .92rem; line-height: 1.45; }}
   .plots.three svg {{ max-width: 330px; }}
-  .stage canvas {{ height: 360px; }}
+  .stage canvas[data-play=track] {{ height: 280px; }}
+  .stage canvas[data-play=time] {{ height: 300px; }}
   .plots.steps {{ grid-template-columns: 1fr 1fr 1fr; gap: 6px; }}
   .board {{ grid-template-columns: minmax(0, 1fr); }}
   .plots.wide::before, .scroll:has(th:nth-child(5))::before, .wordy .scroll::before {{
@@ -226,27 +231,47 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   }}
   .plots.steps > :first-child {{ grid-column: 1 / -1; text-align: left; padding: 0; }}
 }}
-@page {{ size: A4; margin: 14mm 12mm; }}
+.paper {{ display: none; }}
+@page {{ size: A4; margin: 13mm 12mm; }}
 @media print {{
-  .play, .contents {{ display: none; }}
+  .play, .contents, details:not([open], .folded, .card) {{ display: none; }}
+  .paper {{ display: block; }}
+  .appendix {{ break-before: page; }}
+  .appendix + section > h2 {{ margin-top: .6em; }}
   body:has(> .contents) {{ display: block; }}
   .folded::details-content, details.card::details-content {{ content-visibility: visible; block-size: auto; }}
-  .folded > summary {{ list-style: none; padding: 1.2em 0 0; }}
-  body {{ font-size: 9.5pt; }}
+  .folded > summary, .card > summary {{ list-style: none; }}
+  .folded > summary {{ padding: 1.2em 0 0; }}
+  :root {{ font-size: 12px; }}
+  body {{ font-size: 9pt; line-height: 1.42; }}
   main {{ max-width: none; padding: 0; }}
-  .card, .balance, tr {{ break-inside: avoid; }}
-  h2, h3, .key {{ break-after: avoid; }}
+  h1 {{ font-size: 17pt; }}
+  h2 {{ margin: 1.3em 0 .4em; font-size: 12pt; }}
+  .folded > summary h2 {{ font-size: 12pt; margin: 0; }}
+  .lead {{ font-size: 10pt; }}
+  .card {{ padding: 9px 12px; margin: 8px 0; border-radius: 7px; box-decoration-break: clone; }}
+  .numbers {{ margin-top: 10px; }}
+  .big b {{ font-size: 24pt; }}
+  figcaption, .facts, .warn, .told, .key {{ font-size: 8pt; margin-top: 4px; }}
+  .card p {{ max-width: none; }}
+  .effect, .balance, .warning, tr, li, dd {{ break-inside: avoid; }}
+  h2, h3, summary, .key, dt {{ break-after: avoid; }}
   table, .wordy table {{ min-width: 0; font-size: 8pt; }}
+  .paper table {{ width: 100%; }}
+  .effect .tag {{ white-space: normal; border-radius: 6px; }}
   td, td div {{ white-space: normal; }}
   td.text {{ overflow-wrap: anywhere; min-width: 7em; }}
   .wordy td.text:last-child {{ min-width: 0; }}
+  .term > math {{ font-size: 11pt; }}
   .term small {{ font-size: 7pt; }}
-  .plots.three {{ grid-template-columns: repeat(3, 1fr); }}
+  .plots.three, .plots.trio, .columns:has(> .effect) {{ grid-template-columns: repeat(3, minmax(0, 1fr)); }}
+  .plots.trio, .columns {{ gap: 8px 14px; margin: 8px 0; }}
   .plots.pair, .columns {{ grid-template-columns: repeat(2, minmax(0, 1fr)); }}
   .plots.wide svg {{ min-width: 0; }}
-  h2 {{ margin-top: 1.6em; }}
+  .plots svg {{ max-height: 88mm; }}
+  .told {{ columns: 2; }}
   .scroll, .plots.wide {{ overflow: visible; background: none; }}
   .scroll::before, .plots.wide::before {{ display: none !important; }}
-  th, td {{ padding: 3px 6px; }}
+  th, td {{ padding: 2px 6px; }}
 }}
 """.strip()

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import closing
 
 import pytest
+from keyboard import nameless, tab_through
 from places import ROOT
 from verbs import done
 
@@ -185,6 +186,34 @@ def test_the_whole_story(tab, tmp_path):
     press(tab, "Stop training")
     tab.get_by_text("Stopped. Nothing was kept.").wait_for()
     assert tab.heard == []
+
+
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 390)])
+def test_the_tab_key_comes_to_everything_and_shows_where_it_is(browser, address, scheme, width):
+    """On the opening, on the bench and in a dialog: an outline that differs from what is behind it by 3 to 1."""
+    context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+    tab = context.new_page()
+    tab.set_default_timeout(PATIENCE)
+    tab.goto(address)
+
+    def gone_through(least: int) -> None:
+        tab.wait_for_timeout(2 * PEACE)
+        tab.evaluate("() => document.querySelectorAll('details').forEach(one => one.open = true)")
+        found, missed = tab_through(tab)
+        assert len(found) >= least
+        assert missed == []
+        assert [one for one in found if one.contrast < 3.0 or not one.seen] == []
+        assert nameless(tab) == []
+
+    tab.get_by_role("button", name="Try the demo: a boat recorded in Gazebo").wait_for()
+    gone_through(8)
+    press(tab, "Try the demo: a boat recorded in Gazebo")
+    press(tab, "Add all effects that were found")
+    steps(tab, 6)
+    gone_through(60)
+    press(tab, "Look at the numbers of the vehicle")
+    gone_through(15)
+    context.close()
 
 
 def test_another_log_is_tried_and_the_session_goes_on_in_another_tab(tab, browser, address, tmp_path):

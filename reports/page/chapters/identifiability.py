@@ -15,7 +15,7 @@ from .base import Chapter, Section
 def identified(run: RunFolder) -> Section | None:
     """Effects that look alike in this log, those that leave no trace, how far each is excited, and the advice."""
     told = run.findings.identifiability
-    advice = _advice(run.findings.advice)
+    advice = advised(run.findings.advice)
     if told is None and not advice:
         return None
     parts: list[Html] = []
@@ -88,7 +88,8 @@ def _names(names: Sequence[str]) -> str:
     return listing([words(name) for name in names])
 
 
-def _advice(items: Sequence[Advice]) -> list[Html]:
+def advised(items: Sequence[Advice]) -> list[Html]:
+    """Manoeuvres and what each would tell, as items of a list."""
     return [element("li", element("b", item.manoeuvre), f": {item.why}") for item in items]
 
 

@@ -23,6 +23,9 @@ _COLOURS = (
 _BEGINS = {"missing": "The model is missing this", "likely": "Probably missing", "possible": "Possible"}
 """How the line begins that says how sure a card is."""
 
+_ALIGNED = "llrllrrl"
+"""Columns of the table of effects, to the left or to the right."""
+
 
 def missing_effects(run: RunFolder) -> Section:
     """The effects to add as sentences with equations, the ranking of all candidates, and terms without a name."""
@@ -49,7 +52,7 @@ def missing_effects(run: RunFolder) -> Section:
     if candidates:
         parts.append(folded("Every effect that was tried, surest first", *_tried(candidates, run.nominal)))
     if unnamed:
-        parts.append(element("div", *_unnamed(unnamed), cls="card"))
+        parts.append(element("div", *unnamed_terms(unnamed), cls="card"))
     return Section(section_title(findings, run.comparison), render(*parts))
 
 
@@ -84,14 +87,15 @@ def _tried(candidates: Sequence[FoundEffect], nominal: Vehicle) -> list[Html]:
     """What has evidence, or cannot be judged; then what has none, folded away."""
     without = [item for item in candidates if item.verdict == "no evidence"]
     others = [item for item in candidates if item.verdict != "no evidence"]
-    parts = [_candidates(others, nominal)] * bool(others)
+    parts = [effect_table(others, nominal)] * bool(others)
     if without:
         summary = element("summary", f"{len(without)} effects without evidence")
-        parts.append(element("details", summary, _candidates(without, nominal)))
+        parts.append(element("details", summary, effect_table(without, nominal)))
     return [*parts, element("p", f"{sure_caption(candidates).capitalize()}.", cls="facts")]
 
 
-def _candidates(candidates: Sequence[FoundEffect], nominal: Vehicle) -> Html:
+def effect_table(candidates: Sequence[FoundEffect], nominal: Vehicle) -> Html:
+    """Effects with their verdicts, values, 95 % intervals, and what each is worth, a row each."""
     rows = []
     for item in candidates:
         numbers, verdict = file_numbers(item, nominal), item.verdict
@@ -106,16 +110,20 @@ def _candidates(candidates: Sequence[FoundEffect], nominal: Vehicle) -> Html:
                 odds(item),
                 render(*lines(f"{one.symbol} = {one.amount()}" for one in numbers)),
                 render(*lines(interval(one.ci95) for one in numbers)),
-                render(*lines(one.filed() for one in numbers)),
+                render(*lines(one.filed() for one in numbers if any(each.filed() for each in numbers))),
                 comes_back(item),
                 render(*lines(twins(item))),
             )
         )
-    head = (*("effect", "verdict", "sure", "value", "95 % interval", "in the file"), BACK)
-    return table((*head, "not to be told from"), rows, "llrllrrl")
+    head = (*("effect", "verdict", "sure", "value", "95 % interval", "in the file"), BACK, "not to be told from")
+    filled = [k for k in range(len(head)) if any(row[k] for row in rows)]
+    return table(
+        [head[k] for k in filled], [[row[k] for k in filled] for row in rows], "".join(_ALIGNED[k] for k in filled)
+    )
 
 
-def _unnamed(terms: Sequence[FoundTerm]) -> list[Html]:
+def unnamed_terms(terms: Sequence[FoundTerm]) -> list[Html]:
+    """The terms without a name as a table under its title."""
     body = [
         (
             term.axis,

@@ -15,28 +15,22 @@ import pandas as pd
 from ....exports.javascript import force_equation, vehicle_data
 from ....physics.effects import COMMAND_OFFSET, EFFECTS
 from ....physics.in_words import unit_text, words
-from ....physics.stated_values import values_of
 from ....physics.vehicle import Vehicle
+from ....residuals.scores import SPACING
 from ...run_contents import RunFolder
-from ..markup import Html, element, render
+from ..judged_pieces import JudgedPieces, apart, begun
+from ..markup import Html, element, escaped, render
 from .base import Chapter, Section
-from .verdict import legend
+from .verdict import hero_errors, legend
 
-_ROWS = 3000
-"""Rows that are rolled out, five minutes: more would not follow a slider."""
-_FEWEST = 100
-"""Rows below which there is nothing to see: a rollout of ten seconds."""
-_HORIZON = 10.0
-"""After so many seconds a rollout begins anew from the measurement, as in the series of the run."""
 _BEYOND = 0.6
 """How far a slider goes beyond what is between the values before and after, as a share of that."""
 _AT_ONCE = 8
 """Sliders that are seen at once, as high as the drawing beside them; more are folded."""
 _DIGITS = {"north": 3, "east": 3, "psi": 5, "u": 4, "v": 4, "r": 5}
 """Decimals of the measurement: what the page's drawings show, with some to spare."""
-
-
-_WHAT = f"position error of {_HORIZON:g} s predictions"
+_STATES = {"position": ("north", "east"), "surge": ("u",), "sway": ("v",), "yaw": ("r",)}
+"""The states whose error is told, by the name of the error."""
 
 
 class Knob(NamedTuple):
@@ -52,44 +46,56 @@ class Knob(NamedTuple):
 
 
 def play(run: RunFolder) -> Section | None:
-    """Sliders, the error that follows them, and measured and predicted motion; shown by its script alone."""
+    """Sliders, the error that follows them, and measured and predicted motion over time; shown by its script alone.
+
+    The error is the one that the page leads with, counted alike on the same rows by the same models.
+    """
     knobs = knobs_of(run.nominal, run.corrected)
-    rows = _stretch(run.series)
+    _, _, horizon, metric, unit = hero_errors(run)
+    judged = JudgedPieces.of(run.findings, run.series, run.nominal, run.corrected, float(horizon))
+    rows, step = judged.rows, judged.step
     # The series does not have the wind that an anemometer measured, which the force equation would ask for.
     blows = any(run.corrected.value(symbol) for symbol in ("wind_x", "wind_y", "wind_n"))
     needed = [*_DIGITS, "time", "log", *(thruster.channel for thruster in run.corrected.thrusters)]
     whole = set(needed) <= set(rows.columns) and bool(np.isfinite(rows[needed].to_numpy(dtype=float)).all())
-    if not knobs or blows or len(rows) < _FEWEST or not whole:
+    if not knobs or blows or not whole:
         return None
-    log, step = _log(rows, run.series, run.corrected), float(np.median(np.diff(rows["time"])))
+    what = f"{metric} error of {horizon} s predictions{judged.some}"
     data = {
         "nominal": vehicle_data(run.nominal),
-        "vehicle": vehicle_data(run.corrected),
+        "boats": [vehicle_data(model) for model in judged.models],
+        "changes": [judged.changes(model) for model in judged.models],
         "knobs": [knob._asdict() | {"unit": unit_text(knob.unit)} for knob in knobs],
-        "log": log,
-        "horizon": _HORIZON,
+        **_measurement(rows, judged, run),
+        "horizon": float(horizon),
+        "spacing": max(1, round(SPACING / step)),
+        "metric": [[list(_DIGITS).index(name), name] for name in _STATES[metric]],
+        "unit": unit,
     }
     numbers = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     stored = element("script", Html(numbers), attributes={"type": "application/json", "id": "play-data"})
-    part = "" if len(rows) == len(run.series) else f" They run over {len(rows) * step:.0f} s of the logs."
+    unseen = (
+        " Each part of the log is predicted by the model that was fitted without it, and a slider moves the number of "
+        "each of these models in proportion."
+    ) * (len(judged.models) > 1)
     caption = (
-        f"Move a slider and all predictions are made anew by the force equation, {_HORIZON:g} s each and open loop "
-        f"from the measurement.{part} Their error is on rows to which the model was fitted; the one at the top of the "
-        "page is of models that never saw them."
+        f"Play, or drag the time, and watch the boat beside its predictions, {horizon} s each and open loop from the "
+        "measurement. Move a slider and all of them are made anew by the force equation. Their error counts as at the "
+        f"top of the page, with a prediction every {SPACING:g} s.{unseen}"
     )
     stage = element(
         "div",
         legend(("measured", "before", "yours")),
+        _canvas("track", "The track from above, measured, before and by your values"),
         _canvas("time", "Speeds over time, measured, before and by your values"),
+        element("div", *_player(), cls="window"),
         element("p", Html("&nbsp;"), cls="where", attributes={"data-play": "where"}),
-        element("div", *_window(), cls="window"),
         cls="stage",
     )
     side = element(
         "div",
-        element("div", _error(), *map(_knob, knobs[:_AT_ONCE]), *_folded(knobs[_AT_ONCE:]), cls="knobs"),
+        element("div", _error(what), *map(_knob, knobs[:_AT_ONCE]), *_folded(knobs[_AT_ONCE:]), cls="knobs"),
         element("div", _button("all-before", "Before"), _button("all-after", "After"), cls="buttons"),
-        _canvas("track", "The track from above, measured, before and by your values"),
         cls="desk",
     )
     box = element("figure", element("div", side, stage, cls="board"), element("figcaption", caption), cls="card")
@@ -119,7 +125,7 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
     found = []
     for symbol, after in corrected.values.items():
         before = nominal.value(symbol)
-        if before == after or symbol == COMMAND_OFFSET.symbol or _apart(nominal, symbol) or _apart(corrected, symbol):
+        if before == after or symbol == COMMAND_OFFSET.symbol or apart(nominal, symbol) or apart(corrected, symbol):
             continue
         parameter, room = corrected.parameter(symbol), _BEYOND * abs(after - before)
         low, high = (
@@ -131,51 +137,39 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
     return found
 
 
-def _apart(vehicle: Vehicle, symbol: str) -> bool:
-    """Whether thrusters differ in what all share as a rule: no single slider moves that."""
-    return len(values_of(vehicle, symbol)) > 1
+def _measurement(rows: pd.DataFrame, judged: JudgedPieces, run: RunFolder) -> dict[str, object]:
+    """The measurement as the script takes it: of each column its unit and its steps from row to row in that."""
+    columns = {}
+    for name, digits in _DIGITS.items():
+        whole = np.round(rows[name].to_numpy() * 10.0**digits).astype(int)
+        columns[name] = [10.0**-digits, np.diff(whole, prepend=0).tolist()]
+    edges = np.cumsum([0, *(len(piece.rows) for piece in judged.pieces)]).tolist()
+    told = [
+        {
+            "first": first,
+            "last": last,
+            "start": round(float(piece.rows["time"].iloc[0]), 3),
+            "begin": begin,
+            "boat": piece.model,
+        }
+        for (first, last), piece, begin in zip(
+            pairwise(edges), judged.pieces, begun(run.series, judged.pieces), strict=True
+        )
+    ]
+    commands = [[float(f"{x:.6g}") for x in rows[thruster.channel]] for thruster in run.corrected.thrusters]
+    return {"step": round(judged.step, 6), "columns": columns, "commands": commands, "pieces": told}
 
 
-def _stretch(series: pd.DataFrame) -> pd.DataFrame:
-    """The longest stretch of one log without a gap, or its beginning."""
-    time, log = series["time"].to_numpy(), series["log"].to_numpy()
-    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
-    breaks = np.flatnonzero((np.diff(log) != 0) | (np.abs(np.diff(time) - step) > 0.5 * step)) + 1
-    edges = [0, *breaks.tolist(), time.size]
-    begin, end = max(pairwise(edges), key=lambda pair: pair[1] - pair[0])
-    return series.iloc[begin : min(end, begin + _ROWS)]
-
-
-def _log(rows: pd.DataFrame, series: pd.DataFrame, vehicle: Vehicle) -> dict[str, object]:
-    """The measurement as the script takes it."""
-    time = rows["time"].to_numpy()
-    first = series.loc[series["log"] == rows["log"].iloc[0], "time"].iloc[0]
-    columns = {name: rows[name].round(digits).tolist() for name, digits in _DIGITS.items()}
-    commands = [[float(f"{x:.6g}") for x in rows[thruster.channel]] for thruster in vehicle.thrusters]
-    return {
-        "start": round(float(time[0]), 3),
-        "step": round(float(np.median(np.diff(time))), 6),
-        "begin": float(time[0] - first) / 60.0,
-        **columns,
-        "commands": commands,
-    }
-
-
-def _error() -> Html:
+def _error(what: str) -> Html:
     """The error of the predictions that the sliders make."""
     bar = element("div", element("i", attributes={"data-play": "bar"}), cls="meter", attributes={"role": "img"})
-    return element(
-        "div",
-        element("b", attributes={"data-play": "told"}),
-        element("small", _WHAT),
-        bar,
-        cls="error",
-    )
+    told = element("b", Html("&nbsp;"), attributes={"data-play": "told"})
+    return element("div", told, element("small", what), bar, cls="error")
 
 
 def _knob(knob: Knob) -> Html:
     label = element("span", element("b", knob.symbol), f" {knob.what}")
-    slider = Html('<input type="range">')
+    slider = Html(f'<input type="range" aria-label="{escaped(f"{knob.symbol}, {knob.what}")}">')
     marks = element("span", element("i", cls="before"), element("i", cls="after"), cls="ends")
     return element("label", element("span", label, element("output"), cls="name"), slider, marks, cls="knob")
 
@@ -194,17 +188,30 @@ def _button(name: str, text: str) -> Html:
     return element("button", text, attributes={"type": "button", "data-play": name})
 
 
-def _window() -> tuple[Html, Html]:
-    """What chooses the part of the log that is drawn."""
-    options = [("20", "20 s"), ("60", "60 s"), ("all", "all")]
-    chosen = [
-        element("option", text, attributes={"value": value} | ({"selected": ""} if value == "60" else {}))
+def _player() -> list[Html]:
+    """What plays the motion, moves the time, and chooses the part of the log that is drawn."""
+    cursor = Html('<input type="range" min="0" max="1" value="0" data-play="cursor" aria-label="time">')
+    shown = _select("span", (("20", "20 s"), ("60", "60 s"), ("all", "all")), "60")
+    speed = _select(
+        "speed",
+        (("1", "1\N{MULTIPLICATION SIGN}"), ("4", "4\N{MULTIPLICATION SIGN}"), ("16", "16\N{MULTIPLICATION SIGN}")),
+        "4",
+    )
+    return [
+        _button("run", "Play"),
+        cursor,
+        element("output", attributes={"data-play": "clock", "aria-live": "off"}),
+        element("label", "show ", shown),
+        element("label", "speed ", speed),
+    ]
+
+
+def _select(name: str, options: Sequence[tuple[str, str]], chosen: str) -> Html:
+    found = [
+        element("option", text, attributes={"value": value} | ({"selected": ""} if value == chosen else {}))
         for value, text in options
     ]
-    span = element("select", *chosen, attributes={"data-play": "span"})
-    where = 'data-play="from" aria-label="begin of what is shown"'
-    slider = Html(f'<input type="range" min="0" max="1000" value="0" {where}>')
-    return element("label", "show ", span), element("label", "from ", slider)
+    return element("select", *found, attributes={"data-play": name})
 
 
 PLAY = Chapter(40, play)

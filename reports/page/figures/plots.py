@@ -4,7 +4,7 @@ They show what the page shows, in plain colours and on axes of the caller's choi
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,7 @@ from ....discovery.findings import Findings
 from ....physics.effects import BY_NAME
 from ....physics.errors import RequestError
 from ....physics.frames import AXES, FORCE_UNITS
-from ....physics.in_words import unit_text
+from ....physics.in_words import listing, unit_text
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
 from ..coefficients import coefficient_rows
@@ -25,10 +25,12 @@ from .record_plots import AFTER, BEFORE, MEASURED, Drawings, FindingsPlots, draw
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from .prediction_slider import PredictionSlider
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Plots(Drawings):
-    """What can be drawn of a run; every method takes axes to draw on, and gives them back.
+    """What can be drawn of a run; every method but the slider takes axes to draw on, and gives them back.
 
     Attributes
     ----------
@@ -94,6 +96,32 @@ class Plots(Drawings):
         added = [effect.effect for effect in self.findings.added]
         rows = coefficient_rows(self.findings.candidates, added, self.nominal, self.corrected)
         return draw_coefficients(rows, ax)
+
+    def slider(self, symbol: str = "") -> "PredictionSlider":
+        """A slider of a number that the run changed, which predicts anew: in a notebook with ipywidgets, else a card.
+
+        Parameters
+        ----------
+        symbol : of the number; default: the first
+
+        Raises
+        ------
+        RequestError
+            when the run changed no such number.
+        """
+        from ..chapters.play import knobs_of
+        from .prediction_slider import PredictionSlider
+
+        knobs = {knob.symbol: knob for knob in knobs_of(self.nominal, self.corrected)}
+        knob = knobs.get(symbol) if symbol else next(iter(knobs.values()), None)
+        if knob is None:
+            there = f"there are {listing(list(knobs))}" if knobs else "model.yaml is the nominal model"
+            raise RequestError(f"slider: expected a number that the run changed, got {symbol!r}; {there}")
+
+        def draw(series: pd.DataFrame, axes: "Sequence[Axes]") -> object:
+            return replace(self, series=series).predictions(axes)
+
+        return PredictionSlider(self.findings, self.series, self.nominal, self.corrected, draw, knob, knob.after)
 
     def failures(self, axis: str = "surge", model: str = "before", ax: "Axes | None" = None) -> "Axes":
         """Where a model fails: its error of acceleration over surge speed and yaw rate, a point a row.
