@@ -11,7 +11,8 @@ from ..discovery.found_effects import FoundEffect
 from ..discovery.lawful.price_of_law import Passivity
 from ..measurements.prepared_logs import FOLDS
 from ..physics.frames import AXES
-from ..physics.in_words import MINUS, NARROW, finite, listing, number, words
+from ..physics.in_words import MINUS, NARROW, finite, listing, number, percent, words
+from ..residuals.prediction_band import HeldPredictions, PredictionBand
 
 
 def effect_words(candidate: FoundEffect) -> str:
@@ -30,6 +31,31 @@ INTERVAL_HOLDS = (
     "interval holds: share of the rows at which the measured acceleration lies in the model's own 95 % interval "
     "(surge, sway, yaw), within what it was trained on and beyond"
 )
+
+
+BANDS_HELD = (
+    "such bands held OWN % of the positions of second runs with the same manoeuvres, and OTHER % with other ones"
+)
+"""Of the worlds of `benchmarks/bands.py --seeds reporting`, which prints the figures."""
+
+
+def band_words(band: PredictionBand | None) -> str:
+    """What a band is made to hold, from what it comes, and how often such bands held; empty without a band."""
+    if band is None:
+        return ""
+    radius = typeset(band.half_width["position"][-1], 2)
+    return (
+        f"The shaded band is made to hold {percent(band.level)} of predictions: after {band.seconds[-1]:g} s the "
+        f"position within {radius} m (median). It comes from {band.predictions} predictions of rows that the model did not see. "
+        f"In simulation, {BANDS_HELD}."
+    )
+
+
+def held_words(held: HeldPredictions | None, name: str) -> str:
+    """How many predictions end within the band of the run that a model comes from; empty where none was asked."""
+    if held is None or not held.predictions:
+        return ""
+    return f"Of {held.predictions} predictions on these rows, {percent(held.position)} end within the band of {name}."
 
 
 def held_shares(found: Held | None) -> str:
