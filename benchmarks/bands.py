@@ -1,9 +1,10 @@
 """How often the band of a run holds on a second run of the same boat: worlds of our own, and foreign ones.
 
 Of each world a log is written, `discover` finds a model in it and tells a 95 % band about its predictions of 10 s, and
-`compare` counts on a second log how many of them end within the band. The second run has other orders, the same sensors
-and the same waves. Once it is of the manoeuvres of the first; once it is of others, a zigzag after a rich or gentle
-run and the other way round, which a band cannot know where the model lacks a force that the first run hardly showed.
+on a second log is counted how many of them end within the band, as `compare` counts them. The second run has other
+orders, the same sensors and the same waves. Once it is of the manoeuvres of the first; once it is of others, a zigzag
+after a rich or gentle run and the other way round, which a band cannot know where the model lacks a force that the
+first run hardly showed.
 The method was chosen on the tuning seeds; the figures of `docs/results.md` are those of the others:
 
     python benchmarks/bands.py --seeds reporting
@@ -13,6 +14,7 @@ asks twelve worlds of each, some minutes on one core. A world that the verb refu
 
 import argparse
 import tempfile
+import time
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
@@ -29,10 +31,11 @@ from study.verb import Write
 from study.worlds import NOISES, PARTS, SEEDS, draw
 
 import undertow
+from undertow.measurements.prepared_logs import ALL
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle
 from undertow.physics.worlds.world import Sensors, World
-from undertow.residuals.prediction_band import QUANTITIES, HeldPredictions
+from undertow.residuals.prediction_band import QUANTITIES, HeldPredictions, held_predictions
 
 GROUPS = ("plant", "file", "no name")
 """Groups of foreign kinds whose boat and whose sensors are the same on another day."""
@@ -97,32 +100,27 @@ def held(boat: Boat, folder: Path) -> tuple[float, list[HeldPredictions]]:
     log = undertow.read_inputs(boat.first(folder / "log.csv"), boat.vehicle, progress=None)
     run = undertow.discover(log, progress=None)
     undertow.write_run(run, folder / "run", report=False, progress=None)
-    band = next((model.band for model in run.comparison.models if model.band is not None), None)
-    if band is None:
+    model = undertow.load_model(folder / "run")
+    if model.band is None:
         raise RequestError("too few independent predictions for a band")
     found = []
     for number, write in enumerate(boat.second):
         other = undertow.read_inputs(write(folder / f"second{number}.csv"), boat.vehicle, progress=None)
-        held_here = undertow.compare(other, [folder / "run"], progress=None).models[-1].held
-        assert held_here is not None, "the run has a band"
-        found.append(held_here)
-    return band.half_width["position"][-1], found
+        found.append(held_predictions(model, model.band, other.whole(ALL).parts.judged))  # as `compare` tells it
+    return model.band.half_width["position"][-1], found
 
 
-def asked(boats: Iterator[Boat]) -> list[list[HeldPredictions]]:
-    """What the bands of some worlds hold, with a line a world."""
-    found = []
-    for boat in boats:
-        with tempfile.TemporaryDirectory() as folder:
-            try:
-                wide, shares = held(boat, Path(folder))
-            except (ArithmeticError, LogError, RequestError) as error:
-                print(f"{boat.name}: not counted, {str(error)[:120]}", flush=True)
-                continue
-        found.append(shares)
-        told = "; ".join(f"{run} {told_shares([share])}" for run, share in zip(RUNS, shares, strict=True))
-        print(f"{boat.name}: band of {wide:.2f} m; {told}", flush=True)
-    return found
+def asked(boat: Boat) -> list[HeldPredictions] | None:
+    """What the band of a world holds, with a line about it; None where the world gives no band."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            wide, shares = held(boat, Path(folder))
+        except (ArithmeticError, LogError, RequestError) as error:
+            print(f"{boat.name}: not counted, {str(error)[:120]}", flush=True)
+            return None
+    told = "; ".join(f"{run} {told_shares([share])}" for run, share in zip(RUNS, shares, strict=True))
+    print(f"{boat.name}: band of {wide:.2f} m; {told}", flush=True)
+    return shares
 
 
 def told_shares(shares: Sequence[HeldPredictions]) -> str:
@@ -136,9 +134,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", choices=("tuning", "reporting"), default="tuning")
     parser.add_argument("--worlds", type=int, default=12, help="of each kind (12)")
+    parser.add_argument("--minutes", type=float, default=60.0, help="no world is begun after so many (60)")
     given = parser.parse_args()
-    kinds = (("own", own_worlds), ("foreign", foreign_worlds))
-    found = {name: asked(worlds(given.seeds, given.worlds)) for name, worlds in kinds}
+    until = time.monotonic() + 60.0 * given.minutes
+    found: dict[str, list[list[HeldPredictions]]] = {"own": [], "foreign": []}
+    for boats in zip(*(worlds(given.seeds, given.worlds) for worlds in (own_worlds, foreign_worlds)), strict=True):
+        if time.monotonic() > until:
+            break
+        for shares, boat in zip(found.values(), boats, strict=True):
+            shares += [one for one in [asked(boat)] if one is not None]
     for name, shares in found.items():
         for run, some in zip(RUNS, zip(*shares, strict=True), strict=False):
             most = sum(share.position >= 0.9 for share in some)

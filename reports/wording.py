@@ -46,7 +46,8 @@ def band_words(band: PredictionBand | None) -> str:
     radius = typeset(band.half_width["position"][-1], 2)
     return (
         f"The shaded band is made to hold {percent(band.level)} of predictions: after {band.seconds[-1]:g} s the "
-        f"position within {radius} m (median). It comes from {band.predictions} predictions of rows that the model did not see. "
+        f"position within {radius} m (median). It comes from {band.predictions} predictions of rows that the model did "
+        "not see. "
         f"In simulation, {BANDS_HELD}."
     )
 

@@ -34,8 +34,8 @@ def motion(series: pd.DataFrame, which: str, comparison: Comparison, after: str)
     comparison : holds the band of the second model
     """
     drawn = next((model for model in comparison.models if model.band is not None), None)
-    told = [] if drawn is None else [band_words(drawn.band), held_words(drawn.held, drawn.name)]
-    banded = "position_band" in series
+    banded = drawn is not None and "position_band" in series
+    told = [band_words(drawn.band), held_words(drawn.held, drawn.name)] if drawn is not None and banded else []
     roles = ("measured", "before", "after", *["band"] * banded)
     stretch = liveliest_stretch(series)
     seconds = stretch["time"].iloc[-1] - stretch["time"].iloc[0]

@@ -58,6 +58,9 @@ class Plots(Drawings):
         for one, name in zip(axes, ("u", "v", "r"), strict=True):
             for colour, ending, width in ((MEASURED, "", 4.0), (BEFORE, "_before", 1.0), (AFTER, "_after", 1.0)):
                 one.plot(runs["time"], runs[f"{name}{ending}"], color=colour, lw=width, label=_named(ending))
+            if f"{name}_band" in runs:
+                ends = (runs[f"{name}_after"] + sign * runs[f"{name}_band"] for sign in (-1.0, 1.0))
+                one.fill_between(runs["time"], *ends, color=AFTER, alpha=0.2, lw=0, label="band")
             one.set_ylabel(f"{name} [{unit_text(SIGNALS[name])}]")
         axes[0].legend(loc="upper right")
         axes[-1].set_xlabel("time in the log [s]")
