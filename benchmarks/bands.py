@@ -35,7 +35,8 @@ from undertow.measurements.prepared_logs import ALL
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle
 from undertow.physics.worlds.world import Sensors, World
-from undertow.residuals.prediction_band import QUANTITIES, HeldPredictions, held_predictions
+from undertow.residuals.models.band_record import QUANTITIES
+from undertow.residuals.prediction_band import HeldPredictions, held_predictions
 
 GROUPS = ("plant", "file", "no name")
 """Groups of foreign kinds whose boat and whose sensors are the same on another day."""

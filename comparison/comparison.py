@@ -17,10 +17,11 @@ from ..physics.errors import RequestError
 from ..physics.in_words import percent
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from ..residuals.models.band_record import PredictionBand
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.baselines import baselines
 from ..residuals.models.domain import spanned
-from ..residuals.prediction_band import HeldPredictions, PredictionBand, held_predictions, prediction_band
+from ..residuals.prediction_band import HeldPredictions, held_predictions, prediction_band
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
 from ..residuals.series import series
 from ..residuals.series_table import SeriesTable

@@ -9,7 +9,8 @@ from ..discovery.findings import FailingPlace
 from ..physics.cards import Card, each, from_above
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.in_words import listing
-from ..residuals.prediction_band import HeldPredictions, PredictionBand
+from ..residuals.models.band_record import PredictionBand
+from ..residuals.prediction_band import HeldPredictions
 from ..residuals.scores import AccelerationRecord, ByAxis, Rollouts
 from .differences import PairedRecord
 from .failing.failures import Structure

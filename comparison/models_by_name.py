@@ -1,11 +1,7 @@
 """Models by name: whatever a user may put behind `--model`, and what is asked of it before it is compared."""
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-from pydantic import ValidationError
 
 from ..measurements.prepared_logs import Inputs, PathLike
 from ..physics.errors import RequestError
@@ -17,8 +13,7 @@ from ..residuals.models.foreign import NO_MASS, is_function_name, load_function
 from ..residuals.models.model_files import load_network
 from ..residuals.models.neural import SETTINGS, WEIGHTS, is_network_folder
 from ..residuals.models.onnx_model import load_onnx
-from ..residuals.prediction_band import PredictionBand
-from .facts import CORRECTED
+from .facts import CORRECTED, ComparedModel, Comparison
 
 MODEL_CURE = "undertow.load_model(PATH) reads one"
 
@@ -72,31 +67,23 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None, *, judged: bool =
             raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")
         written = load_vehicle(source / "model.yaml", judged=judged)
         model = VehicleModel(written, source.name, "symbolic", fitted_numbers(source))
-        model.band = _band(source)
+        found = _corrected(source)
+        model.band = None if found is None else found.band
         return model
     return VehicleModel(load_vehicle(path, judged=judged), source.stem, "physics")
 
 
 def fitted_numbers(run: Path) -> int:
     """How many numbers the corrected model of a run folder had fitted, as its own comparison says; 0 without one."""
-    try:
-        return int(_corrected(run)["parameters"])
-    except (ValueError, KeyError, TypeError, OverflowError):
-        return 0
+    found = _corrected(run)
+    return 0 if found is None else found.parameters or 0
 
 
-def _band(run: Path) -> PredictionBand | None:
-    """The band of the corrected model of a run folder; None where its comparison holds none."""
+def _corrected(run: Path) -> ComparedModel | None:
+    """What the comparison of a run folder says of its corrected model; None where there is none that can be read."""
+    path = run / "comparison.json"
     try:
-        return PredictionBand.model_validate(_corrected(run).get("band"))
-    except ValidationError:
+        models = Comparison.read(read_json(path), path, "").models
+    except (OSError, ValueError):
         return None
-
-
-def _corrected(run: Path) -> Mapping[str, Any]:
-    """What the comparison of a run folder says of its corrected model; nothing where there is none."""
-    try:
-        models = read_json(run / "comparison.json")["models"]
-        return next((m for m in models if m["name"] == CORRECTED), {})
-    except (OSError, ValueError, KeyError, TypeError):
-        return {}
+    return next((model for model in models if model.name == CORRECTED), None)

@@ -12,7 +12,8 @@ from ..discovery.lawful.price_of_law import Passivity
 from ..measurements.prepared_logs import FOLDS
 from ..physics.frames import AXES
 from ..physics.in_words import MINUS, NARROW, finite, listing, number, percent, words
-from ..residuals.prediction_band import HeldPredictions, PredictionBand
+from ..residuals.models.band_record import PredictionBand
+from ..residuals.prediction_band import HeldPredictions
 
 
 def effect_words(candidate: FoundEffect) -> str:

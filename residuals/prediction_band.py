@@ -10,26 +10,19 @@ wide band, and a boat that stops has a narrow one. Neighbouring predictions err 
 of the quantile counts independent ones.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import Any, Self
+from collections.abc import Sequence
 
 import numpy as np
-from pydantic import model_validator
 
 from ..measurements.preparation.dataset import DataSet
-from ..physics.file_records import Number, Record, Whole
-from ..physics.frames import AXES, Array
-from ..physics.motion import Motion
+from ..physics.file_records import Number, Whole
+from ..physics.frames import Array
 from ..physics.simulation import Legs
+from .models.band_record import PREDICTED_SECONDS, QUANTITIES, PredictionBand, with_moved_state
 from .models.base import Model
 from .models.interval import LEVEL
 from .scores import ByAxis
 
-PREDICTED_SECONDS = (0.5, *(float(k) for k in range(1, 11)))
-"""Horizons at which a band is calibrated [s]; between them it is interpolated, and before the first it is held."""
-QUANTITIES = ("position", *AXES)
-"""What has a band [m, m/s, m/s, rad/s]; that of the position is the radius of a disc."""
 LEAST_LEVEL = 0.9
 """Share that a band holds at least: nine independent predictions, below which its largest error says too little."""
 _SPACING, _MOST = 1.0, 300
@@ -44,55 +37,6 @@ class HeldPredictions(ByAxis):
 
     position: Number = float("nan")
     predictions: Whole = 0
-
-
-class PredictionBand(Record):
-    """The band of a model's predictions: half-width = factor * sqrt(spread^2 + floor^2), by quantity and horizon.
-
-    Attributes
-    ----------
-    level : share of unseen predictions that it is made to hold: 0.95, or less where independent ones are under 19
-    predictions, independent : from how many it was made, and as how many independent ones these count
-    seconds : the horizons
-    shift : heading [rad], surge and sway speed [m/s] and yaw rate [rad/s] by which a start is moved for the spread
-    floor : median spread by horizon [m, m/s, m/s, rad/s]
-    factor : by horizon
-    half_width : its median by horizon [m, m/s, m/s, rad/s]
-    """
-
-    level: Number = LEVEL
-    predictions: Whole
-    independent: Number
-    seconds: tuple[Number, ...] = PREDICTED_SECONDS
-    shift: tuple[Number, Number, Number, Number]
-    floor: Mapping[str, tuple[Number, ...]]
-    factor: Mapping[str, tuple[Number, ...]]
-    half_width: Mapping[str, tuple[Number, ...]]
-
-    @model_validator(mode="after")
-    def _whole(self) -> Self:
-        for one in (self.floor, self.factor, self.half_width):
-            if any(len(one.get(name, ())) != len(self.seconds) for name in QUANTITIES):
-                raise ValueError(f"a number for each of {len(self.seconds)} horizons of {', '.join(QUANTITIES)}")
-        return self
-
-    def half_widths(self, spread: Array, after: Array) -> Array:
-        """Half-widths of rows.
-
-        Parameters
-        ----------
-        spread : (..., rows, 4) how far each row moves with its start
-        after : (rows,) time from the start [s]
-        """
-        floor, factor = (
-            np.column_stack([np.interp(after, self.seconds, one[name]) for name in QUANTITIES])
-            for one in (self.floor, self.factor)
-        )
-        return factor * np.hypot(spread, floor)
-
-    def moved(self, motion: Motion) -> list[Motion]:
-        """A motion with each state of its starts moved in turn."""
-        return [_moved(motion, k, by) for k, by in enumerate(self.shift)]
 
 
 def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
@@ -154,16 +98,7 @@ def _legs(data: DataSet) -> list[Legs]:
 
 
 def _with(asked: Sequence[Legs], state: int, by: float) -> list[Legs]:
-    return [legs._replace(motion=_moved(legs.motion, state, by)) for legs in asked]
-
-
-def _moved(motion: Motion, state: int, by: float) -> Motion:
-    """A motion with heading, surge speed, sway speed or yaw rate moved."""
-    if state == 0:
-        return replace(motion, heading=motion.heading + by)
-    velocity = motion.velocity.copy()
-    velocity[:, state - 1] += by
-    return replace(motion, velocity=velocity)
+    return [legs._replace(motion=with_moved_state(legs.motion, state, by)) for legs in asked]
 
 
 def _rows(legs: Legs) -> np.ndarray:
@@ -203,6 +138,6 @@ def _independent(score: Array) -> float:
     return n / integral
 
 
-def _by_name(values: Array) -> dict[str, Any]:
+def _by_name(values: Array) -> dict[str, tuple[float, ...]]:
     """Values (horizons, 4) by quantity."""
-    return dict(zip(QUANTITIES, (tuple(column) for column in values.T.tolist()), strict=True))
+    return dict(zip(QUANTITIES, map(tuple, values.T.tolist()), strict=True))

@@ -14,8 +14,9 @@ from ..measurements.prepared_logs import Parts
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.simulation import Legs
+from .models.band_record import PredictionBand
 from .models.base import Model, VehicleModel, rolled_out
-from .prediction_band import PredictionBand, spread_of
+from .prediction_band import spread_of
 from .residual import residual, same_filter
 from .series_table import SeriesTable
 

@@ -17,8 +17,8 @@ from ..physics.in_words import number
 from ..physics.matrices import mass_matrix
 from ..physics.simulation import rollout
 from ..physics.vehicle import Vehicle
+from ..residuals.models.band_record import PredictionBand
 from ..residuals.models.base import VehicleModel
-from ..residuals.prediction_band import PredictionBand
 from ..residuals.scores import rollout_errors
 from ..residuals.series import RESTART, Stretch, half_widths, predicted, stretches
 from .workbench_facts import Check, Fit, Opened, Span, Way

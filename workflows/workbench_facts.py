@@ -9,7 +9,8 @@ from ..physics.frames import Array
 if TYPE_CHECKING:
     from ..comparison.facts import Comparison
     from ..discovery.findings import Findings
-    from ..residuals.prediction_band import HeldPredictions, PredictionBand
+    from ..residuals.models.band_record import PredictionBand
+    from ..residuals.prediction_band import HeldPredictions
 
 OWN_NUMBERS = "own numbers"
 """Among the names of effects: the numbers that the vehicle file has, fitted to the log beside what is added."""

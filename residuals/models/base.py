@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Literal, final
+from typing import Literal, final
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from ...physics.integration import Rollouts
 from ...physics.motion import Motion
 from ...physics.simulation import Legs, rollout, rollouts
 from ...physics.vehicle import Vehicle
+from .band_record import PredictionBand
 from .domain import excess
 from .network_inputs import network_inputs
-
-if TYPE_CHECKING:
-    from ..prediction_band import PredictionBand
 
 Kind = Literal["physics", "symbolic", "hybrid", "network", "baseline"]
 _AT_ONCE = 300_000
@@ -54,7 +52,7 @@ class Model(ABC):
     rests_on: Literal["vehicle", "itself", "bounds", "nothing"] = "nothing"
     time_step: float = 0.1
     seen: tuple[Array, Array] | None = None
-    band: "PredictionBand | None" = None
+    band: PredictionBand | None = None
     fades: bool = False
     far: float = 1.0
 

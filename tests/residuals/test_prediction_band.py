@@ -12,14 +12,9 @@ from undertow.physics.frames import Array
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.band_record import QUANTITIES, PredictionBand
 from undertow.residuals.models.base import VehicleModel
-from undertow.residuals.prediction_band import (
-    LEAST_LEVEL,
-    QUANTITIES,
-    PredictionBand,
-    held_predictions,
-    prediction_band,
-)
+from undertow.residuals.prediction_band import LEAST_LEVEL, held_predictions, prediction_band
 from undertow.residuals.prediction_band import _independent as independent
 from undertow.residuals.series import half_widths, restarted
 

@@ -176,7 +176,7 @@ def test_a_gap_of_the_record_is_left_as_a_gap(run):
     holed = series[(series["time"] < 43.0) | (series["time"] >= 50.0)]
     drawn = rollouts(holed)
     columns = ["u", "north", "u_before", "east_after"]
-    (empty,) = np.flatnonzero(drawn["u"].isna())
+    (empty,) = np.flatnonzero(drawn["u"].isna()).tolist()
     assert drawn[columns].iloc[empty].isna().all()
     assert drawn["time"].iloc[[empty - 1, empty + 1]].tolist() == pytest.approx([42.9, 50.0])
     assert not rollouts(series)["u"].isna().any()
