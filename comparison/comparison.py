@@ -17,9 +17,11 @@ from ..physics.errors import RequestError
 from ..physics.in_words import percent
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from ..residuals.models.band_record import PredictionBand
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.baselines import baselines
 from ..residuals.models.domain import spanned
+from ..residuals.prediction_band import HeldPredictions, held_predictions, prediction_band
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
 from ..residuals.series import series
 from ..residuals.series_table import SeriesTable
@@ -155,6 +157,7 @@ def comparison(
     timed: bool = False,
     notes: Sequence[str] = (),
     fitted: Collection[str] = (),
+    band: PredictionBand | None = None,
 ) -> Comparison:
     """Every model on the same rows, as `comparison.json` says it.
 
@@ -167,6 +170,7 @@ def comparison(
     notes : sentences on how the models came to be
     fitted : names of models that were fitted to rows that are judged, beside the calibrated one; they are marked, and
         none but the nominal one is recommended, save on the test part, see `docs/decisions.md`
+    band : of the second model of `ends`; see `band_of`, which is asked where it is None
     """
     parts = inputs.parts
     if parts.judge in _FITTED_TO:
@@ -181,6 +185,8 @@ def comparison(
     first, after = ends([found.model for found in judged], recommended.model)
     if table is None:
         table = series(first, after, parts, inputs.channels)
+    if band is None:
+        band = band_of(after, parts, fitted)
     failures, structure = fails or where_ends_fail(table, first, after, parts, fitted)
     apart = differences([(found.model, found.errors) for found in judged], (NOMINAL, CALIBRATED, CORRECTED))
     return Comparison(
@@ -188,7 +194,14 @@ def comparison(
         logs=tuple(inputs.paths),
         warnings=tuple(inputs.warnings),
         best=recommended,
-        models=tuple(row(found, inside, timed=timed).but(fitted_here=found.name in fitted) for found in judged),
+        models=tuple(
+            row(found, inside, timed=timed).but(
+                fitted_here=found.name in fitted,
+                band=band if found.model is after else None,
+                held=_held(found.model, parts),
+            )
+            for found in judged
+        ),
         differences=tuple(apart),
         failures=failures,
         structure=structure,
@@ -221,6 +234,17 @@ def row(found: Judged, inside: np.ndarray | None = None, *, timed: bool = False)
         seconds_to_fit=model.seconds_to_fit if timed and known else None,
         seconds_to_evaluate=errors.seconds if timed else None,
     )
+
+
+def band_of(model: Model, parts: Parts, fitted: Collection[str] = ()) -> PredictionBand | None:
+    """The band of the run that a model comes from, else one that the judged rows give, if no fit saw them."""
+    seen = model.name in fitted or (model.name == CALIBRATED and parts.judge in _FITTED_TO)
+    return model.band or (None if seen else prediction_band(model, parts.judged))
+
+
+def _held(model: Model, parts: Parts) -> HeldPredictions | None:
+    """The judged predictions that lie in the band of the run that a model comes from."""
+    return None if model.band is None else held_predictions(model, model.band, parts.judged)
 
 
 def _by_domain(error: np.ndarray, inside: np.ndarray) -> Domain:

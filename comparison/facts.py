@@ -7,8 +7,10 @@ from pydantic import ConfigDict, Field
 
 from ..discovery.findings import FailingPlace
 from ..physics.cards import Card, each, from_above
-from ..physics.file_records import Flag, Number, Record, Whole
+from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.in_words import listing
+from ..residuals.models.band_record import PredictionBand
+from ..residuals.prediction_band import HeldPredictions
 from ..residuals.scores import AccelerationRecord, ByAxis, Rollouts
 from .differences import PairedRecord
 from .failing.failures import Structure
@@ -151,6 +153,8 @@ class ComparedModel(Record):
     parameters : how many numbers were fitted
     seconds_to_fit, seconds_to_evaluate : wall times [s]; None where nobody took them
     fitted_here : it was fitted to rows that are judged, so that its errors are too small
+    band : 95 % band of its predictions; of the model that is drawn alone
+    held : the predictions here that lie in the band of the run that it comes from; None where it comes from none
     """
 
     name: str
@@ -166,6 +170,8 @@ class ComparedModel(Record):
     seconds_to_fit: Number | None = None
     seconds_to_evaluate: Number | None = None
     fitted_here: Flag = False
+    band: PredictionBand | None = absent()
+    held: HeldPredictions | None = absent()
 
 
 class Comparison(Card, Record):

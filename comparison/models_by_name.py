@@ -13,7 +13,7 @@ from ..residuals.models.foreign import NO_MASS, is_function_name, load_function
 from ..residuals.models.model_files import load_network
 from ..residuals.models.neural import SETTINGS, WEIGHTS, is_network_folder
 from ..residuals.models.onnx_model import load_onnx
-from .facts import CORRECTED
+from .facts import CORRECTED, ComparedModel, Comparison
 
 MODEL_CURE = "undertow.load_model(PATH) reads one"
 
@@ -65,16 +65,25 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None, *, judged: bool =
     if source.is_dir():
         if not (source / "model.yaml").is_file():
             raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")
-        return VehicleModel(
-            load_vehicle(source / "model.yaml", judged=judged), source.name, "symbolic", fitted_numbers(source)
-        )
+        written = load_vehicle(source / "model.yaml", judged=judged)
+        model = VehicleModel(written, source.name, "symbolic", fitted_numbers(source))
+        found = _corrected(source)
+        model.band = None if found is None else found.band
+        return model
     return VehicleModel(load_vehicle(path, judged=judged), source.stem, "physics")
 
 
 def fitted_numbers(run: Path) -> int:
     """How many numbers the corrected model of a run folder had fitted, as its own comparison says; 0 without one."""
+    found = _corrected(run)
+    return 0 if found is None else found.parameters or 0
+
+
+def _corrected(run: Path) -> ComparedModel | None:
+    """What the comparison of a run folder says of its corrected model; None where there is none that can be read."""
+    path = run / "comparison.json"
     try:
-        models = read_json(run / "comparison.json")["models"]
-        return int(next(m["parameters"] for m in models if m["name"] == CORRECTED))
-    except (OSError, ValueError, KeyError, StopIteration, TypeError, OverflowError):
-        return 0
+        models = Comparison.read(read_json(path), path, "").models
+    except (OSError, ValueError):
+        return None
+    return next((model for model in models if model.name == CORRECTED), None)

@@ -14,7 +14,9 @@ from ..measurements.prepared_logs import Parts
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.simulation import Legs
+from .models.band_record import PredictionBand
 from .models.base import Model, VehicleModel, rolled_out
+from .prediction_band import spread_of
 from .residual import residual, same_filter
 from .series_table import SeriesTable
 
@@ -24,14 +26,19 @@ _DIGITS = 7
 """Decimals: a tenth of a micrometre, below any sensor, and far above what differs between machines."""
 PREDICTED = ("u_dot", "v_dot", "r_dot", "north", "east", "psi", "u", "v", "r")
 """Columns of what a model says: accelerations filtered as the measured ones, and open-loop states."""
+BANDS = ("position_band", "u_band", "v_band", "r_band")
+"""Columns of the half-widths of a band, where there is one."""
 
 
-def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -> SeriesTable:
+def series(
+    before: Model, after: Model, parts: Parts, channels: Sequence[str], band: PredictionBand | None = None
+) -> SeriesTable:
     """Measured and predicted motion of two models along all parts of the logs, 10 Hz, as `series.csv` holds it.
 
     Columns: time [s], log, part, north, east [m], psi [rad], u, v [m/s], r [rad/s], commands, measured and modelled
     accelerations filtered alike, open-loop rollouts restarted every 10 s, and the residual force of the first model
-    (X, Y [N], N [N m]) where it is a vehicle. `channels` names the command columns.
+    (X, Y [N], N [N m]) where it is a vehicle. `channels` names the command columns. With the `band` of the second
+    model, half-widths of its rollouts: position_band [m], u_band, v_band [m/s], r_band [rad/s].
     """
     along = stretches(parts)
     found = [_measured(stretch, channels) for stretch in along]
@@ -40,6 +47,10 @@ def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -
     for name, model in (("before", before), ("after", after)):
         for columns, values in zip(found, said[model], strict=True):
             columns |= named([f"{column}_{name}" for column in PREDICTED], values)
+    if band is not None:
+        motions = [stretch.motion for stretch in along]
+        for columns, widths in zip(found, half_widths(after, band, motions), strict=True):
+            columns |= named(BANDS, widths)
     if isinstance(before, VehicleModel):
         for columns, stretch in zip(found, along, strict=True):
             force = residual(before.vehicle, stretch.motion, stretch.data).force
@@ -141,3 +152,14 @@ def restarted(models: Sequence[Model], motions: Sequence[Motion]) -> list[list[A
         ahead = np.arange(1, legs.steps + (not whole))  # where one ends another starts, from the measurement
         found[model, id(legs.motion)][legs.starts[:, None] + ahead] = states[:, ahead]
     return [[found[model, id(motion)] for motion in motions] for model in models]
+
+
+def half_widths(model: Model, band: PredictionBand, motions: Sequence[Motion]) -> list[Array]:
+    """Half-widths of a band about the states that `restarted` gives, (n, 4) each, in the order of `BANDS`."""
+    [states] = restarted([model], motions)
+    moved = [restarted([model], versions)[0] for versions in zip(*map(band.moved, motions), strict=True)]
+    found = []
+    for motion, own, *others in zip(motions, states, *moved, strict=True):
+        after = np.arange(motion.time.size) % round(RESTART / motion.time_step) * motion.time_step
+        found.append(band.half_widths(spread_of(own, others), after))
+    return found

@@ -70,7 +70,9 @@ def compare(
     found, inputs, (first, after) = _compared(inputs, (), models, series_file, progress=progress)
     if progress is not None:
         progress(Stage("writing the page"))
-    write_comparison(found, series(first, after, inputs.parts, inputs.channels), inputs, page, force=force)
+    band = next((model.band for model in found.models if model.band is not None), None)
+    table = series(first, after, inputs.parts, inputs.channels, band)
+    write_comparison(found, table, inputs, page, force=force)
     return found
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..comparison.comparison import (
     BASELINE,
     Judged,
+    band_of,
     comparison,
     judge_all,
     reference_models,
@@ -202,7 +203,8 @@ def assess(
         return judge_all(corrects, inputs.parts), evaluate_all(there, inputs.parts.judged)
 
     with beside(apart) as judged_apart:
-        table = series(models[0], models[-1], inputs.parts, inputs.channels)
+        band = band_of(models[-1], inputs.parts)
+        table = series(models[0], models[-1], inputs.parts, inputs.channels, band)
         fails = where_ends_fail(table, models[0], last, inputs.parts)
         errors = dict(zip(here, evaluate_all(here, inputs.parts.judged), strict=True))
         own, found_there = judged_apart()
@@ -227,7 +229,7 @@ def assess(
     steps = (scored_steps[0], *(_with_models(step, found, k) for k, step in enumerate(scored_steps[1:], start=1)))
     baselines = [other for other in others if other.model.kind == BASELINE]
     judged = [nominal, *(other for other in others if other not in baselines), corrected, *baselines]
-    compared = comparison(judged, inputs, table, fails, notes=notes)
+    compared = comparison(judged, inputs, table, fails, notes=notes, band=band)
     data = LogFacts(
         rows=sum(part.rows for part in _weak(inputs)),
         seconds=sum(part.seconds for part in _weak(inputs)),

@@ -8,6 +8,7 @@ from ..discovery.settings import DiscoverySettings
 from ..physics.in_words import unit_text
 from ..reports.page.chapters.play import knobs_of
 from ..residuals.models.base import VehicleModel
+from ..residuals.prediction_band import prediction_band
 from .opened_log import OpenedLog
 from .workbench_facts import OWN_NUMBERS, Fit, Stand, Value, Way
 
@@ -96,7 +97,9 @@ class LogOnBench:
         passivity = None if made is None or stand.moved else made.passivity
         verdict, law = ("", "") if passivity is None else (passivity.verdict, passivity.sentence)
         unseen = bool(stand.names) and not stand.moved
-        return Fit(stand.names, error, lost, self.rows.columns(model, nominal), values, verdict, law, unseen)
+        band = prediction_band(model, self.inputs.parts.judged) if unseen else None
+        columns = self.rows.columns(model, nominal, band)
+        return Fit(stand.names, error, lost, columns, values, verdict, law, unseen, band=band)
 
 
 def _ends(ci95: tuple[float, float] | None) -> tuple[float, float] | None:

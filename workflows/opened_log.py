@@ -17,9 +17,10 @@ from ..physics.in_words import number
 from ..physics.matrices import mass_matrix
 from ..physics.simulation import rollout
 from ..physics.vehicle import Vehicle
+from ..residuals.models.band_record import PredictionBand
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import rollout_errors
-from ..residuals.series import RESTART, Stretch, predicted, stretches
+from ..residuals.series import RESTART, Stretch, half_widths, predicted, stretches
 from .workbench_facts import Check, Fit, Opened, Span, Way
 
 HORIZON = RESTART
@@ -170,14 +171,20 @@ class Rows:
         rows = [np.arange(s.motion.time.size) for s in self._along]
         return [(row % n == 0).astype(float) for row, n in zip(rows, every, strict=True)]
 
-    def columns(self, model: VehicleModel, nominal: Vehicle) -> dict[str, Array]:
-        """What a model predicts, and the force that it leaves, in the nominal model's mass."""
+    def columns(self, model: VehicleModel, nominal: Vehicle, band: PredictionBand | None = None) -> dict[str, Array]:
+        """What a model predicts, the force that it leaves, in the nominal model's mass, and the ends of its band."""
         said = np.concatenate(predicted([model], self._along)[0])
         measured = np.concatenate([accelerations(s.motion) for s in self._along])
         left = (measured - said[:, :3]) @ mass_matrix(nominal)
         names = ("north", "east", "psi", "u", "v", "r")
         found = {name: self.spread(said[:, 3 + k]) for k, name in enumerate(names)}
-        return found | {name: self.spread(left[:, k]) for k, name in enumerate(FORCES)}
+        found |= {name: self.spread(left[:, k]) for k, name in enumerate(FORCES)}
+        if band is not None:
+            widths = np.concatenate(half_widths(model, band, [s.motion for s in self._along]))
+            for k, name in enumerate(("u", "v", "r"), start=1):
+                half = self.spread(widths[:, k])
+                found |= {f"{name}_low": found[name] - half, f"{name}_high": found[name] + half}
+        return found
 
     def at(self, time: float) -> tuple[Stretch, int]:
         """The stretch and its row nearest to an instant of the table."""

@@ -12,6 +12,7 @@ from ..physics.frames import AXES
 from ..physics.in_words import listing
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import VehicleModel
+from ..residuals.prediction_band import held_predictions
 from ..residuals.scores import acceleration_score
 from .opened_log import OpenedLog
 from .workbench_facts import Fit, Opened, Way
@@ -51,8 +52,11 @@ class TriedLog:
         """
         model = VehicleModel(vehicle, "shown", "physics")
         error, lost = self._log.error(model)
-        columns = self._log.rows.columns(model, self.inputs.vehicle)
-        return replace(fitted, error=error, lost=lost, columns=columns, acceleration=self._acceleration(model))
+        band, judged = fitted.band, self._log.inputs.parts.judged
+        columns = self._log.rows.columns(model, self.inputs.vehicle, band)
+        held = None if band is None else held_predictions(model, band, judged)
+        acceleration = self._acceleration(model)
+        return replace(fitted, error=error, lost=lost, columns=columns, acceleration=acceleration, held=held)
 
     def _acceleration(self, model: VehicleModel) -> dict[str, float]:
         """Root mean square errors from row to row, by axis [m/s^2, rad/s^2]."""

@@ -9,6 +9,8 @@ from ..physics.frames import Array
 if TYPE_CHECKING:
     from ..comparison.facts import Comparison
     from ..discovery.findings import Findings
+    from ..residuals.models.band_record import PredictionBand
+    from ..residuals.prediction_band import HeldPredictions
 
 OWN_NUMBERS = "own numbers"
 """Among the names of effects: the numbers that the vehicle file has, fitted to the log beside what is added."""
@@ -69,6 +71,9 @@ class Fit:
     verdict, law : whether it takes energy out of the hull everywhere, in a word and in a sentence
     unseen : every row is predicted by a model that was fitted without it
     acceleration : root mean square errors from row to row by axis [m/s^2, rad/s^2]; of another log alone
+    band : 95 % band of its predictions, from rows that it did not see, whose ends are columns, too: u_low, u_high ...;
+        None of the nominal model, of one that was moved by hand, and where the log is too short
+    held : the predictions of another log that end within it
     """
 
     names: tuple[str, ...]
@@ -80,6 +85,8 @@ class Fit:
     law: str = ""
     unseen: bool = True
     acceleration: Mapping[str, float] = field(default_factory=dict)
+    band: "PredictionBand | None" = None
+    held: "HeldPredictions | None" = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

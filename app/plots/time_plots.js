@@ -94,7 +94,7 @@ export default {
       box.append(head);
       this.$refs.panels.append(box);
       const none = () => null;
-      const axis = { stroke: () => ink("muted"), font: "12px " + getComputedStyle(this.$el).fontFamily, ticks: { show: false }, grid: { stroke: () => ink("grid"), width: 1 } };
+      const axis = { stroke: () => ink("muted"), font: "12px " + getComputedStyle(this.$el).fontFamily, ticks: { stroke: () => ink("muted"), width: 1, size: 4 }, grid: { stroke: () => ink("grid"), width: 1 } };
       const chart = new uPlot({
         width: this.wide(), height: this.height + (last ? 24 : 0), padding: [6, 8, last ? 0 : 6, 0],
         legend: { show: false },
@@ -208,6 +208,7 @@ export default {
       for (let k = first; k <= last; k++) xs[k - first] = left + (time[k] - begin) * along;
       pen.save();
       pen.beginPath(); pen.rect(left, top, width, height); pen.clip();
+      this.bandOf(pen, panel, xs, (value) => top + height - (value - y.min) * up, first);
       panel.lines.forEach((line) => {
         const column = this.columns[line.name];
         if (!column) return;
@@ -222,6 +223,26 @@ export default {
         if (travel < RESTLESS * width || ys.length * ratio < width) traced(pen, xs, ys, ink, thick);
         else barred(pen, xs, ys, ink, line.role === "measured" ? thick : ratio, Math.round(ratio));
       });
+      pen.restore();
+    },
+
+    // What is shaded between two columns, piece by piece.
+    bandOf(pen, panel, xs, y, first) {
+      const [lows, highs] = panel.band.map((name) => this.columns[name]);
+      if (!lows || !highs) return;
+      const known = (k) => k < xs.length && Number.isFinite(lows[first + k] ?? NaN) && Number.isFinite(highs[first + k] ?? NaN);
+      pen.save();
+      pen.fillStyle = colour(this.$el, "after"); pen.globalAlpha = 0.2;
+      for (let begin = 0; begin < xs.length; begin++) {
+        if (!known(begin)) continue;
+        let end = begin;
+        while (known(end + 1)) end += 1;
+        pen.beginPath();
+        for (let k = begin; k <= end; k++) pen.lineTo(xs[k], y(Math.max(lows[first + k], highs[first + k])));
+        for (let k = end; k >= begin; k--) pen.lineTo(xs[k], y(Math.min(lows[first + k], highs[first + k])));
+        pen.fill();
+        begin = end;
+      }
       pen.restore();
     },
 

@@ -31,11 +31,15 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """One plot above the time axis: its title, the unit of its values, its lines from back to front."""
+    """One plot above the time axis: its title, the unit of its values, its lines from back to front.
+
+    `band` names the columns of the lower and the upper end of what is shaded behind the line after; none for no band.
+    """
 
     title: str
     unit: str
     lines: Sequence[Line]
+    band: tuple[str, ...] = ()
 
 
 class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"], esm={"undertow-uplot": "uplot"}):

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from nicegui import ui
 
+from ...reports.wording import band_words, held_words
 from ...workflows.workbench_facts import Fit, Opened
 from ..cells import AXES, Sorted, common_command, sort_rows
 from ..plots.error_map import Cells, ErrorMap
@@ -24,6 +25,7 @@ _SPEEDS = tuple(
             Line(f"{name}_before", "as it was", "before"),
             Line(f"{name}_after", "now", "after"),
         ),
+        (f"{name}_low_after", f"{name}_high_after"),
     )
     for name, title, unit in (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
 )
@@ -36,6 +38,8 @@ _MISSING = tuple(
     for name, (axis, unit) in AXES.items()
 )
 _STATES = ("u", "v", "r")
+_ENDS = tuple(f"{name}_{end}" for name in _STATES for end in ("low", "high"))
+"""Columns of the band, of a model that has one."""
 
 
 class MotionView:
@@ -68,6 +72,7 @@ class MotionView:
             self._forces = TimePlots(_MISSING)
             for plots in (self._speeds, self._forces):
                 plots.on_brush(lambda begin, end: self._session.shown.select(((begin, end),)))
+            self._band = line("", "muted small")
             self._none = button("Clear selection", lambda: self._session.shown.select(()))
 
     def _track_card(self) -> None:
@@ -124,7 +129,9 @@ class MotionView:
             self._opened, self._fit, self._sorted = opened, fit, {}
             table, first = opened.table, opened.nominal
             columns = {name: table[name] for name in ("u", "v", "r")}
-            self._speeds.show(table["time"], columns | _drawn(opened, first, "before", _STATES) | self._after(_STATES))
+            self._speeds.show(
+                table["time"], columns | _drawn(opened, first, "before", _STATES) | self._after(_STATES + _ENDS)
+            )
             self._forces.show(table["time"], _drawn(opened, first, "before", tuple(AXES)) | self._after(tuple(AXES)))
             self._track.show(table["time"], table["north"], table["east"])
             logs = [(session.names.told(log.name), log.begin, log.end) for log in opened.logs]
@@ -134,7 +141,7 @@ class MotionView:
             self._map_of()
         elif fit is not self._fit:
             self._fit = fit
-            self._speeds.change(self._after(_STATES))
+            self._speeds.change(self._after(_STATES + _ENDS))
             self._forces.change(self._after(tuple(AXES)))
             self._predict()
             self._map_of()
@@ -152,16 +159,20 @@ class MotionView:
         opened, fit = self._session.shown.opened, self._session.shown.fit
         assert opened is not None, "what is drawn is open"
         assert fit is not None, "what is drawn is open"
+        nothing = {f"{name}_after": np.full(opened.table["time"].size, np.nan) for name in names}
         if fit is opened.nominal or not (fit.names or not fit.unseen):
-            return {f"{name}_after": np.full(opened.table["time"].size, np.nan) for name in names}
-        return _drawn(opened, fit, "after", names)
+            return nothing
+        return nothing | _drawn(opened, fit, "after", tuple(name for name in names if name in fit.columns))
 
     def _predict(self) -> None:
+        """Draw the ways of the models on the water, and tell of the band of what is drawn."""
         opened, fit = self._session.shown.opened, self._session.shown.fit
         assert opened is not None, "what is drawn is open"
         assert fit is not None, "what is drawn is open"
         after = [] if fit is opened.nominal else _pieces(opened, fit)
         self._track.predict({"before": _pieces(opened, opened.nominal), "after": after})
+        told = (band_words(fit.band), held_words(fit.held, "the model"))
+        self._band.set_text(" ".join(filter(None, told)))
         self._track.path(np.zeros(0))  # what was predicted from a place was of another model
 
     async def _way(self, time: float) -> None:

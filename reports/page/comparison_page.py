@@ -7,7 +7,6 @@ from ..run_contents import ComparisonFolder
 from ..wording import judged_rows
 from .chapters.agreement import motion
 from .chapters.models import TITLE, models
-from .chapters.verdict import legend
 from .chapters.where_it_fails import TITLE as WHERE
 from .chapters.where_it_fails import failing
 from .figures.growth_figure import growth
@@ -42,8 +41,7 @@ def comparison_page(folder: ComparisonFolder) -> str:
         element("h2", "How the error grows"),
         figure([growth(found.models, ends)], GROWTH, cls="wide"),
         element("h2", "Measured against predicted"),
-        legend(after=ends[-1]),
-        motion(folder.series, f"of {'the longest log' if several else logs}"),
+        motion(folder.series, f"of {'one of the logs' if several else logs}", found, ends[-1]),
         _folded(WHERE, failing(found, folder.series)),
     ]
     return document(logs, f"models compared on {logs}", sections)

@@ -85,6 +85,7 @@ summary {{ cursor: pointer; color: var(--muted); margin: 10px 0; }}
 .key .measured i {{ background: var(--measured); height: 7px; border-radius: 4px; }}
 .key .before i {{ background: var(--before); }}
 .key .after i, .key .yours i {{ background: var(--after); }}
+.key .band i {{ background: var(--after); opacity: .25; height: 12px; }}
 {HEAT_KEY}
 figure {{ break-inside: avoid; }}
 figcaption {{ color: var(--muted); font-size: .9rem; margin-top: 10px; max-width: 56em; }}

@@ -12,7 +12,7 @@ from ...comparison.facts import ComparedModel, Comparison, Domain, Held
 from ...physics.frames import AXES
 from ...physics.in_words import number, percent, unit_text
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, RolloutRecord
-from ..wording import INTERVAL_HOLDS, held_shares, judged_rows
+from ..wording import INTERVAL_HOLDS, held_shares, held_words, judged_rows
 from .layout import BAD, GOOD, Fitting, Prose, bullets, plain_table, section, stacked
 
 MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell": "?"}
@@ -55,6 +55,7 @@ def comparison_table(
         _predictions(models, where, verdicts),
         _beside(models),
         *([_intervals(models)] if any(model.interval for model in models) else []),
+        *(Prose(told) for model in models if (told := held_words(model.held, model.name))),
     ]
     return stacked([legend, *tables] if legend else tables)
 

@@ -13,6 +13,7 @@ from ...physics.integration import Rollouts
 from ...physics.motion import Motion
 from ...physics.simulation import Legs, rollout, rollouts
 from ...physics.vehicle import Vehicle
+from .band_record import PredictionBand
 from .domain import excess
 from .network_inputs import network_inputs
 
@@ -36,6 +37,7 @@ class Model(ABC):
         `residuals.models.bounds` may find
     time_step : of rollouts, where no motion gives one [s]
     seen : lower and upper ends of u, v, r and the thrusts that it was trained on; None where it does not tell
+    band : of its predictions, as the run that it comes from has it; None where it comes from none
     fades : whether its correction fades to nothing beyond its training
     far : distance beyond its training from which rows are far from it [standard deviations]; what fades is nothing
         from there on, and what does not has hardly ever met what lies there
@@ -50,6 +52,7 @@ class Model(ABC):
     rests_on: Literal["vehicle", "itself", "bounds", "nothing"] = "nothing"
     time_step: float = 0.1
     seen: tuple[Array, Array] | None = None
+    band: PredictionBand | None = None
     fades: bool = False
     far: float = 1.0
 

@@ -69,6 +69,14 @@ def test_a_second_log_is_predicted_as_compare_does(second: Path, tmp_path: Path)
     assert opened.judged == UNSEEN
     assert opened.table["time"].size == fit.columns["u"].size
     assert opened.seconds == pytest.approx(300.0, abs=2.0)  # no row was kept for a fit
+    # The band is that of the log to which the model was fitted.
+    assert fit.band == desk.fit(stand).band is not None
+    assert fit.held is not None
+    assert fit.held.predictions > 250
+    known = np.isfinite(fit.columns["u_low"])
+    assert (fit.columns["u_low"] <= fit.columns["u"])[known].all()
+    assert (fit.columns["u"] <= fit.columns["u_high"])[known].all()
+    assert desk.fit(Stand((FIRST,), moved=(("X_uu", -5.0),))).band is None  # by hand: no rows tell its errors
 
 
 def test_five_minutes_are_read_and_predicted_within_a_second(second: Path, tmp_path: Path):

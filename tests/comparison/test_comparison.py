@@ -408,6 +408,23 @@ def test_a_run_is_compared_again_with_more_models(found: dict[str, Any], files: 
     assert any(place["removed_by"] for place in again["failures"])
 
 
+def test_the_band_of_a_run_is_counted_on_another_log(files: Path, tmp_path: Path):
+    written = Comparison.read(json.loads((files / "run" / "comparison.json").read_text()), "comparison.json", "")
+    (drawn,) = [model for model in written.models if model.band is not None]
+    assert drawn.name == "corrected"
+    assert drawn.held is None
+    other = simulate_world(HULL, {"surge_quadratic_damping": -12.0}, duration=120.0, seed=7).write(tmp_path / "b.csv")
+    found = compare(read_inputs(other, HULL), [files / "run"], page=tmp_path / "page")
+    run = found.models[-1]
+    assert run.band == drawn.band
+    assert run.held is not None
+    assert run.held.predictions > 100
+    assert 0.85 <= run.held.position <= 1.0
+    assert "end within the band of run" in (tmp_path / "page" / "report.html").read_text()
+    assert "position_band" in (tmp_path / "page" / "series.csv").read_text().splitlines()[0]
+    assert "held" not in found.models[0].to_dict()  # files of models without a band stay as they were
+
+
 def test_compare_prints_whom_to_trust_and_writes_a_file(
     path: Path, files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

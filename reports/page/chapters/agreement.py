@@ -7,9 +7,9 @@ from ....physics.frames import AXES
 from ....physics.in_words import unit_text
 from ....residuals.scores import ACCELERATION_UNITS
 from ...run_contents import RunFolder
-from ...wording import goodness, ordinal, typeset
+from ...wording import band_words, goodness, held_words, ordinal, typeset
 from ..figures.agreement_figures import histogram, scatter, scatter_stride
-from ..figures.figure_data import held_out_rows, held_out_stretch
+from ..figures.figure_data import held_out_rows, liveliest_stretch
 from ..figures.figures import speeds, track
 from ..markup import Html, figure, render
 from .base import Chapter, Section
@@ -20,28 +20,39 @@ ARROW = "\N{RIGHTWARDS ARROW}"
 
 def agreement(run: RunFolder) -> Section:
     """Speeds over time and the track, then the accelerations of all held-out rows."""
-    drawn = render(legend(), motion(run.series, "that the fit never saw"), legend(MODELS), *_pointwise(run))
-    return Section("Measured against predicted", drawn)
+    seen = motion(run.series, "that the fit never saw", run.comparison, "corrected")
+    return Section("Measured against predicted", render(seen, legend(MODELS), *_pointwise(run)))
 
 
-def motion(series: pd.DataFrame, which: str) -> Html:
-    """Measured and predicted speeds over time, and the track; `which` says what motion it is."""
-    stretch = held_out_stretch(series)
+def motion(series: pd.DataFrame, which: str, comparison: Comparison, after: str) -> Html:
+    """Measured and predicted speeds over time, and the track, with the key of their colours.
+
+    Parameters
+    ----------
+    series : of the nominal model, and of the model whose name is `after`
+    which : what motion it is, in words
+    comparison : holds the band of the second model
+    """
+    drawn = next((model for model in comparison.models if model.band is not None), None)
+    banded = drawn is not None and "position_band" in series
+    told = [band_words(drawn.band), held_words(drawn.held, drawn.name)] if drawn is not None and banded else []
+    roles = ("measured", "before", "after", *["band"] * banded)
+    stretch = liveliest_stretch(series)
     seconds = stretch["time"].iloc[-1] - stretch["time"].iloc[0]
     over_time = figure(
         [speeds(stretch)],
-        f"{typeset(float(seconds), 2)} s of motion {which}. At each dotted line the predictions start "
+        f"The {typeset(float(seconds), 2)} s with the most motion {which}. At each dotted line the predictions start "
         "again from the measured state and then run open loop: the farther a coloured line strays before the next one, "
-        "the worse the model. Lines that leave the frame go on outside it.",
+        f"the worse the model. Lines that leave the frame go on outside it. {' '.join(told)}".rstrip(),
         cls="wide",
     )
     from_above = figure(
         [track(stretch)],
         "The same motion from above. Every branch that leaves the measured track is one prediction; circles mark "
-        "the starts.",
+        f"the starts{', discs the band where a prediction ends' * banded}.",
         cls="one",
     )
-    return render(over_time, from_above)
+    return render(legend(roles, after), over_time, from_above)
 
 
 MODELS = ("before", "after")

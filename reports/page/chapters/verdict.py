@@ -19,6 +19,7 @@ LEGEND = (
     ("before", "before: the nominal model"),
     ("after", "after: the corrected model"),
     ("yours", "with your values"),
+    ("band", "band of the corrected model"),
 )
 LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
 

@@ -7,6 +7,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 
 from ....discovery.found_effects import FoundEffect
 from ....physics.in_words import MINUS, finite, number, percent, unit_text, words
@@ -17,6 +18,8 @@ from .figure_data import rollouts
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 
 SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
+POSITION = ("position", "distance of the predicted from the measured position", "m")
+BAND: Look = {"color": ROLES["after"], "alpha": 0.2, "linewidth": 0.0}
 LINES = (("measured", "", 5.0), ("before", "_before", 1.5), ("after", "_after", 1.5))
 """Name, ending of its columns and width of its line: measured is widest, so that it shows beneath what is near it."""
 BESIDE: Look = {"xycoords": "data", "textcoords": "offset points", "va": "center"}
@@ -65,32 +68,57 @@ def step_bars(title: str, unit: str, values: Sequence[Any], names: Sequence[str]
             ylim=(len(values) - 0.5, -0.5), xlim=(0.0, max(lengths.max(), 1e-12)), xticks=[], yticks=range(len(values))
         )
         axes.grid(visible=False)
+        axes.tick_params(length=0.0)
         axes.spines["bottom"].set_visible(False)
         figure.text(left / width, 1 - 18 / height, f"{title} [{unit_text(unit)}]", color=ROLES["muted"])
         return drawn(figure, f"{title} error after each step, {unit}")
 
 
 def speeds(series: pd.DataFrame) -> Html:
-    """Measured and predicted surge speed, sway speed and yaw rate over time, predictions restarted every 10 s."""
-    width, height, left, tall = 960, 494, 52, 124
+    """Measured and predicted speeds over time and the error of the position, predictions restarted every 10 s.
+
+    With the band of the corrected model, where the series has it.
+    """
+    width, height, left, tall = 960, 650, 52, 124
     runs = rollouts(series)
-    restarts = runs.loc[runs["restart"], "time"]
     with matplotlib.rc_context(STYLE):
         figure = canvas(width, height)
-        for row, (name, title, unit) in enumerate(SPEEDS):
-            axes = panel(figure, left, 22 + row * (tall + 32), width - left - 8, tall)
-            for role, suffix, thickness in LINES:
-                axes.plot(runs["time"], runs[f"{name}{suffix}"], color=ROLES[role], linewidth=thickness)
-            _limit(axes, runs, name)
+        for row, (name, title, unit) in enumerate((*SPEEDS, POSITION)):
+            axes = panel(figure, left, 22 + row * (tall + 32), width - left - 16, tall)
+            if (name, title, unit) == POSITION:
+                _position_error(axes, runs)
+            else:
+                _speed(axes, runs, name)
+            restarts = runs.loc[runs["restart"], "time"]
             axes.vlines(restarts, 0, 1, ROLES["muted"], (0, (1, 3)), transform=axes.get_xaxis_transform(), lw=0.9)
             axes.set_xlim(runs["time"].min(), runs["time"].max())
             axes.grid(visible=False, axis="x")
             axes.set_title(f"{title} [{unit}]", loc="left", fontsize=12, pad=6)
             axes.locator_params(axis="y", nbins=5)
-            if row < 2:
+            if row < len(SPEEDS):
                 axes.set_xticklabels([])
         axes.set_xlabel("time in the log [s]")
-        return drawn(figure, "measured and predicted speeds over time")
+        return drawn(figure, "measured and predicted speeds and the error of the position over time")
+
+
+def _speed(axes: Axes, runs: pd.DataFrame, name: str) -> None:
+    if f"{name}_band" in runs:
+        middle, half = runs[f"{name}_after"], runs[f"{name}_band"]
+        axes.fill_between(runs["time"], middle - half, middle + half, **BAND)
+    for role, suffix, thickness in LINES:
+        axes.plot(runs["time"], runs[f"{name}{suffix}"], color=ROLES[role], linewidth=thickness)
+    _limit(axes, runs, name)
+
+
+def _position_error(axes: Axes, runs: pd.DataFrame) -> None:
+    """How far the predicted positions are from the measured one; the frame holds the corrected model and its band."""
+    if "position_band" in runs:
+        axes.fill_between(runs["time"], 0.0, runs["position_band"].where(runs["u_after"].notna()), **BAND)
+    for role, suffix, thickness in LINES[1:]:
+        error = np.hypot(runs[f"north{suffix}"] - runs["north"], runs[f"east{suffix}"] - runs["east"])
+        axes.plot(runs["time"], error, color=ROLES[role], linewidth=thickness)
+    shown = [error, runs["position_band"]] if "position_band" in runs else [error]
+    axes.set_ylim(0.0, max(1.1 * max(float(np.nanmax(one, initial=0.0)) for one in shown), 1e-3))
 
 
 def track(series: pd.DataFrame) -> Html:
@@ -101,6 +129,8 @@ def track(series: pd.DataFrame) -> Html:
     with matplotlib.rc_context(STYLE):
         figure = canvas(width, height)
         axes = panel(figure, 56, 6, width - 62, height - 52)
+        if "position_band" in runs:
+            _discs(axes, runs)
         for role, suffix, thickness in LINES:
             axes.plot(runs[f"east{suffix}"], runs[f"north{suffix}"], color=ROLES[role], linewidth=thickness)
         starts = runs[runs["restart"]]
@@ -113,6 +143,14 @@ def track(series: pd.DataFrame) -> Html:
         axes.locator_params(nbins=6)
         axes.set(xlabel="east [m]", ylabel="north [m]")
         return drawn(figure, "measured and predicted track")
+
+
+def _discs(axes: Axes, runs: pd.DataFrame) -> None:
+    """The disc that holds the position at the end of each prediction of the corrected model."""
+    there = runs["north_after"].notna()
+    ends = runs[there & ~there.shift(-1, fill_value=False)]
+    for north, east, radius in ends[["north_after", "east_after", "position_band"]].to_numpy(dtype=float):
+        axes.add_patch(Circle((east, north), radius, **BAND))
 
 
 def regime_bars(before: pd.DataFrame, after: pd.DataFrame) -> list[Html]:

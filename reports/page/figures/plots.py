@@ -18,7 +18,7 @@ from ....physics.in_words import listing, unit_text
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
 from ..coefficients import coefficient_rows
-from .figure_data import held_out_stretch, rollouts
+from .figure_data import liveliest_stretch, rollouts
 from .missing_force import SIGNALS, MissingForce, means, missing_force, signals
 from .record_plots import AFTER, BEFORE, MEASURED, Drawings, FindingsPlots, draw_coefficients, new_axes
 
@@ -51,15 +51,18 @@ class Plots(Drawings):
         return FindingsPlots(self.findings).staircase(quantity, horizon, ax)
 
     def predictions(self, axes: "Sequence[Axes]" = ()) -> "Sequence[Axes]":
-        """Measured speeds, and those of both models, restarted every 10 s, over the first two minutes judged."""
+        """Measured speeds, and those of both models, restarted every 10 s, over two minutes with most motion."""
         if not axes:
             import matplotlib.pyplot as plt
 
             axes = list(plt.subplots(3, 1, sharex=True, layout="constrained")[1])
-        runs = rollouts(held_out_stretch(self.series))
+        runs = rollouts(liveliest_stretch(self.series))
         for one, name in zip(axes, ("u", "v", "r"), strict=True):
             for colour, ending, width in ((MEASURED, "", 4.0), (BEFORE, "_before", 1.0), (AFTER, "_after", 1.0)):
                 one.plot(runs["time"], runs[f"{name}{ending}"], color=colour, lw=width, label=_named(ending))
+            if f"{name}_band" in runs:
+                ends = (runs[f"{name}_after"] + sign * runs[f"{name}_band"] for sign in (-1.0, 1.0))
+                one.fill_between(runs["time"], *ends, color=AFTER, alpha=0.2, lw=0, label="band")
             one.set_ylabel(f"{name} [{unit_text(SIGNALS[name])}]")
         axes[0].legend(loc="upper right")
         axes[-1].set_xlabel("time in the log [s]")

@@ -15,7 +15,7 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.reports.page.chapters import play
 from undertow.reports.page.chapters.play import script
 from undertow.reports.page.coefficients import coefficient_rows
-from undertow.reports.page.figures.figure_data import rollouts
+from undertow.reports.page.figures.figure_data import liveliest_stretch, rollouts
 from undertow.reports.wording import typeset
 from undertow.workflows.run_folder.read import read_run
 from undertow.workflows.run_folder.write import write_page
@@ -156,6 +156,48 @@ def test_lines_break_where_a_prediction_starts_again(run):
     breaks = drawn[drawn["u_before"].isna()]
     assert sorted(breaks["time"]) == sorted(drawn.loc[drawn["restart"], "time"])
     assert len(drawn) < 700 + 12
+
+
+def test_the_picture_opens_on_the_stretch_with_the_most_motion(run):
+    series = pd.read_csv(run / "series.csv").assign(part="test")
+    more = pd.concat([series.assign(time=series["time"] + 120.0 * k) for k in range(3)], ignore_index=True)
+    quiet = more["time"] < 200.0
+    for ending in ("", "_before", "_after"):
+        names = [f"{name}{ending}" for name in ("u", "v", "r")]
+        more.loc[quiet, names] = 0.1 * more.loc[quiet, names]
+    stretch = liveliest_stretch(more)
+    assert stretch["time"].iloc[0] >= 200.0
+    assert stretch["time"].iloc[0] % 10.0 == pytest.approx(0.0)  # where predictions start
+    assert stretch["time"].iloc[-1] - stretch["time"].iloc[0] == pytest.approx(120.0, abs=0.11)
+
+
+def test_a_gap_of_the_record_is_left_as_a_gap(run):
+    series = pd.read_csv(run / "series.csv").query("log == 0")
+    holed = series[(series["time"] < 43.0) | (series["time"] >= 50.0)]
+    drawn = rollouts(holed)
+    columns = ["u", "north", "u_before", "east_after"]
+    (empty,) = np.flatnonzero(drawn["u"].isna()).tolist()
+    assert drawn[columns].iloc[empty].isna().all()
+    assert drawn["time"].iloc[[empty - 1, empty + 1]].tolist() == pytest.approx([42.9, 50.0])
+    assert not rollouts(series)["u"].isna().any()
+
+
+def test_the_band_is_drawn_and_told_where_a_run_has_one(run, text):
+    assert "band of the corrected model" not in text  # of an earlier version
+    seconds = [0.5, *map(float, range(1, 11))]
+    by_name = {name: [0.1 * s for s in seconds] for name in ("position", "surge", "sway", "yaw")}
+    band = {"level": 0.95, "predictions": 110, "independent": 40.0, "seconds": seconds, "shift": [0.01] * 4}
+    band |= dict.fromkeys(("floor", "factor", "half_width"), by_name)
+    edit(run / "comparison.json", lambda found: found["models"][-1].update(band=band))
+    assert "made to hold" not in write_page(run).read_text()  # nothing is drawn
+    series = pd.read_csv(run / "series.csv")
+    series[["position_band", "u_band", "v_band", "r_band"]] = 0.2
+    series.to_csv(run / "series.csv", index=False)
+    page = write_page(run).read_text()
+    assert "band of the corrected model" in page
+    assert re.search(r"made to hold 95.% of predictions: after 10 s the position within 1\.0 m", page)
+    assert "It comes from 110 predictions" in page
+    assert page.count("fill-opacity: 0.2") == 4
 
 
 def test_the_laws_stand_on_the_page_what_is_broken_first(run):

@@ -1,0 +1,76 @@
+"""The band about a model's open-loop predictions, as `comparison.json` has it; see `residuals.prediction_band`."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+from pydantic import model_validator
+
+from ...physics.file_records import Number, Record, Whole
+from ...physics.frames import AXES, Array
+from ...physics.motion import Motion
+from .interval import LEVEL
+
+PREDICTED_SECONDS = (0.5, *(float(k) for k in range(1, 11)))
+"""Horizons at which a band is calibrated [s]; between them it is interpolated, and before the first it is held."""
+QUANTITIES = ("position", *AXES)
+"""What has a band [m, m/s, m/s, rad/s]; that of the position is the radius of a disc."""
+
+
+class PredictionBand(Record):
+    """The band of a model's predictions: half-width = factor * sqrt(spread^2 + floor^2), by quantity and horizon.
+
+    Attributes
+    ----------
+    level : share of unseen predictions that it is made to hold: 0.95, or less where independent ones are under 19
+    predictions, independent : from how many it was made, and as how many independent ones these count
+    seconds : the horizons
+    shift : heading [rad], surge and sway speed [m/s] and yaw rate [rad/s] by which a start is moved for the spread
+    floor : median spread by horizon [m, m/s, m/s, rad/s]
+    factor : by horizon
+    half_width : its median by horizon [m, m/s, m/s, rad/s]
+    """
+
+    level: Number = LEVEL
+    predictions: Whole
+    independent: Number
+    seconds: tuple[Number, ...] = PREDICTED_SECONDS
+    shift: tuple[Number, Number, Number, Number]
+    floor: Mapping[str, tuple[Number, ...]]
+    factor: Mapping[str, tuple[Number, ...]]
+    half_width: Mapping[str, tuple[Number, ...]]
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        for one in (self.floor, self.factor, self.half_width):
+            if any(len(one.get(name, ())) != len(self.seconds) for name in QUANTITIES):
+                raise ValueError(f"a number for each of {len(self.seconds)} horizons of {', '.join(QUANTITIES)}")
+        return self
+
+    def half_widths(self, spread: Array, after: Array) -> Array:
+        """Half-widths of rows.
+
+        Parameters
+        ----------
+        spread : (..., rows, 4) how far each row moves with its start
+        after : (rows,) time from the start [s]
+        """
+        floor, factor = (
+            np.column_stack([np.interp(after, self.seconds, one[name]) for name in QUANTITIES])
+            for one in (self.floor, self.factor)
+        )
+        return factor * np.hypot(spread, floor)
+
+    def moved(self, motion: Motion) -> list[Motion]:
+        """A motion with each state of its starts moved in turn."""
+        return [with_moved_state(motion, k, by) for k, by in enumerate(self.shift)]
+
+
+def with_moved_state(motion: Motion, state: int, by: float) -> Motion:
+    """A motion with heading, surge speed, sway speed or yaw rate moved."""
+    if state == 0:
+        return replace(motion, heading=motion.heading + by)
+    velocity = motion.velocity.copy()
+    velocity[:, state - 1] += by
+    return replace(motion, velocity=velocity)

@@ -1,0 +1,103 @@
+"""Bands about predictions: they hold on a second run, widen with what a model lacks, and stand aside on short logs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from undertow.measurements.preparation.dataset import WEAK, DataSet
+from undertow.measurements.preparation.held_out import Fold
+from undertow.physics.frames import Array
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.band_record import QUANTITIES, PredictionBand
+from undertow.residuals.models.base import VehicleModel
+from undertow.residuals.prediction_band import LEAST_LEVEL, held_predictions, prediction_band
+from undertow.residuals.prediction_band import _independent as independent
+from undertow.residuals.series import half_widths, restarted
+
+HULL = load_vehicle("blueboat")
+LACKING = HULL.with_values({"X_u": 0.5 * HULL.value("X_u")})
+MODEL = VehicleModel(HULL, "true")
+
+
+def driven(seed: int, seconds: float) -> Motion:
+    return simulate_world(HULL, {}, duration=seconds, noise="field", seed=seed).motion(0.1)
+
+
+def data_of(*motions: Motion) -> DataSet:
+    return DataSet(motions, (), WEAK)
+
+
+FIRST, SECOND = driven(1, 300.0), driven(2, 300.0)
+
+
+@pytest.fixture(scope="module")
+def band() -> PredictionBand:
+    found = prediction_band(MODEL, data_of(FIRST))
+    assert found is not None
+    return found
+
+
+def test_a_band_holds_its_share_of_a_second_run_and_half_of_it_does_not(band: PredictionBand):
+    held = held_predictions(MODEL, band, data_of(SECOND))
+    assert held.predictions == 290
+    assert all(0.9 <= held.of(quantity) <= 0.99 for quantity in QUANTITIES), held
+    halved = band.but(factor={name: tuple(0.5 * x for x in row) for name, row in band.factor.items()})
+    assert held_predictions(MODEL, halved, data_of(SECOND)).position < 0.85
+
+
+def test_what_a_model_lacks_widens_its_band(band: PredictionBand):
+    lacking = prediction_band(VehicleModel(LACKING, "lacking"), data_of(FIRST))
+    assert lacking is not None
+    assert lacking.half_width["position"][-1] > 3.0 * band.half_width["position"][-1]
+    held = held_predictions(VehicleModel(LACKING, "lacking"), lacking, data_of(SECOND))
+    assert 0.85 <= held.position <= 1.0
+
+
+def test_each_fold_is_predicted_by_the_fit_that_did_not_see_it(band: PredictionBand):
+    fold = Fold(((FIRST.source, float(FIRST.time[0]), float(FIRST.time[-1])),))
+    blind = prediction_band(VehicleModel(HULL, "fitted", unseen=[(fold, LACKING)]), data_of(FIRST))
+    assert blind is not None
+    assert blind.half_width["position"][-1] > 3.0 * band.half_width["position"][-1]
+
+
+def test_a_band_grows_with_the_horizon(band: PredictionBand):
+    wide = band.half_width["position"]
+    assert wide[-1] > wide[2] > 0.0
+
+
+def test_a_log_that_is_too_short_has_no_band():
+    assert prediction_band(MODEL, data_of(driven(3, 9.0))) is None
+    short = prediction_band(MODEL, data_of(driven(3, 16.0)))
+    assert short is None
+
+
+def test_few_independent_predictions_promise_less():
+    few = prediction_band(MODEL, data_of(driven(3, 60.0).slice(0, 320)))
+    assert few is not None
+    assert LEAST_LEVEL <= few.level == pytest.approx(few.independent / (few.independent + 1.0))
+
+
+def test_repeated_scores_count_once():
+    white = np.random.default_rng(0).normal(size=400)
+    assert independent(white) == pytest.approx(400, rel=0.3)
+    assert independent(np.repeat(white[:40], 10)) == pytest.approx(40, rel=0.4)
+
+
+def test_the_band_along_a_log_begins_anew_with_each_prediction(band: PredictionBand):
+    [states], [widths] = restarted([MODEL], [SECOND])[0], half_widths(MODEL, band, [SECOND])
+    error: Array = np.abs(states[:, 3:] - SECOND.velocity)
+    after = np.arange(SECOND.time.size) % 100
+    assert ((error <= widths[:, 1:]).mean(axis=0) > 0.9).all()
+    assert widths[after == 99, 0].mean() > 1.5 * widths[after == 10, 0].mean()
+    moved = [replace(SECOND, heading=SECOND.heading + band.shift[0])]
+    assert band.moved(SECOND)[0].heading == pytest.approx(moved[0].heading)
+
+
+def test_a_band_is_read_back_and_one_that_lacks_horizons_is_refused(band: PredictionBand):
+    assert PredictionBand.model_validate(band.to_dict()) == band
+    with pytest.raises(ValidationError, match="a number for each of 11 horizons of position"):
+        band.but(factor={**band.factor, "yaw": (1.0,)})
