@@ -79,6 +79,7 @@ class Inputs(Card):
     notes : what reading and preparing had to say
     reading : how the logs were read
     repairs : what was repaired in memory, a sentence a log, where the reading says `fix`
+    digests : SHA-256 of the content of each log, by which it is known again
     warnings : what is wrong with the logs, to be told above every result
     broken : the logs have defects that make every result meaningless, and were taken as they are
     sensors : what the records of each log say of its sensors, by the source of its motions; they are corrected for it
@@ -95,6 +96,7 @@ class Inputs(Card):
     notes: tuple[str, ...]
     reading: Reading = AS_GUESSED
     repairs: tuple[str, ...] = ()
+    digests: tuple[str | None, ...] = ()
     warnings: tuple[str, ...] = ()
     broken: bool = False
     sensors: Mapping[str, Kinematics] = field(default_factory=dict)

@@ -13,6 +13,7 @@ from ..measurements.inspection import Inspection, inspect_log
 from ..measurements.kinematic_errors import Kinematics
 from ..measurements.kinematics import kinematics_of
 from ..measurements.log import Log, read_log
+from ..measurements.log_digests import channels_digest, log_digests
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK, DataSet
 from ..measurements.preparation.prepare import prepare
@@ -104,6 +105,7 @@ def read_in_steps(
     if reading.channel_map is not None:
         reading = replace(reading, channel_map=_utf8(reading.channel_map))
     told_bytes = megabytes(progress)
+    digests = (*(one["sha256"] for one in log_digests(names)), *map(channels_digest, ready))
     read = (*(read_log(name, reading, progress=told_bytes, mend=reading.fix) for name in names), *ready)
     hand_back()
     read, repairs = _repaired(read, model, progress) if reading.fix else (read, ())
@@ -113,7 +115,7 @@ def read_in_steps(
     except Exception:
         checks()  # what is wrong with a log is told before what keeps it from being used
         raise
-    return replace(prepared, notes=(*told, *prepared.notes), repairs=repairs), checks
+    return replace(prepared, notes=(*told, *prepared.notes), repairs=repairs, digests=digests), checks
 
 
 def _repaired(read: Sequence[Log], model: Vehicle, progress: Say | None) -> tuple[tuple[Log, ...], tuple[str, ...]]:
