@@ -4,6 +4,11 @@ Each boat is a shipped hull with two hidden effects of typical random size, and 
 one boat every number that both runs hold should be the same, by the 95 % intervals in 95 of 100; of a boat with a third
 effect, that effect should be told as a difference. `python benchmarks/two_runs.py 30` asks thirty boats, some minutes
 each ten.
+
+`python benchmarks/two_runs.py 7 --versions` asks whether the versions of one log agree: as an autopilot recorded it,
+with a fault, with that repaired by `inspect LOG --fix`, which knows no vehicle, and without the fault. The hidden
+effects are a weak thruster and less thrust astern, thrusters stand still at 1510 us, and the faults, one a boat, are
+those of field logs. Every number of a pair of versions should be the same.
 """
 
 import argparse
@@ -15,20 +20,20 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-from quality import pwm_boat
+from quality import pwm_boat, with_rest
 from study.planting import DEFECTS, Channels, autopilot_log
 
 import undertow
 from undertow.measurements.clean_log import write_clean
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.log_options import Reading
 from undertow.physics.errors import LogError, RequestError
-from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.typical_effects import typical_effect
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.worlds.world import NOISE, simulate_world
 from undertow.reports.page.fleet import Relation, SharedNumber, shared_numbers
 from undertow.reports.run_contents import RunFolder
 from undertow.workflows.inputs import read_inputs
+from undertow.workflows.inspect import look_over
 from undertow.workflows.run_folder.read import read_run
 
 HULLS = ("blueboat_paper", "otter", "blueboat")
@@ -46,9 +51,9 @@ HIDDEN = ("thruster_asymmetry", "reverse_thrust_loss")
 """What the boat of the versions has, and its file lacks."""
 
 
-def found(log: Path, vehicle: Vehicle, out: Path, *, fix: bool = False) -> RunFolder:
+def found(log: Path, vehicle: Vehicle, out: Path) -> RunFolder:
     """The run of a log that was searched with a vehicle."""
-    run = undertow.discover(read_inputs(log, vehicle, Reading(fix=fix), progress=None), progress=None)
+    run = undertow.discover(read_inputs(log, vehicle, progress=None), progress=None)
     return read_run(undertow.write_run(run, out, report=False, progress=None))
 
 
@@ -123,18 +128,34 @@ def faulty(log: Log, fault: str, seed: int) -> Log:
     return replace(log, channels=channels)
 
 
+def at_1510(log: Log) -> Log:
+    """A log of a boat whose thrusters stand still at 1500 us, as that of one whose stand still at 1510 us."""
+    pwm = {name: replace(c, value=c.value + 10.0) for name, c in log.channels.items() if name.startswith("pwm")}
+    return replace(log, channels=log.channels | pwm)
+
+
+def boat_at_1510() -> Vehicle:
+    """The vehicle file of such a boat."""
+    content = pwm_boat().to_dict()
+    for thruster in content["thrusters"]:
+        thruster["curve"]["command"] = [1110.0, 1510.0, 1910.0]
+    return vehicle_from_dict(content, "stands still at 1510 us")
+
+
 def versions(boat: int, folder: Path, seconds: float = SECONDS) -> dict[str, RunFolder]:
     """The runs of a log with a fault, with that repaired, and without it, as far as they are not refused."""
     fault, hull, rng = list(FAULTS)[boat % len(FAULTS)], pwm_boat(), np.random.default_rng(500 + boat)
     first, second = (typical_effect(name, hull, rng) for name in HIDDEN)
-    written = simulate_world(hull, first | second, duration=seconds, seed=boat).write(folder / "world.csv")
-    sound = autopilot_log(read_log(written), boat)
-    logs = {"sound": sound, "raw": faulty(sound, fault, boat)}
-    paths = {name: write_clean(log, [], [], folder / f"{name}_{boat}.csv") for name, log in logs.items()}
+    written = read_log(simulate_world(hull, first | second, duration=seconds, seed=boat).write(folder / "world.csv"))
+    sound = at_1510(autopilot_log(with_rest(written, NOISE["field"]), boat))
+    logs = {"raw": faulty(sound, fault, boat), "sound": sound}
+    paths = {name: write_clean(log, [], [], folder / f"{name}.csv") for name, log in logs.items()}
+    paths["fixed"] = folder / "fixed.csv"
+    look_over([paths["raw"]], fix=paths["fixed"], progress=None)
     runs = {}
-    for name, path, fix in (("raw", "raw", False), ("fixed", "raw", True), ("sound", "sound", False)):
+    for name in ("raw", "fixed", "sound"):
         try:
-            runs[name] = found(paths[path], hull, folder / f"{boat} {name}", fix=fix)
+            runs[name] = found(paths[name], boat_at_1510(), folder / name)
         except LogError as error:
             print(f"boat {boat}, {fault}: {name} is refused, {str(error)[:100]} ...")
     return runs
