@@ -91,16 +91,16 @@ def test_pairs_that_are_kept_are_not_made_again(
     study: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
     kept, error = tmp_path / "kept.jsonl", [[0.04, 0.04, 0.04], [0.01, 0.01, 0.01]]
-    pair = {"number": 0, "hidden": ["yaw_trim"], "told": error, "true": error}
+    pair = {"number": 0, "hidden": ["yaw_trim"], "told": error, "true": error, "floor": [0.0, 0.0, 0.0]}
     kept.write_text(json.dumps(pair) + "\n", encoding="utf-8")
-    worse = {"told": error, "true": error[::-1], "hidden": ["munk_moment"]}
+    worse = {"told": error, "true": error[::-1], "hidden": ["munk_moment"], "floor": [0.008, 0.008, 0.008]}
     monkeypatch.setattr(study, "simulated_pair", lambda number, folder: worse | {"number": number})
     assert not study.simulated(2, kept)
     assert len(kept.read_text("utf-8").splitlines()) == 2
     assert capsys.readouterr().out.splitlines() == [
-        "0 yaw_trim: compare 50.0 %, true 50.0 %",
-        "1 munk_moment: compare 50.0 %, true -100.0 % DISAGREE",
-        "1 of 2 pairs agree in sign and within 5 points.",
+        "0 yaw_trim: compare 50.0 % (50.0 % beyond the sensors), true 50.0 %",
+        "1 munk_moment: compare 50.0 % (75.0 % beyond the sensors), true -100.0 % DISAGREE",
+        "1 of 2 pairs agree in sign and within 5 points; 1 where what the sensors add to every error is left out.",
     ]
 
 
