@@ -1,26 +1,39 @@
-"""How often `report` of two runs is right: one boat twice, and two boats that are one effect apart.
+"""How often `report` of several runs is right: one boat twice, two boats one effect apart, three versions of a log.
 
 Each boat is a shipped hull with two hidden effects of typical random size, and logs of four minutes at field noise. Of
 one boat every number that both runs hold should be the same, by the 95 % intervals in 95 of 100; of a boat with a third
 effect, that effect should be told as a difference. `python benchmarks/two_runs.py 30` asks thirty boats, some minutes
 each ten.
+
+`python benchmarks/two_runs.py 7 --versions` asks whether the versions of one log agree: as an autopilot recorded it,
+with a fault, with that repaired by `inspect LOG --fix`, which knows no vehicle, and without the fault. The hidden
+effects are a weak thruster and less thrust astern, thrusters stand still at 1510 us, and the faults, one a boat, are
+those of field logs. Every number of a pair of versions should be the same.
 """
 
 import argparse
 import tempfile
 from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
+from quality import pwm_boat, with_rest
+from study.planting import DEFECTS, Channels, autopilot_log
 
 import undertow
-from undertow.physics.errors import RequestError
-from undertow.physics.vehicle import load_vehicle
+from undertow.measurements.clean_log import write_clean
+from undertow.measurements.log import Log, read_log
+from undertow.physics.errors import LogError, RequestError
+from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.typical_effects import typical_effect
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.worlds.world import NOISE, simulate_world
 from undertow.reports.page.fleet import Relation, SharedNumber, shared_numbers
 from undertow.reports.run_contents import RunFolder
 from undertow.workflows.inputs import read_inputs
+from undertow.workflows.inspect import look_over
 from undertow.workflows.run_folder.read import read_run
 
 HULLS = ("blueboat_paper", "otter", "blueboat")
@@ -32,14 +45,23 @@ EFFECTS = (
 )
 NAMES = ("first", "second")
 APART = (Relation.DIFFERS, Relation.ONLY_HERE)
+SECONDS = 240.0
+"""Length of a log [s]."""
+HIDDEN = ("thruster_asymmetry", "reverse_thrust_loss")
+"""What the boat of the versions has, and its file lacks."""
 
 
-def found(hull: str, effects: dict[str, float], seed: int, folder: Path) -> RunFolder:
+def found(log: Path, vehicle: Vehicle, out: Path) -> RunFolder:
+    """The run of a log that was searched with a vehicle."""
+    run = undertow.discover(read_inputs(log, vehicle, progress=None), progress=None)
+    return read_run(undertow.write_run(run, out, report=False, progress=None))
+
+
+def simulated(hull: str, effects: dict[str, float], seed: int, folder: Path) -> RunFolder:
     """The run of a log of a boat, which was searched with the hull's own file."""
     vehicle = load_vehicle(hull)
-    log = simulate_world(vehicle, effects, duration=240.0, seed=seed).write(folder / f"{seed}.csv")
-    run = undertow.discover(read_inputs(log, vehicle, progress=None), progress=None)
-    return read_run(undertow.write_run(run, folder / str(seed), report=False, progress=None))
+    log = simulate_world(vehicle, effects, duration=SECONDS, seed=seed).write(folder / f"{seed}.csv")
+    return found(log, vehicle, folder / str(seed))
 
 
 def asked(boat: int, folder: Path) -> tuple[list[SharedNumber], list[SharedNumber], set[str]]:
@@ -47,16 +69,125 @@ def asked(boat: int, folder: Path) -> tuple[list[SharedNumber], list[SharedNumbe
     rng, hull = np.random.default_rng(1000 + boat), HULLS[boat % len(HULLS)]
     vehicle = load_vehicle(hull)
     one, two, more = (typical_effect(name, vehicle, rng) for name in rng.choice(EFFECTS, 3, replace=False))
-    first, again = (found(hull, one | two, 10 * boat + k, folder) for k in (0, 1))
-    other = found(hull, one | two | more, 10 * boat + 2, folder)
+    first, again = (simulated(hull, one | two, 10 * boat + k, folder) for k in (0, 1))
+    other = simulated(hull, one | two | more, 10 * boat + 2, folder)
     return shared_numbers([first, again], NAMES), shared_numbers([first, other], NAMES), set(more)
+
+
+Plant = Callable[[Channels, np.random.Generator], Channels]
+"""Puts a fault into the channels of a log."""
+
+
+def planted(name: str, size: float) -> Plant:
+    """A fault of the study of checks, of one size."""
+    defect = next(one for one in DEFECTS if one.name == name)
+    return lambda channels, rng: defect.plant(channels, size, rng)
+
+
+def with_spikes(channels: Channels, rng: np.random.Generator) -> Channels:
+    """Three values of positions and gyro far out of their record."""
+    spiked = {}
+    for name, size in (("x", 30.0), ("y", 30.0), ("r", 3.0)):
+        value = channels[name].value.copy()
+        value[rng.choice(value.size, 3, replace=False)] += size
+        spiked[name] = replace(channels[name], value=value)
+    return channels | spiked
+
+
+def with_gaps(channels: Channels, rng: np.random.Generator) -> Channels:
+    """Four pauses of the logger of one to three seconds."""
+    time = channels["x"].time
+    starts, lengths = rng.uniform(time[0] + 5.0, time[-1] - 8.0, 4), rng.uniform(1.0, 3.0, 4)
+    keep = ~((time[:, None] > starts) & (time[:, None] < starts + lengths)).any(axis=1)
+    return {name: replace(c, time=c.time[keep], value=c.value[keep]) for name, c in channels.items()}
+
+
+def with_slow_commands(channels: Channels, rng: np.random.Generator) -> Channels:
+    """Commands that are recorded twice a second, motion ten times."""
+    slow = {name: c for name, c in channels.items() if name.startswith("pwm")}
+    return channels | {name: replace(c, time=c.time[::5], value=c.value[::5]) for name, c in slow.items()}
+
+
+FAULTS: dict[str, Sequence[Plant]] = {
+    "a field log": [planted("fixes a row late", 0.2), planted("gyro late", 0.12), planted("commands late", 0.15)],
+    "spikes": [with_spikes],
+    "gaps": [with_gaps],
+    "slow commands": [with_slow_commands],
+    "late commands": [planted("commands late", 0.25)],
+    "late gyro": [planted("gyro late", 0.25)],
+    "held fixes": [planted("fixes held over two rows", 1.0)],
+}
+"""By name, what is done to a sound log; its raw version is refused where the boat answers before it is told to."""
+
+
+def faulty(log: Log, fault: str, seed: int) -> Log:
+    """A sound log with a fault."""
+    rng, channels = np.random.default_rng(seed), dict(log.channels)
+    for plant in FAULTS[fault]:
+        channels = plant(channels, rng)
+    return replace(log, channels=channels)
+
+
+def at_1510(log: Log) -> Log:
+    """A log of a boat whose thrusters stand still at 1500 us, as that of one whose stand still at 1510 us."""
+    pwm = {name: replace(c, value=c.value + 10.0) for name, c in log.channels.items() if name.startswith("pwm")}
+    return replace(log, channels=log.channels | pwm)
+
+
+def boat_at_1510() -> Vehicle:
+    """The vehicle file of such a boat."""
+    content = pwm_boat().to_dict()
+    for thruster in content["thrusters"]:
+        thruster["curve"]["command"] = [1110.0, 1510.0, 1910.0]
+    return vehicle_from_dict(content, "stands still at 1510 us")
+
+
+def versions(boat: int, folder: Path, seconds: float = SECONDS) -> dict[str, RunFolder]:
+    """The runs of a log with a fault, with that repaired, and without it, as far as they are not refused."""
+    fault, hull, rng = list(FAULTS)[boat % len(FAULTS)], pwm_boat(), np.random.default_rng(500 + boat)
+    first, second = (typical_effect(name, hull, rng) for name in HIDDEN)
+    written = read_log(simulate_world(hull, first | second, duration=seconds, seed=boat).write(folder / "world.csv"))
+    sound = at_1510(autopilot_log(with_rest(written, NOISE["field"]), boat))
+    logs = {"raw": faulty(sound, fault, boat), "sound": sound}
+    paths = {name: write_clean(log, [], [], folder / f"{name}.csv") for name, log in logs.items()}
+    paths["fixed"] = folder / "fixed.csv"
+    look_over([paths["raw"]], fix=paths["fixed"], progress=None)
+    runs = {}
+    for name in ("raw", "fixed", "sound"):
+        try:
+            runs[name] = found(paths[name], boat_at_1510(), folder / name)
+        except LogError as error:
+            print(f"boat {boat}, {fault}: {name} is refused, {str(error)[:100]} ...")
+    return runs
+
+
+def told_of_versions(boats: int) -> None:
+    """Count how often numbers of two versions of a log are the same, and print what differs."""
+    counts = {pair: Counter[str]() for pair in combinations(("raw", "fixed", "sound"), 2)}
+    for boat in range(boats):
+        with tempfile.TemporaryDirectory() as folder:
+            runs = versions(boat, Path(folder))
+            told = []
+            for pair in [pair for pair in counts if set(pair) <= set(runs)]:
+                numbers = shared_numbers([runs[name] for name in pair], pair)
+                counts[pair].update(one.relation.value for one in numbers)
+                told += [f"{one.symbol} {one.told(pair)}" for one in numbers if one.relation in APART]
+        print(f"boat {boat}, {list(FAULTS)[boat % len(FAULTS)]}: {'; '.join(told) or 'the same'}", flush=True)
+    for (one, other), count in counts.items():
+        print(f"{one} and {other}, {count.total()} numbers: {dict(count)}.")
 
 
 def main() -> None:
     """Count, and print a line a boat."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("boats", type=int, nargs="?", default=30)
-    boats = parser.parse_args().boats
+    parser.add_argument("--versions", action="store_true")
+    given = parser.parse_args()
+    (told_of_versions if given.versions else told_of_boats)(given.boats)
+
+
+def told_of_boats(boats: int) -> None:
+    """Count how often one boat is told as the same, and two as apart."""
     same, named = Counter[str](), Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
         for boat in range(boats):

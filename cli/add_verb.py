@@ -8,9 +8,21 @@ import typer
 
 from ..measurements.log_options import Reading
 from ..physics.effects import EFFECTS
-from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_replaced, warn
+from .console import (
+    failing_clearly,
+    print_json,
+    progress,
+    prose,
+    say,
+    show,
+    show_steps,
+    tell_repairs,
+    tell_replaced,
+    warn,
+)
 from .options import (
     AsIsOption,
+    FixOption,
     ForceOption,
     FrameOption,
     JsonOption,
@@ -54,6 +66,7 @@ def add(
     channels: MapOption = None,
     namespace: NamespaceOption = None,
     as_is: AsIsOption = False,
+    fix: FixOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Add effects by name, refit, and print the error before and after."""
@@ -74,7 +87,7 @@ def add(
         if run is not None:
             given = [word for word in effects if _is_log(word)]
             options = (("--frame", frame), ("--namespace", namespace))
-            given += [name for name, value in options if value is not None]
+            given += [name for name, value in options if value is not None] + ["--fix"] * fix
             if given:
                 raise RequestError(
                     f"add: --run takes the logs, and how they are read, from the run; leave out {' '.join(given)}, "
@@ -86,7 +99,7 @@ def add(
             refit, searched = record.settings.refit if refit is None else refit, record.findings
             judge = record.judge
         else:
-            reading = Reading(frame, channels, namespace, as_is)
+            reading = Reading(frame, channels, namespace, as_is, fix)
             names, paths = _effects_then_logs(effects)
         if not names:
             raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
@@ -113,6 +126,7 @@ def add(
 
         say("")
         warn(findings.warnings)
+        tell_repairs(found.inputs.repairs)
         prose(" ".join([findings.headline, *findings.reasons]))
         if findings.calibrated:
             show(calibrated_table(findings.calibrated), left_list(findings.left, findings.absorbed))

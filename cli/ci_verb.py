@@ -10,6 +10,7 @@ from .console import failing_clearly, print_json, prose, say, show, tell_replace
 from .options import (
     FEW_LOGS,
     AsIsOption,
+    FixOption,
     ForceOption,
     FrameOption,
     JsonOption,
@@ -42,6 +43,7 @@ def ci(
     channels: MapOption = None,
     namespace: NamespaceOption = None,
     as_is: AsIsOption = False,
+    fix: FixOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Judge a vehicle as it is by limits of its errors on logs; exit code 1 when it breaks one."""
@@ -64,7 +66,7 @@ def ci(
             (("--write-limits", WRITTEN_BY, write),), (logs, vehicle, limits, model, channels), force=force
         )
         wanted = None if limits is None else load_limits(limits)  # before the logs, which take long
-        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is), "all")
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is, fix), "all")
         if wanted is None:
             share = MARGIN if margin is None else margin
             made = first_limits(inputs, share, model)

@@ -9,6 +9,7 @@ from ..measurements.log_options import Reading
 from .console import failing_clearly, print_json, progress, say, show, tell_replaced, warn
 from .options import (
     AsIsOption,
+    FixOption,
     ForceOption,
     FrameOption,
     JsonOption,
@@ -50,6 +51,7 @@ def compare(
     channels: MapOption = None,
     namespace: NamespaceOption = None,
     as_is: AsIsOption = False,
+    fix: FixOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Compare models with measurements on the same rows: which to trust, by how much, and where they fail."""
@@ -63,7 +65,7 @@ def compare(
         earlier = earlier_files(targets, reads, force=force)
         if page is not None:
             check_page(page, reads, force=force)
-        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is, fix), judge)
         found = compare_models(inputs, model or [], series, page=page, force=force, progress=progress)
         if out is not None:
             write_json(out, found.to_dict())

@@ -248,6 +248,12 @@ def show_steps(
     prose(error_left(steps, comparison.best.horizon if comparison else ""))
 
 
+def tell_repairs(repairs: Iterable[str]) -> None:
+    """What was repaired in the logs in memory, a paragraph a log."""
+    for text in repairs:
+        prose(f"{text[:1].upper()}{text[1:]}.")
+
+
 def warn(warnings: Iterable[str]) -> None:
     """What is wrong with the logs, above everything else."""
     from ..reports.terminal.layout import UNSURE

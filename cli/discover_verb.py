@@ -10,10 +10,11 @@ import typer
 from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
 from ..physics.garbage import pass_over_what_is_loaded
-from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, warn
+from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_repairs, warn
 from .init_verb import offered
 from .options import (
     AsIsOption,
+    FixOption,
     ForceOption,
     FrameOption,
     JsonOption,
@@ -56,6 +57,7 @@ def discover(
     channels: MapOption = None,
     namespace: NamespaceOption = None,
     as_is: AsIsOption = False,
+    fix: FixOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
@@ -65,7 +67,7 @@ def discover(
         if vehicle is None:
             vehicle, channels = offered(logs, Reading(frame, channels, namespace), out)
         check = partial(check_folder, out, (logs, vehicle, channels), report=not no_report, force=force)
-        read = partial(logs_in_steps, logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
+        read = partial(logs_in_steps, logs, vehicle, Reading(frame, channels, namespace, as_is, fix), judge)
         told = "json" if as_json else "whole"
         tell_discovery(out, check, read, report=not no_report, seed=seed, refit=refit, force=force, told=told)
 
@@ -117,6 +119,7 @@ def tell_discovery(
         return
     say("")
     warn(findings.warnings)
+    tell_repairs(run.inputs.repairs)
     nominal = run.discovery.nominal
     for line in terminal.opening_lines(findings, run.comparison, nominal):
         show(line)

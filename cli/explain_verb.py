@@ -9,6 +9,7 @@ from ..measurements.log_options import Reading
 from .console import failing_clearly, print_json, progress, show, warn
 from .options import (
     AsIsOption,
+    FixOption,
     FrameOption,
     JsonOption,
     Logs,
@@ -29,6 +30,7 @@ def explain(
     channels: MapOption = None,
     namespace: NamespaceOption = None,
     as_is: AsIsOption = False,
+    fix: FixOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
@@ -37,7 +39,7 @@ def explain(
         from ..reports.terminal.distillation_screen import distilled_table
         from ..workflows.explain import distil
 
-        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is, fix))
         found = distil(model, inputs, DiscoverySettings(seed=seed), progress=progress)
         if as_json:
             print_json({**found.to_dict(), "warnings": list(inputs.warnings)})

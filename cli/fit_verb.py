@@ -5,9 +5,21 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_replaced, warn
+from .console import (
+    failing_clearly,
+    print_json,
+    progress,
+    prose,
+    say,
+    show,
+    show_steps,
+    tell_repairs,
+    tell_replaced,
+    warn,
+)
 from .options import (
     AsIsOption,
+    FixOption,
     ForceOption,
     FrameOption,
     JsonOption,
@@ -36,6 +48,7 @@ def fit(
     channels: MapOption = None,
     namespace: NamespaceOption = None,
     as_is: AsIsOption = False,
+    fix: FixOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
@@ -45,7 +58,7 @@ def fit(
         from ..workflows.fit import fit as calibrate
 
         earlier = earlier_files((("--out", "fit", out),), (logs, vehicle, channels), force=force)
-        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is, fix))
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
             done.vehicle.save(out, by="fit")
@@ -55,6 +68,7 @@ def fit(
             return
         say("")
         warn(done.inputs.warnings)
+        tell_repairs(done.inputs.repairs)
         prose(" ".join(done.sentences))
         show(terminal.calibrated_table(done.calibration.parameters), terminal.left_list(done.left))
         show_steps(done.steps)

@@ -30,6 +30,9 @@ NamespaceOption = Annotated[
 AsIsOption = Annotated[
     bool, typer.Option("--as-is", help="Take logs that are known to be broken as they are, and be warned.")
 ]
+FixOption = Annotated[
+    bool, typer.Option("--fix", help="Make the safe repairs of inspect --fix in memory, and say which.")
+]
 RunLogs = Annotated[
     list[Path] | None,
     typer.Option("--log", metavar="LOG", help="Where a log of the run is now, if it was moved; it is checked."),

@@ -9,6 +9,7 @@ from ..measurements.log_options import Reading
 from .console import failing_clearly, interrupted, print_json, progress, prose, say, show, warn
 from .options import (
     AsIsOption,
+    FixOption,
     ForceOption,
     FrameOption,
     JsonOption,
@@ -65,6 +66,7 @@ def train(
     channels: MapOption = None,
     namespace: NamespaceOption = None,
     as_is: AsIsOption = False,
+    fix: FixOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Train a network that corrects the vehicle model, or stands in its place."""
@@ -76,7 +78,7 @@ def train(
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
         settings = settings_with(set_ or [], seed=seed, device=device, **given)
         choice = trained.choice_of(start, residual, parsed_options(option or []), pure=pure, heading=heading)
-        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is, fix))
         try:
             done = trained.train(
                 inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=progress

@@ -272,13 +272,14 @@ class OtherForm(Record):
 
 
 class LogFacts(Record):
-    """What was looked at: rows, length [s], how it was split, what stays unexplained by axis, and notes."""
+    """What was looked at: rows, length [s], how it was split, what stays unexplained by axis, notes, and SHA-256."""
 
     rows: Whole | None = None
     seconds: Number | None = None
     split: str = ""
     unexplained: Mapping[str, Unexplained] = Field(default={}, exclude_if=lambda value: not value)
     notes: tuple[str, ...] = ()
+    log_sha256: tuple[str, ...] = Field(default=(), exclude_if=lambda value: not value)
 
 
 class Findings(Card, Record):

@@ -81,7 +81,7 @@ def key_of(sha256: str, task: LogTask) -> str:
         "log": sha256,
         "follow": task.follow,
         "settings": settings_of(task.vehicle),
-        "reading": [reading.frame, mapped, reading.namespace, reading.as_is],
+        "reading": [reading.frame, mapped, reading.namespace, reading.as_is, reading.fix],
     }
     return hashlib.sha256(json.dumps(made, sort_keys=True).encode()).hexdigest()
 

@@ -1,8 +1,9 @@
-"""Writes a repaired log: canonical channels as CSV, and above them, in remarks, what was done to it."""
+"""A repaired log: in memory, or as CSV with remarks above its canonical channels that say what was done to it."""
 
 import gzip
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,40 @@ from ..physics.errors import RequestError
 from ..physics.file_marks import on_top
 from ..physics.files import write_bytes
 from ..physics.printable import one_line
-from .log import REPAIRED, Log
+from ..physics.vehicle import Vehicle
+from .log import REPAIRED, Log, read_log
+from .log_options import Reading
+from .quality.examination import examine
 
 VERB = "inspect --fix"
 _PART = 1 << 16
 """Rows that are written together; all at once, the rows of a long log would take gigabytes."""
+
+
+def repair(
+    log: Log, vehicle: Vehicle | None = None, *, progress: Callable[[int, int], None] | None = None
+) -> tuple[Log, str]:
+    """Make the safe repairs of a log in memory, those that `inspect --fix` writes.
+
+    Parameters
+    ----------
+    vehicle : whose thrusters the commands must agree with
+    progress : see `examine`
+
+    Returns
+    -------
+    (the repaired log, what was done to it) : Log, str
+        Its first note says so, too.
+    """
+    examination = examine(log, vehicle, progress=progress)
+    clean, done = examination.clean, "; ".join(examination.fixes) or "nothing had to be put right"
+    return replace(clean, notes=(f"repaired in memory: {done}", *clean.notes)), done
+
+
+def read_as_wanted(path: str, reading: Reading, vehicle: Vehicle | None = None) -> Log:
+    """Read a log, and repair it where the reading says so."""
+    log = read_log(path, reading, mend=reading.fix)
+    return repair(log, vehicle)[0] if reading.fix else log
 
 
 def check_target(out: Path, logs: Sequence[Path]) -> None:

@@ -1,7 +1,6 @@
 """What a log holds, and what the tool would do with it, before anything is computed from it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -16,7 +15,7 @@ from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .activity import Excitation, excitation_of
 from .alignment import Alignment, align
-from .canonical import Channel, Lost, command_kind
+from .canonical import Channel, command_kind
 from .channels.channel_map import map_dict
 from .log import Log
 from .preparation.dataset import PAPER, WEAK, Recipe
@@ -177,8 +176,8 @@ def inspect_log(
     examination = examination or examine(log, vehicle)
     # Late and held fixes make false speeds; what the boat did is told of the log without them.
     seen = examination.repaired.stretches
-    as_it_is = examination.clean is log and not plan.missing
-    curable = as_it_is or not _plan(_mended(examination.clean), vehicle, recipe).missing
+    as_it_is = not examination.fixes and not plan.missing
+    curable = as_it_is or not _plan(examination.clean, vehicle, recipe).missing
     return Inspection(
         path=str(log.path),
         verdict=verdict(examination.findings, plan.missing, curable),
@@ -221,11 +220,6 @@ def _told_of_part(examination: Examination) -> tuple[str, ...]:
         f"from {part / 60.0:.0f} minutes in {len(record.stretches)} stretches spread over it; gaps, stamps, spikes, "
         "units and stuck sensors from every row",
     )
-
-
-def _mended(log: Log) -> Log:
-    """The log as it will be read back: what was sorted is in order."""
-    return replace(log, channels={name: replace(c, lost=Lost()) for name, c in log.channels.items()})
 
 
 def _motions(log: Log) -> tuple[Motion, ...]:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..physics.reading import BLOCK
+from .log import Log
 
 
 def log_digests(paths: Sequence[str]) -> list[dict[str, str | None]]:
@@ -13,6 +14,16 @@ def log_digests(paths: Sequence[str]) -> list[dict[str, str | None]]:
     A log that is no longer there has null.
     """
     return [{"path": path, "sha256": _digest(Path(path))} for path in paths]
+
+
+def channels_digest(log: Log) -> str:
+    """SHA-256 of the channels of a log in memory: their names, stamps and values."""
+    digest = hashlib.sha256()
+    for name, channel in sorted(log.channels.items()):
+        digest.update(f"{name}\0{channel.time.size}\0".encode())
+        digest.update(channel.time.tobytes())
+        digest.update(channel.value.tobytes())
+    return digest.hexdigest()
 
 
 def _digest(path: Path) -> str | None:

@@ -19,6 +19,7 @@ class Reading:
     namespace : start of the topics of the vehicle that is meant, in a log of several
     as_is : take logs whose defects make every finding meaningless as they are (reversed or swapped thrusters, wrong
         units, axes that contradict each other), and warn; without it they are refused
+    fix : make the safe repairs of `inspect --fix` in memory, and say which; the files stay as they are
 
     Raises
     ------
@@ -30,6 +31,7 @@ class Reading:
     channel_map: str | os.PathLike[str] | None = None
     namespace: str | None = None
     as_is: bool = False
+    fix: bool = False
 
     def __post_init__(self) -> None:
         if self.frame not in (None, "enu", "ned"):

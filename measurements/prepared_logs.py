@@ -9,9 +9,9 @@ from ..physics.cards import Card, each
 from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .clean_log import read_as_wanted
 from .inspection import Inspection, inspect_log
 from .kinematic_errors import Kinematics, corrected_for
-from .log import read_log
 from .log_options import AS_GUESSED, Reading
 from .preparation.dataset import PAPER, DataSet
 from .preparation.held_out import Fold, cut
@@ -78,6 +78,8 @@ class Inputs(Card):
     parts : the paper's preparation, on which models are judged
     notes : what reading and preparing had to say
     reading : how the logs were read
+    repairs : what was repaired in memory, a sentence a log, where the reading says `fix`
+    digests : SHA-256 of the content of each log, by which it is known again
     warnings : what is wrong with the logs, to be told above every result
     broken : the logs have defects that make every result meaningless, and were taken as they are
     sensors : what the records of each log say of its sensors, by the source of its motions; they are corrected for it
@@ -93,6 +95,8 @@ class Inputs(Card):
     parts: Parts
     notes: tuple[str, ...]
     reading: Reading = AS_GUESSED
+    repairs: tuple[str, ...] = ()
+    digests: tuple[str | None, ...] = ()
     warnings: tuple[str, ...] = ()
     broken: bool = False
     sensors: Mapping[str, Kinematics] = field(default_factory=dict)
@@ -111,6 +115,7 @@ class Inputs(Card):
             ("to fit", f"{seconds:.0f} s in {len(self.fitting)} stretches"),
             ("judged on", judge),
             *each("warnings", self.warnings),
+            *each("repaired", self.repairs),
             ("notes", f"{len(self.notes)}, see .notes" if self.notes else ""),
         ]
 
@@ -197,7 +202,7 @@ class Inputs(Card):
         """Of each log, for this vehicle; where they were made for another, the logs are read again."""
         if self.inspected is not None and self.inspected[0] == self.vehicle:
             return self.inspected[1]
-        return tuple(inspect_log(read_log(path, self.reading), self.vehicle) for path in self.paths)
+        return tuple(inspect_log(read_as_wanted(p, self.reading, self.vehicle), self.vehicle) for p in self.paths)
 
     @property
     def fitting(self) -> tuple[Motion, ...]:

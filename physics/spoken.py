@@ -19,6 +19,7 @@ _ARGUMENTS = (
     (r"--resume\b", "resume=True"),
     (r"--free (\w+)", r'free=["\1"]'),
     (r"--fix (OUT\.csv)\b", r"'undertow inspect LOG --fix \1'"),
+    (r"--fix\b(?! OUT)", "Reading(fix=True)"),
     (r"discover --refit\b", "DiscoverySettings(refit=True)"),
     (r"--(length|mass|spacing|thrust)\b", r"Hull(\1=...)"),
     (r"--like\b", "like=..."),

@@ -146,7 +146,7 @@ def _compared(
     if progress is not None:
         progress(Stage("finding where the models fail"))
     rows = inputs.parts.judge
-    told = [*notes, *fitted_notes(sources, rows)]
+    told = [*inputs.repairs, *notes, *fitted_notes(sources, rows)]
     fitted = {one.model.name for one in sources if one.surely_saw(rows)}
     done = comparison(judged, inputs, timed=True, notes=told, fitted=fitted)
     return done, inputs, ends(found, done.best.model)

@@ -34,7 +34,7 @@ from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
 from ..measurements.statistics.second_processor import beside
 from ..measurements.statistics.single_threaded import single_threaded
-from ..physics.errors import expect
+from ..physics.errors import RequestError, expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.freed_memory import hand_back
 from ..physics.sources import WHOLE, with_sources
@@ -123,14 +123,13 @@ def add(
     settings : of the run to which they are added, such as `run.settings`: with `refit` the model's own numbers are
         fitted beside the effects
     findings : of that run, such as `run.findings`: what its model has is added with the numbers of the run, so that all
-        of it is that model; what they are not certain of is not called missing. Of a run of other logs, every number is
-        fitted anew
+        of it is that model; what they are not certain of is not called missing
     progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
     ------
     RequestError
-        for an unknown effect, naming the nearest.
+        for an unknown effect, naming the nearest; for the findings of a run of other logs.
     """
     chosen = settings or DiscoverySettings()
     expect("add: settings", chosen, DiscoverySettings, "give those of a run, as run.settings")
@@ -138,8 +137,7 @@ def add(
     expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     inputs = inputs.whole()
-    if findings is not None and findings.data.rows not in (None, sum(part.rows for part in _weak(inputs))):
-        findings = findings.but(steps=(), sensors=())  # of other logs: neither numbers nor sensors are those of these
+    findings = _of_these_logs(findings, inputs)
     hidden = HiddenErrors.told(findings.sensors) if findings is not None else None
     fitting = [hidden.corrected(motion) for motion in inputs.fitting] if hidden is not None else inputs.fitting
     basis = chosen_for(fitting, inputs.vehicle, chosen, findings)
@@ -152,6 +150,27 @@ def add(
         found = replace(found, hidden=hidden, findings=found.findings.but(sensors=(*more, *found.findings.sensors)))
     run = assess(inputs, found, basis.settings, partial(references, inputs, basis, folds), progress)
     return replace(run, verb=("add", *effects))
+
+
+def _of_these_logs(findings: Findings | None, inputs: Inputs) -> Findings | None:
+    """The findings of a run of these logs; without numbers and sensors where it read them otherwise.
+
+    Raises
+    ------
+    RequestError
+        for the findings of a run of other logs, as far as their content is known.
+    """
+    if findings is None:
+        return None
+    own, known = findings.data.log_sha256, [digest for digest in inputs.digests if digest]
+    if own and known and sorted(own) != sorted(known):
+        raise RequestError(
+            f"add: findings: expected those of a run of {inputs.log_names}, got those of a run of other logs (their "
+            "SHA-256 differ), whose numbers these logs do not have; leave findings out, and every number is fitted "
+            "to these logs"
+        )
+    rows = sum(part.rows for part in _weak(inputs))
+    return findings if findings.data.rows in (None, rows) else findings.but(steps=(), sensors=())
 
 
 def _in_folds(inputs: Inputs, basis: Basis) -> tuple[Inputs, tuple[Fold, ...]]:
@@ -236,6 +255,7 @@ def assess(
         split=_split_of(inputs, found),
         unexplained=_unexplained(found),
         notes=(*inputs.notes, *found.notes, *_leftovers(found)),
+        log_sha256=tuple(digest for digest in inputs.digests if digest),
     )
     folds = found.findings.folds
     if folds is not None and _folds(inputs, found):

@@ -112,8 +112,10 @@ def follow_live(
     ------
     LogError, RequestError
         when the log cannot be read or used, is known to be broken, or ends before the run-in; when effects cannot be
-        followed.
+        followed; when the log is to be repaired, which takes all of it.
     """
+    if reading.fix:
+        raise RequestError("adapt: a log that grows cannot be repaired in memory; 'inspect --fix' repairs a whole one")
     settings, names = settings or LiveSettings(), tuple(effects) or followed_by_default(vehicle)
     followed(vehicle, names)  # before the log is waited for
     lines = growing_lines(log, settings.follow, settings.idle)

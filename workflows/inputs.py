@@ -7,11 +7,13 @@ from functools import partial
 from pathlib import Path
 
 from ..measurements.alignment import LEAST_CORRELATION
+from ..measurements.clean_log import read_as_wanted, repair
 from ..measurements.collection import find_logs
 from ..measurements.inspection import Inspection, inspect_log
 from ..measurements.kinematic_errors import Kinematics
 from ..measurements.kinematics import kinematics_of
 from ..measurements.log import Log, read_log
+from ..measurements.log_digests import channels_digest, log_digests
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK, DataSet
 from ..measurements.preparation.prepare import prepare
@@ -48,7 +50,7 @@ def read_inputs(
     logs : one path or several: files, folders of logs, or patterns (see `find_logs`), or logs that are in memory (see
         `Log.from_dataframe`); all of them are one data set
     vehicle : a vehicle, the path of its file, or the name of a shipped one
-    reading : how the logs are read, and whether broken ones are taken as they are
+    reading : how the logs are read, whether they are repaired in memory, and whether broken ones are taken as they are
     judge : the part on which models are scored: "test", "validation", "train", "all", or "folds" for all rows, each by
         models that are made without a part of the log around it; None for folds in a discovery, all rows where
         `compare` is given a model that was fitted to other logs, and the test part elsewhere
@@ -90,7 +92,7 @@ def read_in_steps(
     ready = [one for one in given if isinstance(one, Log)]
     if ready and not paths and (reading.frame, reading.channel_map, reading.namespace) != (None, None, None):
         raise RequestError(
-            "read_inputs: reading: expected as_is alone, for a log in memory is read already; give frame and "
+            "read_inputs: reading: expected as_is and fix alone, for a log in memory is read already; give frame and "
             "channel_map to Log.from_dataframe or Log.from_arrays"
         )
     if judge is not None and judge not in _JUDGES:
@@ -103,15 +105,24 @@ def read_in_steps(
     if reading.channel_map is not None:
         reading = replace(reading, channel_map=_utf8(reading.channel_map))
     told_bytes = megabytes(progress)
-    read = (*(read_log(name, reading, progress=told_bytes) for name in names), *ready)
+    digests = (*(one["sha256"] for one in log_digests(names)), *map(channels_digest, ready))
+    read = (*(read_log(name, reading, progress=told_bytes, mend=reading.fix) for name in names), *ready)
     hand_back()
+    read, repairs = _repaired(read, model, progress) if reading.fix else (read, ())
     checks = partial(_checked, read, model, reading, progress)
     try:
         prepared = _prepared(read, model, reading, judge)
     except Exception:
         checks()  # what is wrong with a log is told before what keeps it from being used
         raise
-    return replace(prepared, notes=(*told, *prepared.notes)), checks
+    return replace(prepared, notes=(*told, *prepared.notes), repairs=repairs, digests=digests), checks
+
+
+def _repaired(read: Sequence[Log], model: Vehicle, progress: Say | None) -> tuple[tuple[Log, ...], tuple[str, ...]]:
+    """Logs with their safe repairs made, and what was done to each of them."""
+    pace = Pace(progress, "repairs of the log", even=False).told
+    done = [repair(log, model, progress=pace) for log in read]
+    return tuple(log for log, _ in done), tuple(f"repaired in memory, {log.name}: {what}" for log, what in done)
 
 
 @single_threaded
@@ -165,7 +176,7 @@ def read_motions(log: PathLike, vehicle: Vehicle, reading: Reading = AS_GUESSED)
     LogError, VehicleError
         when the log cannot be read or used.
     """
-    read = read_log(_utf8(log), reading)
+    read = read_as_wanted(_utf8(log), reading, vehicle)
     data = prepare(read, vehicle, WEAK)
     return read, corrected((data, data), {} if reading.as_is else _sensors([read], data))[0].motions
 

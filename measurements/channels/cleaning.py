@@ -61,7 +61,7 @@ class Cleaner:
                 raise LogError(
                     f"{self._where}: time runs backwards in {name} ({stream.name}) at row {rows[at]}: {time[at]:.6f} s "
                     f"after {time[at - 1]:.6f} s. Sort the log by time, or cut it where the clock was set; "
-                    "'undertow inspect LOG --fix OUT.csv' does so."
+                    "--fix does so, and 'undertow inspect LOG --fix OUT.csv' writes it."
                 )
             backward = int(np.sum(time < np.maximum.accumulate(time)))
             order = np.argsort(time, kind="stable")

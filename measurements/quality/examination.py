@@ -1,9 +1,10 @@
 """All checks on one log, or on several logs of one boat together."""
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ...physics.vehicle import Vehicle
+from ..canonical import Lost
 from ..log import Log
 from .finding import SEVERITY, Finding
 from .record import Record
@@ -30,8 +31,9 @@ class Examination:
 
     @property
     def clean(self) -> Log:
-        """The log with all safe fixes."""
-        return self.repaired.log
+        """The log with all safe fixes, in which nothing is out of order any more."""
+        log = self.repaired.log
+        return replace(log, channels={name: replace(c, lost=Lost()) for name, c in log.channels.items()})
 
     @property
     def fixes(self) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """`compare` tells of a second log what equations that are written down apart from it compute from `model.yaml`."""
 
 import importlib
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -65,15 +66,42 @@ def plain(vehicle: Vehicle, folder: Path) -> dict[str, object]:
 def test_the_verdict_is_that_of_the_errors_over_the_whole_log(study: ModuleType, place: Path, tmp_path: Path):
     found = compare(read_inputs(place / "second.csv", HULL), [place / "run"])
     corrected = plain(load_vehicle(place / "run" / "model.yaml"), tmp_path)
-    own = study.saved(plain(HULL, tmp_path), corrected, study.smooth(table(place / "second.csv")))
-    assert study.told(found, "run") == pytest.approx(own, abs=study.POINTS)
+    track = study.smooth(table(place / "second.csv"))
+    own = study.saved(*(study.squares(one, track) for one in (plain(HULL, tmp_path), corrected)))
+    assert study.saved(*study.told(found, "run")) == pytest.approx(own, abs=study.POINTS)
     assert own > 0.2
     assert found.best.sentence.startswith("Trust run: in the speeds predicted over 10 s it errs")
 
 
 def test_what_the_script_cannot_compute_is_refused(study: ModuleType, tmp_path: Path):
-    with pytest.raises(study.BeyondError, match="delay"):
-        study.check(plain(HULL.with_values({"delay": 0.3}), tmp_path))
+    with pytest.raises(study.BeyondError, match="lag"):
+        study.check(plain(HULL.with_values({"lag": 0.3}), tmp_path))
+
+
+@pytest.mark.parametrize("effects", [{"yaw_trim": 1.0, "delay": 0.25}, {"N_uv": 15.0, "reverse_scale": 0.7}])
+def test_the_true_vehicle_predicts_the_true_track(study: ModuleType, tmp_path: Path, effects: dict[str, float]):
+    world = simulate_world(HULL, effects, duration=60.0, seed=5)
+    track = study.true_track(world)
+    wrong, right = (study.squares(plain(one, tmp_path), track) for one in (HULL, world.vehicle))
+    assert study.saved(wrong, right) > 0.97
+    assert (right < 0.01**2).all()
+
+
+def test_pairs_that_are_kept_are_not_made_again(
+    study: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    kept, error = tmp_path / "kept.jsonl", [[0.04, 0.04, 0.04], [0.01, 0.01, 0.01]]
+    pair = {"number": 0, "hidden": ["yaw_trim"], "told": error, "true": error, "floor": [0.0, 0.0, 0.0]}
+    kept.write_text(json.dumps(pair) + "\n", encoding="utf-8")
+    worse = {"told": error, "true": error[::-1], "hidden": ["munk_moment"], "floor": [0.008, 0.008, 0.008]}
+    monkeypatch.setattr(study, "simulated_pair", lambda number, folder: worse | {"number": number})
+    assert not study.simulated(2, kept)
+    assert len(kept.read_text("utf-8").splitlines()) == 2
+    assert capsys.readouterr().out.splitlines() == [
+        "0 yaw_trim: compare 50.0 % (50.0 % beyond the sensors), true 50.0 %",
+        "1 munk_moment: compare 50.0 % (75.0 % beyond the sensors), true -100.0 % DISAGREE",
+        "1 of 2 pairs agree in sign and within 5 points; 1 where what the sensors add to every error is left out.",
+    ]
 
 
 def test_two_field_logs_of_a_real_boat(study: ModuleType, capsys: pytest.CaptureFixture[str]):

@@ -1,6 +1,7 @@
 """The sum of all Adds is the model of the run, on the command line, in Python and in the workbench."""
 
 import json
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ import undertow
 from undertow.app.undo import Step
 from undertow.discovery.findings import Step as ScoredStep
 from undertow.discovery.hidden_errors import HiddenErrors
+from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.opened_log import OpenedLog
@@ -162,14 +164,37 @@ def test_own_numbers_that_stay_are_not_those_of_the_run(place: Place, bench: Wor
     assert [step["added"] for step in json.loads(told)["steps"]] == [None, *(name.partition("[")[0] for name in names)]
 
 
-def test_of_other_logs_every_number_is_fitted_anew(place: Place, tmp_path: Path):
+@pytest.mark.parametrize("in_memory", [False, True])
+def test_findings_of_other_logs_are_refused_though_these_have_as_many_rows(
+    place: Place, tmp_path: Path, in_memory: bool
+):
     record, other = read_run_inputs(place.run), tmp_path / "other.csv"
-    simulate_world(load_vehicle("blueboat"), HIDDEN, duration=120.0, noise="field", seed=4).write(other)
-    names, inputs = names_in(place.run), undertow.read_inputs(other, place.vehicle, progress=None)
-    added = undertow.add(names, inputs, record.settings, record.findings, progress=None).discovery.corrected
-    alone = undertow.add(names, inputs, record.settings, progress=None).discovery.corrected
+    assert record.findings is not None
+    table = pd.read_csv(place.log)
+    table.loc[table["field"] == "u", "value"] *= 1.01
+    table.to_csv(other, index=False)
+    log = undertow.Log.from_dataframe(table, name="other.csv") if in_memory else other
+    inputs = undertow.read_inputs(log, place.vehicle, progress=None)
+    assert inputs.weak.train.rows == place.inputs.weak.train.rows
+    with pytest.raises(RequestError, match=r"of other\.csv, got those of a run of other logs.*leave findings out"):
+        undertow.add(["munk_moment"], inputs, record.settings, record.findings, progress=None)
+
+
+def test_a_log_is_known_wherever_it_lies(place: Place, tmp_path: Path):
+    record, moved = read_run_inputs(place.run), tmp_path / "moved.csv"
+    shutil.copy(place.log, moved)
+    inputs = undertow.read_inputs(moved, place.vehicle, progress=None)
+    added = undertow.add(names_in(place.run), inputs, record.settings, record.findings, progress=None)
+    assert same(added.discovery.corrected, load_vehicle(place.run / "model.yaml"))
+
+
+def test_of_a_log_that_was_read_otherwise_every_number_is_fitted_anew(place: Place):
+    record = read_run_inputs(place.run)
+    assert record.findings is not None
+    older = record.findings.but(data=record.findings.data.but(rows=1000, log_sha256=()))
+    added = undertow.add(["munk_moment"], place.inputs, record.settings, older, progress=None).discovery.corrected
+    alone = undertow.add(["munk_moment"], place.inputs, record.settings, progress=None).discovery.corrected
     assert added.values == alone.values
-    assert not same(added, load_vehicle(place.run / "model.yaml"))
 
 
 def test_what_was_found_beside_an_antenna_that_only_forces_show_is_added_beside_it(tmp_path: Path):

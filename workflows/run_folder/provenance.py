@@ -53,7 +53,7 @@ def command(
     words += ["--frame", reading.frame] if reading.frame else []
     words += ["--map", str(reading.channel_map)] if reading.channel_map else []
     words += ["--namespace", reading.namespace] if reading.namespace else []
-    words += ["--as-is"] * reading.as_is
+    words += ["--as-is"] * reading.as_is + ["--fix"] * reading.fix
     words += ["--out", "again" if verb[0] == "discover" else "again.yaml"]
     return shlex.join(words)
 

@@ -305,7 +305,7 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
         )
     there = logs_now(folder, made_logs(record), moved)
     map_there = map_now(folder, made_map(record), moved.channel_map)
-    reading = Reading(frame, map_there, namespace, record.get("as_is") is True)
+    reading = Reading(frame, map_there, namespace, record.get("as_is") is True, record.get("fix") is True)
     seed = record.get("seed")
     settings = DiscoverySettings(seed=seed if isinstance(seed, int) else 0, refit=record.get("refit") is True)
     nominal = load_vehicle(folder / "nominal.yaml")

@@ -1,14 +1,14 @@
 """The PWM at which the thrusters stand still: what the commands are while the boat lies at rest."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
 
 from ....physics.thrusters import resting_commands
-from ...canonical import LIMITS, Channel, command_kind
-from ..finding import Channels, Check, Finding, Fix
+from ...canonical import LIMITS, command_kind
+from ..finding import Check, Finding
 from ..record import Record
 from ..resting import neutral_of
 
@@ -77,8 +77,8 @@ class Neutral(Check):
                 )
             ]
         low, high = LIMITS["pwm"]
+        mapped = f", or map each with 'offset: {USUAL - value:+g}'"
         fits = all(low <= lows + USUAL - one and highs + USUAL - one <= high for one in off.values())
-        shift = Fix(f"PWM shifted so that neutral is {USUAL:.0f}: {_listed(off)} before", _shift(off))
         return [
             Finding(
                 check=self.name,
@@ -90,8 +90,7 @@ class Neutral(Check):
                 consequence=f"a model with its zero at {USUAL:.0f} pushes with "
                 f"{100.0 * abs(value - USUAL) / least:.1f} % of the "
                 "command at rest, and ahead and astern seem unlike",
-                remedy=f"map each with 'offset: {USUAL - value:+g}', or {curve}" if fits else curve,
-                fix=shift if fits else None,
+                remedy=f"{curve}, as init does{mapped * fits}",
                 parts=parts,
                 short=f"neutral PWM is {value:g} us",
             )
@@ -190,13 +189,3 @@ def _listed(values: Mapping[str, float]) -> str:
     if len(set(values.values())) == 1 and len(values) > 1:
         return f"{next(iter(values.values())):g} us on all {len(values)} thrusters"
     return ", ".join(f"{value:g} us ({name})" for name, value in values.items())
-
-
-def _shift(off: Mapping[str, float]) -> Callable[[Channels], dict[str, Channel]]:
-    def apply(channels: Channels) -> dict[str, Channel]:
-        return {
-            name: replace(channel, value=channel.value + USUAL - off[name]) if name in off else channel
-            for name, channel in channels.items()
-        }
-
-    return apply

@@ -287,15 +287,17 @@ def test_the_neutral_is_compared_with_the_curve_of_the_vehicle(study: ModuleType
     at_1510 = boat.model_copy(update={"thrusters": tuple(thrusters)})
     alone = examine(log)
     assert only(alone.findings, "neutral").verdict == "warning"
+    assert "1510, as init does" in only(alone.findings, "neutral").remedy
+    assert alone.fixes == (), "a shift to 1500 would contradict the file that init makes of this log"
     agreed = examine(log, at_1510)
     assert (only(agreed.findings, "neutral").verdict, agreed.fixes) == ("ok", ())
     assert "the vehicle's curve has its zero there" in only(agreed.findings, "neutral").sentence
-    biased = only(examine(alone.clean, at_1510).findings, "neutral")
+    biased = only(examine(odometry, at_1510).findings, "neutral")
     assert (biased.verdict, biased.value, biased.fix) == ("warning", 1500.0, None)
     assert "but the vehicle's curve has its zero at 1510" in biased.sentence
     assert "offset: +10" in biased.remedy
     # Every verb that is given the vehicle says it too.
-    (note,) = [note for note in _alignment_notes(inspect_log(alone.clean, at_1510), False)[0] if "neutral" in note]
+    (note,) = [note for note in _alignment_notes(inspect_log(odometry, at_1510), False)[0] if "neutral" in note]
     assert "neutral PWM is 1500 us on all 2 thrusters, but the vehicle's curve has its zero at 1510" in note
 
 
