@@ -22,8 +22,6 @@ _LEAST = 0.05
 remove little of what the nominal model leaves."""
 _UNIT = 5.0
 """Log-likelihood that tells two models apart: margins count in its multiples."""
-_FAR = 2.0
-"""Logarithm of the half-widths of its interval from which a number is far from the file's own: 7 of them."""
 _TRIFLE, _DROWNED = 1e-4, 30.0
 """Share of the squared error that is a trifle, and multiple of its force by which what is left drowns a name."""
 _ENOUGH = 6.0
@@ -31,12 +29,11 @@ _ENOUGH = 6.0
 is worse by no more than the price of its other numbers."""
 SHARE = "share"
 """What is left of the probability of a name that has look-alikes, see `share`: it multiplies the odds of the rest."""
-SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear", "far", "unlike")
+SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear", "unlike")
 """Features that speak for a name; all others are doubts, nothing where there is none."""
 REASONS = {
     "identity": Reason.LOOK_ALIKES,
     "clear": Reason.FILE_VALUE,
-    "far": Reason.FILE_VALUE,
     "gain": Reason.WEAK,
     "worth": Reason.WEAK,
     "rollout_worth": Reason.WEAK,
@@ -51,7 +48,7 @@ REASONS = {
     "rolls": Reason.WEAK,
 }
 """The doubt that each feature is."""
-_PLENTY = {"gain": 5.0, "identity": 1.02, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "far": 1.0, "unlike": 5.0}
+_PLENTY = {"gain": 5.0, "identity": 1.02, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "unlike": 5.0}
 """What each feature that speaks for a name is where nothing is to be wished for: what is less is a doubt."""
 
 
@@ -106,7 +103,6 @@ def features(claim: Claim) -> dict[str, float]:
         "worth": log(max(claim.worth.force, _LEAST)),
         "rollout_worth": log(max(claim.worth.force if rollout is None else rollout, _LEAST)),
         "clear": clear,
-        "far": max(clear - _FAR, 0.0),
         "unlike": 0.0 if size.get("rolls") else _unlike(size.get("substitute")),
         "substitute": max(min(size.get("substitute", 0.0) / max(claim.gain, 1.0), 1.0), -1.0),
         "at_limit": size.get("at_limit", 0.0),
