@@ -11,9 +11,7 @@ from ..discovery.found_effects import FoundEffect
 from ..discovery.lawful.price_of_law import Passivity
 from ..measurements.prepared_logs import FOLDS
 from ..physics.frames import AXES
-from ..physics.in_words import MINUS, NARROW, finite, listing, number, percent, words
-from ..residuals.models.band_record import PredictionBand
-from ..residuals.prediction_band import HeldPredictions
+from ..physics.in_words import MINUS, NARROW, finite, listing, number, words
 
 
 def effect_words(candidate: FoundEffect) -> str:
@@ -32,33 +30,6 @@ INTERVAL_HOLDS = (
     "interval holds: share of the rows at which the measured acceleration lies in the model's own 95 % interval "
     "(surge, sway, yaw), within what it was trained on and beyond"
 )
-
-
-BANDS_HELD = (
-    "such bands held 96 to 97 % of the positions on second runs of the same manoeuvres and 90 to 96 % on other ones, "
-    "but 39 % where the second run met a force that the first had hardly shown"
-)
-"""Printed by `benchmarks/bands.py --seeds reporting`, of 22 worlds: means of own and foreign ones, and the worst."""
-
-
-def band_words(band: PredictionBand | None) -> str:
-    """What a band is made to hold, from what it comes, and how often such bands held; empty without a band."""
-    if band is None:
-        return ""
-    radius = typeset(band.half_width["position"][-1], 2)
-    return (
-        f"The shaded band is made to hold {percent(band.level)} of predictions: after {band.seconds[-1]:g} s the "
-        f"position within {radius} m (median). It comes from {band.predictions} predictions of rows that the model did "
-        "not see. "
-        f"In simulation, {BANDS_HELD}."
-    )
-
-
-def held_words(held: HeldPredictions | None, name: str) -> str:
-    """How many predictions end within the band of the run that a model comes from; empty where none was asked."""
-    if held is None or not held.predictions:
-        return ""
-    return f"Of {held.predictions} predictions on these rows, {percent(held.position)} end within the band of {name}."
 
 
 def held_shares(found: Held | None) -> str:

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from nicegui import ui
 
-from ...reports.wording import band_words, held_words
+from ...reports.band_words import band_words, held_words
 from ...workflows.workbench_facts import Fit, Opened
 from ..cells import AXES, Sorted, common_command, sort_rows
 from ..plots.error_map import Cells, ErrorMap

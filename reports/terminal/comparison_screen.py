@@ -12,7 +12,8 @@ from ...comparison.facts import ComparedModel, Comparison, Domain, Held
 from ...physics.frames import AXES
 from ...physics.in_words import number, percent, unit_text
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, RolloutRecord
-from ..wording import INTERVAL_HOLDS, held_shares, held_words, judged_rows
+from ..band_words import held_words
+from ..wording import INTERVAL_HOLDS, held_shares, judged_rows
 from .layout import BAD, GOOD, Fitting, Prose, bullets, plain_table, section, stacked
 
 MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell": "?"}

@@ -201,7 +201,7 @@ def test_weights_have_the_signs_of_sense_and_tell_the_truth(names: Any):
         for name, weight in zip(names.columns, each[1:], strict=True):
             assert weight >= 0.0 if name in SUPPORT else weight <= 0.0, name
     assert weights[1 + names.columns.index("identity")] > 0.0
-    assert weights[1 + names.columns.index("other_form")] < 0.0
+    assert weights[1 + names.columns.index("unexplained")] < 0.0
     odds = fitted.cross_validated(names, names.columns, 1e-3)
     score = chapter("study.scoring").log_score
     assert score(odds, names.true) > score(fitted.as_odds(fitted.hard_rule(names), names), names.true)
@@ -254,10 +254,10 @@ def test_every_doubt_and_every_test_has_a_row():
     rows = [line.split(" | ")[0].removeprefix("| ") for line in page.splitlines() if line.startswith("| ")]
     assert {reason.value for reason in Reason} <= set(rows)
     assert set(chapter("study.fitted_odds").names_of(drawn(1)).columns) <= set(rows)
-    (told,) = [line for line in page.split("## Each doubt")[1].splitlines() if line.startswith("| other_form |")]
+    (told,) = [line for line in page.split("## Each doubt")[1].splitlines() if line.startswith("| lasting_rest |")]
     false = [r for r in drawn(300) if r["claims"][0]["label"] == "false"]
     nameless = sum(r["nameless"] for r in false)
-    assert told == f"| other_form | {len(false) - nameless}, 0 | 0, 0 | {nameless}, 0 | 0, 0 | 0, 0 |"
+    assert told == f"| lasting_rest | {len(false) - nameless}, 0 | 0, 0 | {nameless}, 0 | 0, 0 | 0, 0 |"
     assert "| told 0.95 to 1: told and true differ by | at most 5 % |" in page
 
 
@@ -265,13 +265,13 @@ def test_a_test_alone_stops_what_is_beyond_its_limit():
     stops = chapter("study.fitted_odds").stops
     strong = claim("sway_lift")
     weak = claim(
-        "sway_lift", gain=3.0, identity=0.0, force=0.001, rollout=0.5, null_excluded=False, tests={"other_form": 0.6}
+        "sway_lift", gain=3.0, identity=0.0, force=0.001, rollout=0.5, null_excluded=False, tests={"unexplained": 0.6}
     )
     assert not [
-        test for test in ("gain", "identity", "worth", "rollout_worth", "clear", "other_form") if stops(test, strong)
+        test for test in ("gain", "identity", "worth", "rollout_worth", "clear", "unexplained") if stops(test, strong)
     ]
-    stopped = ["gain", "identity", "worth", "clear", "other_form"]
-    assert [test for test in (*stopped, "rollout_worth", "record") if stops(test, weak)] == stopped
+    stopped = ["gain", "identity", "worth", "clear", "unexplained"]
+    assert [test for test in (*stopped, "rollout_worth", "accused") if stops(test, weak)] == stopped
 
 
 # Pages

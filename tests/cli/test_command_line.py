@@ -241,7 +241,7 @@ def searched(found: undertow.Run, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_discover_prints_the_story(place: Path, here: Path) -> None:
     result = call("discover", place / "log.csv", "-v", "blueboat", "--out", "run", "--no-report")
     assert result.exit_code == 0
-    words = ("The file's X_uu (about", "Where it fails", "X_uu = -20", "nominal model", "run/model.yaml")
+    words = ("The file's X_uu (about", "Where it fails", "X_uu = -19.999", "nominal model", "run/model.yaml")
     assert not [word for word in words if word not in result.stdout], result.stdout[:1500]
     assert "report.html" not in result.stdout
     assert all(line.startswith("  ") for line in result.stderr.splitlines())

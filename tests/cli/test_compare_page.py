@@ -50,7 +50,12 @@ def test_the_folder_holds_a_page_and_what_it_is_made_of(place: Path):
     assert f"<h1>{verdict}.</h1>" in text.replace("\n", "")
     assert "Judged on all rows of second.csv. Marked, because fitted to rows that are judged: calibrated." in text
     labels = re.findall(r'aria-label="([^"]+)"', text)
-    wanted = ("prediction error and laws", "position error of each model", "speeds over time", "predicted track")
+    wanted = (
+        "prediction error and laws",
+        "position error of each model",
+        "speeds and the error of the position over time",
+        "predicted track",
+    )
     assert all(any(name in label for label in labels) for name in wanted)
     assert "after: the run model" in text
     assert len(text) < 1_500_000

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from unittest.mock import Mock
 
 import numpy as np
 import pandas as pd
@@ -12,7 +11,6 @@ from undertow.discovery import hidden_sensors, selection
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import find_missing
 from undertow.discovery.hidden_errors import HiddenErrors
-from undertow.discovery.hidden_sensors import BesideSensors
 from undertow.discovery.search.floating import Search
 from undertow.discovery.selection import Selection
 from undertow.discovery.settings import DiscoverySettings
@@ -176,15 +174,3 @@ def test_an_arm_is_told_though_the_record_of_the_commands_leaves_a_little(
     assert found.missing == (() if effect is None else (effect,))
     (told,) = [s for s in found.sensors if s.error == "antenna_arm"]
     assert [term.value for term in told.terms] == pytest.approx(arm, abs=0.02)
-
-
-@pytest.mark.parametrize(("alone", "doubted"), [(("a", "b", "c", "d"), {"b", "c", "d"}), (("a", "b", "c"), set())])
-def test_what_fewer_causes_do_without_is_not_certain(
-    alone: tuple[str, ...], doubted: set[str], monkeypatch: pytest.MonkeyPatch
-):
-    """One effect and two numbers of an arm are three causes."""
-    simple, found = Mock(name="beside an error"), Mock(name="alone")
-    monkeypatch.setattr(hidden_sensors, "_named", lambda looked: ("a",) if looked is simple else alone)
-    doubts = hidden_sensors._doubted_by(BesideSensors(simple, HiddenErrors(0.4, -0.3, 0.0)), found)
-    assert set(doubts) == doubted
-    assert all("+0.40 m ahead and -0.30 m to starboard" in why for why in doubts.values())

@@ -43,12 +43,12 @@ def _drawn(number: int, rng: np.random.Generator) -> dict[str, Any]:
         "force": float(rng.beta(5, 2) if true else rng.beta(2, 3)),
         "tests": {
             "file_value": 0.1,
-            "other_form": float(rng.exponential(0.2 if true else 0.8)),
+            "unexplained": float(rng.exponential(0.2 if true else 0.8)),
             "accused": float(number % 2),
         },
     }
     made = claim(key, "true" if true else "false", **facts)
     study, kind = ("nameless", ("a net", "gusts", "a tether")[number % 9 // 3]) if nameless else ("plain", "singles")
-    reasons = {} if true else {key: "other_form"}
+    reasons = {} if true else {key: "lasting_rest"}
     truth = {"true": [] if nameless else [hidden], "nameless": nameless, "claims": [made], "reasons": reasons}
     return record(study, kind, number, **truth)

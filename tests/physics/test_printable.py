@@ -113,7 +113,7 @@ def test_a_log_of_an_odd_name_with_odd_topics_is_inspected(tmp_path, monkeypatch
 
 def test_hostile_words_of_a_run_are_words_on_its_page(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    run = write_sample(tmp_path / "run", seconds=30.0)
+    run = write_sample(tmp_path / "run", seconds=100.0)
     bad = f"<script>alert(1)</script>{HOSTILE}"
     edit(run / "findings.json", lambda f: f.update(warnings=[bad], headline=bad, notes=[bad]))
     edit(run / "comparison.json", lambda c: c.update(logs=[bad], warnings=[bad]))

@@ -6,8 +6,9 @@ from ....comparison.facts import Comparison
 from ....physics.frames import AXES
 from ....physics.in_words import unit_text
 from ....residuals.scores import ACCELERATION_UNITS
+from ...band_words import band_words, held_words
 from ...run_contents import RunFolder
-from ...wording import band_words, goodness, held_words, ordinal, typeset
+from ...wording import goodness, ordinal, typeset
 from ..figures.agreement_figures import histogram, scatter, scatter_stride
 from ..figures.figure_data import held_out_rows, liveliest_stretch
 from ..figures.figures import speeds, track

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from ....discovery.findings import Findings
 from ....physics.cards import Card
+from ....physics.extras import how_to_install
 from ....physics.frames import Array
 from ....physics.in_words import number, unit_text
 from ....physics.motion import Motion
@@ -35,7 +36,7 @@ _STEPS = 200
 """Places of the slider between its ends, as on the page."""
 _LOOK: dict[Any, Any] = {"svg.fonttype": "none", "svg.hashsalt": "undertow slider"}
 """Letters stay letters, and one value has one picture, byte for byte."""
-_HOW = "a slider stands here where ipywidgets is: pip install 'undertow[notebook]'"
+_HOW = f"a slider stands here where ipywidgets is: {how_to_install('notebook')}"
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)

@@ -124,7 +124,7 @@ def test_a_repaired_field_log_has_none_of_its_safe_defects(tmp_path: Path):
     inspected("inspect", raw / "rcou_235.csv", "--map", MAPS / "blueboat_raw.yaml", "--fix", out)
     content = strict(inspected("inspect", out, "--json"))
     left = {f["check"] for f in content["quality"] if f["verdict"] in ("warning", "defect")}
-    assert left == {"compass", "tilt"}
+    assert left == {"compass", "tilt", "neutral"}  # it is told, and not moved
     assert found(content, "compass")["parts"]["cos"] == pytest.approx(7.4, abs=1.5)
     assert content["excitation"]["u"][1] < 4.0  # 6.1 m/s by the late fixes of the raw log
 

@@ -1,0 +1,35 @@
+"""What is said of the band about predictions, on the page, the terminal and the workbench."""
+
+from typing import TYPE_CHECKING
+
+from ..physics.in_words import number, percent
+
+if TYPE_CHECKING:  # the first page of the workbench waits for nothing heavy
+    from ..residuals.models.band_record import PredictionBand
+    from ..residuals.prediction_band import HeldPredictions
+
+BANDS_HELD = (
+    "such bands held 96 to 97 % of the positions on second runs of the same manoeuvres and 90 to 96 % on other ones, "
+    "but 39 % where the second run met a force that the first had hardly shown"
+)
+"""Printed by `benchmarks/bands.py --seeds reporting`, of 22 worlds: means of own and foreign ones, and the worst."""
+
+
+def band_words(band: "PredictionBand | None") -> str:
+    """What a band is made to hold, from what it comes, and how often such bands held; empty without a band."""
+    if band is None:
+        return ""
+    radius = number(band.half_width["position"][-1], 2)
+    return (
+        f"The shaded band is made to hold {percent(band.level)} of predictions: after {band.seconds[-1]:g} s the "
+        f"position within {radius} m (median). It comes from {band.predictions} predictions of rows that the model did "
+        "not see. "
+        f"In simulation, {BANDS_HELD}."
+    )
+
+
+def held_words(held: "HeldPredictions | None", name: str) -> str:
+    """How many predictions end within the band of the run that a model comes from; empty where none was asked."""
+    if held is None or not held.predictions:
+        return ""
+    return f"Of {held.predictions} predictions on these rows, {percent(held.position)} end within the band of {name}."
