@@ -11,7 +11,7 @@ from ..physics.frames import AXES
 from ..physics.in_words import number, percent, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
 from .fold_findings import Folds
-from .found_effects import FoundEffect, FoundTerm
+from .found_effects import FoundEffect, FoundTerm, told_probability
 from .identifiability.visible import Identifiability
 from .lawful.price_of_law import Passivity
 from .search.bootstrap import Interval
@@ -372,7 +372,9 @@ class Findings(Card, Record):
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
         label, terms = self.in_play
-        likely = [f"{c.effect} ({percent(c.confidence)})" for c in self.candidates if c.verdict == "likely"]
+        likely = [
+            f"{c.effect} ({percent(told_probability(c.confidence))})" for c in self.candidates if c.verdict == "likely"
+        ]
         possible = [c.effect for c in self.candidates if c.verdict == "possible" and not c.cannot_tell]
         return [
             *each("warnings", self.warnings),

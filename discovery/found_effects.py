@@ -1,5 +1,6 @@
 """What is found of one effect: its verdict and why, its numbers with their intervals, and what would do as well."""
 
+import math
 from collections.abc import Mapping
 from typing import Literal, get_args
 
@@ -15,6 +16,20 @@ from .search.chance import Chance
 Verdict = Literal["missing", "likely", "possible", "no evidence"]
 SURE_AT_MOST = 0.999
 """Probability that is told of more: nothing is ever certain."""
+
+
+def told_probability(probability: float) -> float:
+    """A probability as it is told in whole percent: never more than it is, since verdicts begin at whole ones.
+
+    Examples
+    --------
+    >>> told_probability(0.946), told_probability(0.95), told_probability(0.9999), told_probability(0.002)
+    (0.94, 0.95, 0.999, 0.002)
+    """
+    whole = math.floor(100.0 * probability + 1e-9) / 100.0
+    return min(whole if 0.5 <= probability < 0.99 else probability, SURE_AT_MOST)
+
+
 MISSING, LIKELY = 0.95, 0.8
 """Odds from which an effect is called missing, where its interval excludes the file's value, and likely."""
 

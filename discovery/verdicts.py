@@ -16,7 +16,7 @@ from .claims import Tests
 from .evidence.all_thrusters import ONE, all_thrusters
 from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
 from .findings import NOTHING, Advice, Criterion, Findings, LastingRest
-from .found_effects import LIKELY, MISSING, SURE_AT_MOST, Claim, FoundEffect, FoundTerm, Verdict
+from .found_effects import LIKELY, MISSING, Claim, FoundEffect, FoundTerm, Verdict, told_probability
 from .identifiability.visible import Identifiability
 from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
@@ -323,8 +323,8 @@ def _at_best(first: FoundEffect, found: Sequence[FoundEffect]) -> str:
     together = first.confidence / share(first.claim) if first.claim else 0.0  # what its look-alikes share with it
     if alike and together >= LIKELY:
         either = " or ".join(words(f.key) for f in (first, *alike))
-        return f"{either} is missing ({_percent(min(together, SURE_AT_MOST))} together), and this log cannot tell which"
-    return f"something is missing; perhaps {_listed([first.key])} ({_percent(first.confidence)})"
+        return f"{either} is missing ({_percent(told_probability(together))} together), and this log cannot tell which"
+    return f"something is missing; perhaps {_listed([first.key])} ({_percent(told_probability(first.confidence))})"
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ..discovery.findings import Findings
-from ..discovery.found_effects import LIKELY, SURE_AT_MOST, FoundEffect
+from ..discovery.found_effects import LIKELY, FoundEffect, told_probability
 from ..physics.effects import BY_NAME, PARAMETERS
 from ..physics.errors import VehicleError
 from ..physics.in_words import MINUS, NARROW, finite, number, percent, share_removed, unit_text
@@ -46,7 +46,7 @@ def odds(found: FoundEffect) -> str:
     known = finite(found.confidence)
     if math.isnan(known) or found.cannot_tell or (known >= LIKELY and found.verdict in ("possible", "no evidence")):
         return ""
-    return percent(min(known, SURE_AT_MOST))
+    return percent(told_probability(known))
 
 
 def sure_caption(candidates: Iterable[FoundEffect]) -> str:

@@ -9,6 +9,7 @@ from added_run import HIDDEN, write_added
 
 import undertow
 from undertow.physics.errors import RequestError
+from undertow.physics.extras import how_to_install
 from undertow.reports.page.figures.prediction_slider import PredictionSlider
 
 
@@ -39,7 +40,7 @@ def test_without_ipywidgets_it_is_a_card(slider: PredictionSlider, monkeypatch: 
     shown = slider._repr_mimebundle_(include=None, exclude=None)
     assert set(shown) == {"text/plain", "text/html"}
     assert "X_uu = " in str(shown["text/plain"])
-    assert "pip install 'undertow[notebook]'" in str(shown["text/plain"])
+    assert how_to_install("notebook") in str(shown["text/plain"])
     assert "<svg" in str(shown["text/html"])
 
 
