@@ -79,7 +79,7 @@ def _worth(item: FoundEffect) -> str:
     if not (force := comes_back(item)):
         return ""
     rollout = None if item.claim is None else item.claim.worth.rollout
-    ahead = "" if rollout is None else f", and {share_removed(rollout)} of that of 5 s predictions"
+    ahead = "" if rollout is None else f", and {share_removed(rollout)} of that of predictions"
     return f"Left out alone, {force} of an axis's squared force error on unseen rows comes back{ahead}."
 
 
