@@ -14,20 +14,22 @@ from .search.bootstrap import Interval
 from .search.chance import Chance
 
 Verdict = Literal["missing", "likely", "possible", "no evidence"]
-SURE_AT_MOST = 0.999
-"""Probability that is told of more: nothing is ever certain."""
 
 
 def told_probability(probability: float) -> float:
     """A probability as it is told in whole percent: never more than it is, since verdicts begin at whole ones.
 
+    Nor is it ever 1: nothing is certain.
+
     Examples
     --------
     >>> told_probability(0.946), told_probability(0.95), told_probability(0.9999), told_probability(0.002)
-    (0.94, 0.95, 0.999, 0.002)
+    (0.94, 0.95, 0.9999, 0.002)
+    >>> told_probability(1.0) < 1.0
+    True
     """
     whole = math.floor(100.0 * probability + 1e-9) / 100.0
-    return min(whole if 0.5 <= probability < 0.99 else probability, SURE_AT_MOST)
+    return whole if 0.5 <= probability < 0.99 else min(probability, math.nextafter(1.0, 0.0))
 
 
 MISSING, LIKELY = 0.95, 0.8

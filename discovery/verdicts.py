@@ -264,6 +264,8 @@ def _alone(candidate: Candidate, share: Array, what: str) -> str:
 
 
 def _percent(share: float) -> str:
+    if 0.995 <= share < 1.0:
+        return "> 99 %"
     return f"{100.0 * share:.0f} %" if share >= 0.01 else f"{100.0 * share:.1f} %"
 
 

@@ -9,7 +9,7 @@ run = undertow.discover(inputs)
 print(run.findings.headline)
 for effect in run.findings.candidates:
     for term in effect.terms if effect.in_model else ():
-        print(f"{term.symbol:4} {term.value:7.2f} {term.unit} ({effect.verdict}, {100 * effect.confidence:.0f} %)")
+        print(f"{term.symbol:4} {term.value:7.2f} {term.unit} ({effect.verdict}, {int(100 * effect.confidence)} %)")
 for step in run.findings.steps:
     print(f"{step.rollout_rmse['10'].position:.2f} m, adding {step.added or 'nothing'}")
 undertow.write_run(run, "blueboat-run")
