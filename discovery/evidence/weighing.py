@@ -149,7 +149,9 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     general = _general_instead(search, state)
     rehearsals = Rehearsals(search, linear, scores, now, seed)
     nominal = _squares(search, search.nominal)
-    model = _Model(search, state, linear, scores, now, seed, rehearsals, general, nominal)
+    absent = [o for c in search.pool if c.key not in now for o in linear.options[c.key] if o.present]
+    beside = dict(zip(absent, _gains(search, scores, now, [(option,) for option in absent]), strict=True))
+    model = _Model(search, state, linear, scores, now, seed, rehearsals, general, nominal, beside)
     whole, squares = search.fit(scores, list(now.values())), _squares(search, state.vehicle)
 
     def of(candidate: Candidate) -> Evidence:
@@ -188,6 +190,8 @@ class _Model:
     general: Mapping[str, State]
     squares: Array
     """(starts, 3) squared rollout errors of the nominal vehicle."""
+    beside: Mapping[Option, float]
+    """What the model would gain by each option that is not in it, as columns foretell."""
 
 
 def _general_instead(search: Search, state: State) -> dict[str, State]:
@@ -235,10 +239,9 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     enough = _clear(search)
     near = state.score + _NEAR * enough
     quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes])
-    with_both = _gains(search, scores, now, [(option,) for option in shapes])
     best: dict[str, float] = {}
-    for option, instead, beside in zip(shapes, quick, with_both, strict=True):
-        best[option.key] = min(best.get(option.key, np.inf), instead + beside)
+    for option, instead in zip(shapes, quick, strict=True):
+        best[option.key] = min(best.get(option.key, np.inf), instead + model.beside[option])
     worse = {key: score - state.score for key, score in best.items()}
     for key in sorted(others, key=lambda key: best[key]):
         # Beside one rival nothing is certain: of the others it is enough that they are foretold to do as well.
@@ -246,12 +249,12 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
             rivals.append(key)
         elif key in alike or best[key] < near:
             start = search.replace(state, candidate.key, key, linear, scores)
-            own = _with_both(search, state, key, linear, scores)
+            own = _with_both(model, key)
             worse[key] = start.score - own.score
             if start.score < own.score + enough or not _in_every_part(search, start, own, model.seed):
                 rivals.append(key)
     rivals.sort(key=others.index)
-    worse |= _pairs(search, scores, {**rest, **gone}, now, dict(zip(quick, shapes, strict=True)), candidate, state)
+    worse |= _pairs(model, {**rest, **gone}, dict(zip(quick, shapes, strict=True)), candidate)
     for key, there in model.general.items():
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
         if special and _explained(search, there) - _explained(search, state) < _PART_OF_GAIN * gain:
@@ -300,33 +303,28 @@ def _gains(
     return [max(found[0] - score, 0.0) for score in found[1:]]
 
 
-def _with_both(search: Search, state: State, key: str, linear: Linearisation, scores: GramScores) -> State:
+def _with_both(model: _Model, key: str) -> State:
     """A model, or the same with a rival beside what it has, whichever is better.
 
     A name and its rival are told apart by the best model with the name and the best one without it: what only acts on
     other forces would be missing beside it as well, and is no reason to doubt it.
     """
-    now = {key: linear.options[key][0] for key in state.active}
-    shapes = [option for option in linear.options[key] if option.present]
-    gains = _gains(search, scores, now, [(option,) for option in shapes])
-    gain, option = max(zip(gains, shapes, strict=True), key=lambda pair: pair[0])
-    both = search.apply(state, now, {**now, key: option}, scores) if gain > 0.0 else state
+    state, now = model.state, model.now
+    option = max((o for o in model.linear.options[key] if o.present), key=lambda option: model.beside[option])
+    if model.beside[option] <= 0.0:
+        return state
+    both = model.search.apply(state, now, {**now, key: option}, model.scores)
     return min(state, both, key=lambda s: s.score)
 
 
 def _pairs(
-    search: Search,
-    scores: GramScores,
-    without: Mapping[str, Option],
-    now: Mapping[str, Option],
-    ranked: Mapping[float, Option],
-    candidate: Candidate,
-    state: State,
+    model: _Model, without: Mapping[str, Option], ranked: Mapping[float, Option], candidate: Candidate
 ) -> dict[str, float]:
     """How much worse the best pair of others is in the place of an effect, by both names, as columns foretell.
 
     Two scales of thrust are any third one: such a pair holds the name, and is no rival of it.
     """
+    search, scores, gain = model.search, model.scores, model.beside
     best = [ranked[score] for score in sorted(ranked)[:_PAIRED]]
     scales = {c.key for c in search.pool if c.effect.name in _SCALES}
     own = scales if candidate.key in scales else set()
@@ -336,14 +334,13 @@ def _pairs(
     if not pairs:
         return {}
     found = search.quicks(scores, [{**without, one.key: one, other.key: other} for one, other in pairs])
-    beside = _gains(search, scores, now, [*pairs, *((option,) for option in best)])
-    alone = {option.key: gain for option, gain in zip(best, beside[len(pairs) :], strict=True)}
+    beside = _gains(search, scores, model.now, pairs)
     most = [
-        score + max(both, alone[one.key], alone[other.key])
-        for score, both, (one, other) in zip(found, beside, pairs, strict=False)
+        score + max(both, gain[one], gain[other])
+        for score, both, (one, other) in zip(found, beside, pairs, strict=True)
     ]
     score, (one, other) = min(zip(most, pairs, strict=True), key=lambda pair: pair[0])
-    return {f"{one.key} and {other.key}": score - state.score}
+    return {f"{one.key} and {other.key}": score - model.state.score}
 
 
 def _squares(search: Search, vehicle: Vehicle) -> Array:
