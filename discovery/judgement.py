@@ -22,8 +22,6 @@ _LEAST = 0.05
 remove little of what the nominal model leaves."""
 _UNIT = 5.0
 """Log-likelihood that tells two models apart: margins count in its multiples."""
-_TRIFLE, _DROWNED = 1e-4, 30.0
-"""Share of the squared error that is a trifle, and multiple of its force by which what is left drowns a name."""
 _ENOUGH = 6.0
 """Log-likelihood beyond which it does not matter how much worse a rival is: one that holds the name as a special case
 is worse by no more than the price of its other numbers."""
@@ -122,8 +120,8 @@ def _unlike(margin: float | None) -> float:
 
 
 def _left(claim: Claim) -> float:
-    """Force that the model leaves beyond noise, as a multiple of what the name explains; at most `_DROWNED`."""
-    return min(claim.tests.get("unexplained", 0.0) / sqrt(max(claim.worth.force, _TRIFLE)), _DROWNED)
+    """Force that the model leaves beyond noise, as a multiple of what the name explains."""
+    return claim.tests.get("unexplained", 0.0) / sqrt(max(claim.worth.force, 1e-12))
 
 
 def share(claim: Claim) -> float:
