@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, print_json, prose, say, show, tell_replaced, warn
+from .console import failing_clearly, print_json, prose, say, show, tell_repairs, tell_replaced, warn
 from .options import (
     FEW_LOGS,
     AsIsOption,
@@ -74,6 +74,7 @@ def ci(
             made.save(write or "", f"errors of {judged} on {inputs.log_names}, and {percent(share)} more")
             tell_replaced(earlier)
             warn(inputs.warnings)
+            tell_repairs(inputs.repairs)
             named = " ".join(map(str, logs)) if len(logs) <= FEW_LOGS else "LOG..."
             say(f"Limits: {write}. Look at them, then:")
             say(f"  undertow ci {named} --vehicle {vehicle} --limits {write}")
@@ -86,6 +87,7 @@ def ci(
             from ..reports.terminal.limits_screen import limits_table, verdict_text
 
             warn(found.warnings)
+            tell_repairs(inputs.repairs)
             prose(verdict_text(found), GOOD if found.verdict == "holds" else BAD)
             show(limits_table(found))
     if found.verdict == "broken":

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, print_json, progress, show, warn
+from .console import failing_clearly, print_json, progress, show, tell_repairs, warn
 from .options import (
     AsIsOption,
     FixOption,
@@ -45,4 +45,5 @@ def explain(
             print_json({**found.to_dict(), "warnings": list(inputs.warnings)})
         else:
             warn(inputs.warnings)
+            tell_repairs(inputs.repairs)
             show(distilled_table(found))

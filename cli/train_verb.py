@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, interrupted, print_json, progress, prose, say, show, warn
+from .console import failing_clearly, interrupted, print_json, progress, prose, say, show, tell_repairs, warn
 from .options import (
     AsIsOption,
     FixOption,
@@ -96,6 +96,7 @@ def train(
 
         say("")
         warn(done.inputs.warnings)
+        tell_repairs(done.inputs.repairs)
         prose(" ".join(done.sentences))
         show(comparison_table(done.models, done.inputs.parts.judge))
         if done.distilled is not None:

@@ -15,7 +15,7 @@ from ..physics.vehicle import Vehicle
 from .candidates.candidate import Candidate, Kind
 from .evidence.invariance import Invariance
 from .evidence.limits import clearance
-from .evidence.other_forms import OtherForms
+from .evidence.other_forms import Beside, OtherForms
 from .evidence.weighing import Evidence
 from .found_effects import Claim, Worth
 from .reason import Reason
@@ -25,6 +25,10 @@ _FAR = 1e3
 """Size from which it does not matter any more how large a doubt is."""
 _OF_ONE_LOG = ("substitute", "unexplained", "accused", "rolls")
 """Sizes that are of one log."""
+_LEFT = (
+    "the model leaves {:.0f} % of the force that the file's leaves, and {:.0f} % of the error of rollouts without it"
+)
+
 _ACCUSED = "the log's own sensors err ({}), and it may stand in for what that leaves"
 Told = Mapping[str, str]
 """By key of an effect, what a test tells of it, as the end of a sentence."""
@@ -63,8 +67,8 @@ class Tests:
             Reason.AT_LIMIT: self.limits.get(e.key, "the log asks for more of it than physics allows"),
             Reason.SENSORS: _ACCUSED.format(self.accused.get(e.key, (0.0, "a sensor"))[1]),
             Reason.UNJUDGED_RIVAL: self.unjudged.get(e.key, ""),
-            Reason.LASTING_REST: f"the model leaves {100.0 * e.unexplained:.0f} % of the force that the file's leaves",
-            Reason.SUBSTITUTE: beside.told if beside else "one free force may explain this log as well",
+            Reason.LASTING_REST: _LEFT.format(100.0 * e.unexplained, 100.0 * e.remains),
+            Reason.SUBSTITUTE: (beside or Beside()).told,
             Reason.OUT_OF_STEP: f"{e.out_of_step:.2f}",
             Reason.LOOK_ALIKES: ", ".join(map(words, e.indistinguishable_from or (e.rival,))),
         }

@@ -42,7 +42,8 @@ class Worth(Record):
     Attributes
     ----------
     force : of the squared force error, on the axis on which it removes most
-    rollout : of the squared error of 5 s rollouts of the fitted rows, likewise; None where none were asked
+    rollout : of the squared error of 10 s rollouts of the fitted rows, or of those that judge; None where there are
+        none
     """
 
     force: Number
@@ -55,7 +56,7 @@ class Claim(Record):
     Attributes
     ----------
     gain : held-out log-likelihood against the best model without it, its price paid
-    identity : log odds against the best rival: another effect, a pair, or one free force in its place
+    identity : log odds against the best rival: another effect or a pair, which may stand beside it, too
     rival : that rival; empty where none came near
     worth : share of the unseen error that it removes
     null_excluded : its wide interval excludes the file's own value

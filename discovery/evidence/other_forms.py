@@ -6,6 +6,9 @@ them. So the rest of the model is searched for anything that follows motion, thr
 by forward selection, and what no copy of the rest would have shown stays beside the model. An effect whose force then
 becomes another was the nearest name for something else (extreme bounds; Leamer 1985): its interval is as wide as that.
 Where the model is right nothing is left to follow.
+
+In the place of an effect a law that holds is beaten by no form: each explains less, by much on a good log. One that
+explains more says that the effect is the nearest name for something else (encompassing; Mizon and Richard 1986).
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,14 +19,12 @@ import numpy as np
 
 from ..balance.base import Balance
 from ..balance.weak_form import WeakForm
-from ..candidates.candidate import Kind
-from ..candidates.free_forms import free_forms, several
+from ..candidates.candidate import Candidate, Kind
+from ..candidates.free_forms import finer_forms, free_forms, several
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.noise_copies import NoiseCopies
-from .in_place import in_place
 from .rest_beside_forms import FormColumns, RestBesideForms
-from .weighing import TELL_APART
 
 
 class Beside(NamedTuple):
@@ -44,10 +45,21 @@ class Beside(NamedTuple):
 
     @property
     def told(self) -> str:
-        """How a free force does in its place, as the end of a sentence."""
-        if self.form is None or self.margin is None:
-            return "one free force may explain this log as well"
-        return f"in its place {self.form.in_words} does {'as well' if self.margin > -TELL_APART else 'nearly as well'}"
+        """What a free force does in its place, as the end of a sentence."""
+        return f"in its place {self.form.in_words if self.form else 'one free force'} explains more"
+
+
+class Substitute(NamedTuple):
+    """A form in the place of an effect.
+
+    Attributes
+    ----------
+    form : what it follows
+    margin : log-likelihood by which it explains more than the effect does; below nothing where it explains less
+    """
+
+    form: OtherForm
+    margin: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +97,29 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
         change, by = rest.change(key) if found else (0.0, {})
         beside[key] = Beside(change, by, single.margin, single.form) if single else Beside(change, by)
     return OtherForms(found, beside)
+
+
+def in_place(columns: FormColumns, rest: RestBesideForms, candidate: Candidate, judge: Balance) -> Substitute | None:
+    """The form that does most in the place of an effect; None where there is none at all.
+
+    Parameters
+    ----------
+    columns : of the model, with all free forms
+    rest : what the model leaves with the effect
+    judge : the balance that judged it; which law of a speed it is, that of forces cannot tell where rollouts judged
+    """
+    weak = columns.search.balance
+    assert isinstance(weak, WeakForm), "forms are looked for on the force balance"
+    grows = any(p.unit.endswith("/min") for p in candidate.parameters)  # what grows may have set in at once
+    letters = sorted({c for p in candidate.parameters for c in p.form if c in "uvr"})
+    finer = [""] if grows else [letter for letter in letters if not judge.blind["uvr".index(letter)]]
+    tried = [columns, *(columns.of(finer_forms(weak, columns.state.vehicle, by, judge.blind)) for by in finer)]
+    keys = (candidate.key,)
+    found = [one for these in tried if (one := RestBesideForms(these, keys).in_one(these.same(keys)))]
+    if not found:
+        return None
+    best = min(found, key=lambda one: one.worth)
+    return Substitute(best.form, rest.worth - best.worth)
 
 
 def judged_in_logs(judge: Balance) -> bool:

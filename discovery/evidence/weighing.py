@@ -13,6 +13,7 @@ from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..balance.rollout_test import WHOLE_HORIZON, rollout_squares
+from ..balance.weak_form import WeakForm
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
@@ -67,7 +68,8 @@ class Evidence:
     rival : that rival; empty where there is none
     worth : share of the nominal model's squared error that it removes beside the others, on the axis where that is most
     rollout_worth : the same of the squared errors of rollouts
-    remains : share of the squared error of rollouts without it that stays with it, on that axis
+    remains : share of the squared error of rollouts without it that stays with it, on that axis; of force, where there
+        are no rollouts
     left : force that the model leaves beyond sensor noise on the axes of the effect, as a multiple of its own; 0 where
         rollouts judge, of which the weather leaves much that follows no effect
     unexplained : the same as a share of what the nominal model leaves there
@@ -103,7 +105,7 @@ class Evidence:
     rival: str = ""
     worth: float = 0.0
     rollout_worth: float | None = None
-    remains: float = 1.0
+    remains: float = 0.0
     left: float = 0.0
     unexplained: float = 0.0
 
@@ -273,6 +275,8 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     before = _squares(search, without.vehicle)
     share = search.unique_share(without, state)
     removed, remains = _removed(before, squares, model.squares)
+    drops = (without.fit.held_out - state.fit.held_out) / np.maximum(search.nominal_error, 1e-300)
+    axis = int(drops.argmax())
     left, unexplained = _left_beside(search, state, candidate, share)
     return Evidence(
         candidate.key,
@@ -287,9 +291,11 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         chance=model.rehearsals.chance(candidate.key),
         identity=min(worse.get(rival, _BEYOND), _BEYOND),
         rival=rival,
-        worth=float(np.max((without.fit.held_out - state.fit.held_out) / np.maximum(search.nominal_error, 1e-300))),
+        worth=float(drops[axis]),
         rollout_worth=removed,
-        remains=remains,
+        remains=float(np.clip(state.fit.held_out[axis] / max(without.fit.held_out[axis], 1e-300), 0.0, 1.0))
+        if remains is None
+        else remains,
         left=left if search.balance.forces else 0.0,
         unexplained=unexplained,
     )
@@ -344,19 +350,22 @@ def _pairs(
 
 
 def _squares(search: Search, vehicle: Vehicle) -> Array:
-    """Squared velocity errors of rollouts, (starts, 3): of 10 s from measured starts, or of those that judge."""
-    if not search.balance.forces:
+    """Squared velocity errors of rollouts, (starts, 3): of 10 s from measured starts, or of those that judge.
+
+    None of what a model claims: the motion is not its own.
+    """
+    if not isinstance(search.balance, WeakForm) or search.balance.claimed:
         return search.balance.squares(vehicle)
     return rollout_squares(search.balance.motions, vehicle, WHOLE_HORIZON)
 
 
-def _removed(before: Array, after: Array, nominal: Array) -> tuple[float | None, float]:
+def _removed(before: Array, after: Array, nominal: Array) -> tuple[float | None, float | None]:
     """Share of the nominal model's squared rollout error that an effect removes, on the axis where that is most.
 
-    And what stays of that without the effect there, as a share of it; all of it where there are no rollouts.
+    And what stays of that without the effect there, as a share of it; None where there are no rollouts.
     """
     if not len(nominal):
-        return None, 1.0
+        return None, None
     whole = np.maximum(nominal.mean(axis=0), 1e-12)
     without, left = np.minimum(before.mean(axis=0), whole), after.mean(axis=0)
     removed = np.nan_to_num((without - left) / whole)

@@ -98,7 +98,10 @@ def test_every_test_that_has_a_size_tells_what_it_found():
     told = every.told(replace(NAMED, late=0.7, out_of_step=0.2, unexplained=0.3))
     speaking = {reason for reason in REASONS.values() if "{told}" in reason.sentence} - {Reason.FILE_VALUE}
     assert speaking <= set(told)
-    assert told[Reason.LASTING_REST] == "the model leaves 30 % of the force that the file's leaves"
+    assert (
+        told[Reason.LASTING_REST]
+        == "the model leaves 30 % of the force that the file's leaves, and 0 % of the error of rollouts without it"
+    )
     assert told[Reason.OUT_OF_STEP] == "0.20"
 
 

@@ -16,6 +16,7 @@ from ....physics.errors import RequestError
 from ....physics.frames import AXES, FORCE_UNITS
 from ....physics.in_words import listing, unit_text
 from ....physics.vehicle import Vehicle
+from ....residuals.series import RESTART
 from ...run_contents import RunFolder
 from ..coefficients import coefficient_rows
 from .figure_data import liveliest_stretch, rollouts
@@ -110,9 +111,10 @@ class Plots(Drawings):
         Raises
         ------
         RequestError
-            when the run changed no such number.
+            when the run changed no such number, or no judged stretch is as long as a prediction.
         """
         from ..chapters.play import knobs_of
+        from ..judged_pieces import JudgedPieces
         from .prediction_slider import PredictionSlider
 
         knobs = {knob.symbol: knob for knob in knobs_of(self.nominal, self.corrected)}
@@ -120,6 +122,10 @@ class Plots(Drawings):
         if knob is None:
             there = f"there are {listing(list(knobs))}" if knobs else "model.yaml is the nominal model"
             raise RequestError(f"slider: expected a number that the run changed, got {symbol!r}; {there}")
+
+        judged = JudgedPieces.of(self.findings, self.series, self.nominal, self.corrected, RESTART)
+        if not judged.pieces:
+            raise RequestError(f"slider: expected a judged stretch of {RESTART:g} s or more; give a longer log")
 
         def draw(series: pd.DataFrame, axes: "Sequence[Axes]") -> object:
             return replace(self, series=series).predictions(axes)

@@ -23,7 +23,7 @@ from ....physics.simulation import rollout
 from ....physics.vehicle import Vehicle
 from ....residuals.models.base import VehicleModel
 from ....residuals.scores import ROLLOUT_UNITS, SPACING
-from ....residuals.series import restarted
+from ....residuals.series import BANDS, RESTART, restarted
 from ..chapters.play import Knob, knobs_of
 from ..judged_pieces import JudgedPieces, begun
 from ..markup import Html
@@ -99,10 +99,10 @@ class PredictionSlider(Card):
     def picture(self) -> Html:
         """Measured speeds, those of the nominal model, and those with the number where it is put."""
         moved = []
-        pieces = self._judged(10.0)
-        for (vehicle, motion), piece in zip(self._pieces(10.0), pieces.pieces, strict=True):
+        for (vehicle, motion), piece in zip(self._pieces(RESTART), self._judged(RESTART).pieces, strict=True):
             states = restarted([VehicleModel(vehicle, "moved")], [motion])[0][0]
-            moved.append(piece.rows.assign(**dict(zip(_PREDICTED, states.T, strict=True))))
+            rows = piece.rows.drop(columns=BANDS, errors="ignore")  # no band of a model that is moved by hand
+            moved.append(rows.assign(**dict(zip(_PREDICTED, states.T, strict=True))))
         stream = io.StringIO()
         with matplotlib.rc_context(_LOOK):
             figure = Figure(figsize=(9.0, 5.0), layout="constrained")
