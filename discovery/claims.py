@@ -141,9 +141,10 @@ def widened(
 ) -> dict[str, Interval]:
     """Intervals that carry what is left unexplained and the scatter of a number over parts and folds of the log.
 
-    What a number changes by beside forces without a name, half of what it differs by between two parts beyond its
-    error, what the jackknife over folds says beyond the interval, and what it would change by were all that is left
-    along its own column, are added in squares.
+    Half of what a number differs by between two parts beyond its error, what the jackknife over folds says beyond the
+    interval, and what it would change by were all that is left along its own column, are added in squares. Beside
+    forces without a name it is another number: to that side, and to no other, it reaches as far (extreme bounds span
+    the estimates of all models; Leamer 1985).
 
     Parameters
     ----------
@@ -151,27 +152,26 @@ def widened(
     apart : the model without each fold; one without the number says nothing of its size
     left : by key, force that stays unexplained where an effect acts, as a multiple of its own
     """
-    extra: dict[str, float] = {}
+    forms: dict[str, float] = {}
+    parts: dict[str, float] = {}
     along: dict[str, float] = {}
     limits = {p.symbol: (p.lower, p.upper) for candidate in pool for p in candidate.parameters}
     for candidate in pool:
         beside = tests.forms.beside.get(candidate.key)
         same = tests.invariant.get(candidate.key)
         for symbol in candidate.symbols:
-            form = abs(beside.by.get(symbol, 0.0)) if beside else 0.0
-            parts = same.scatter.get(symbol, 0.0) if same else 0.0
-            extra[symbol] = max(extra.get(symbol, 0.0), float(np.hypot(form, parts)))
+            forms[symbol] = max(forms.get(symbol, 0.0), beside.by.get(symbol, 0.0) if beside else 0.0, key=abs)
+            parts[symbol] = max(parts.get(symbol, 0.0), same.scatter.get(symbol, 0.0) if same else 0.0)
             along[symbol] = max(along.get(symbol, 0.0), left.get(candidate.key, 0.0))
     found = {}
     for symbol, (lower, upper) in intervals.items():
         middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
         values = [vehicle.value(symbol) for vehicle in apart]
         wide = max(half, _jackknife([value for value in values if value != nominal.value(symbol)]))
-        wide = float(
-            np.linalg.norm([wide, extra.get(symbol, 0.0), along.get(symbol, 0.0) * (middle - nominal.value(symbol))])
-        )
+        wide = np.linalg.norm([wide, parts.get(symbol, 0.0), along.get(symbol, 0.0) * (middle - nominal.value(symbol))])
+        down, up = (float(np.hypot(wide, max(side * forms.get(symbol, 0.0), 0.0))) for side in (-1.0, 1.0))
         least, most = limits.get(symbol, (-np.inf, np.inf))
-        found[symbol] = Interval(max(middle - wide, min(least, lower)), min(middle + wide, max(most, upper)))
+        found[symbol] = Interval(max(middle - down, min(least, lower)), min(middle + up, max(most, upper)))
     return found
 
 

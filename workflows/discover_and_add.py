@@ -235,7 +235,8 @@ def assess(
         )
     (nominal, *others), notes = known()
     hand_back()
-    better = _predicts_better(own[0] if own else nominal, nominal, others, inputs) if earned else None
+    named = bool(found.findings.missing or found.findings.likely) or not corrects
+    better = _predicts_better(own[0] if own else nominal, nominal, others, inputs, named) if earned else None
     if better is not None:
         again = before if found.hidden is not None else lambda: ([nominal, *others], notes)
         return assess(given, _writing(taken, better), settings, again, progress)
@@ -282,10 +283,19 @@ def _weak(inputs: Inputs) -> tuple[DataSet, ...]:
     return inputs.weak.train, inputs.weak.validation, inputs.weak.test
 
 
-def _predicts_better(corrected: Judged, nominal: Judged, others: Sequence[Judged], inputs: Inputs) -> Judged | None:
-    """The model that adds nothing and errs materially less than the corrected one on rows that none saw, if any does.
+def _predicts_better(
+    corrected: Judged, nominal: Judged, others: Sequence[Judged], inputs: Inputs, named: bool
+) -> Judged | None:
+    """The model that adds nothing and is to be written in the place of the corrected one, if any is.
 
+    What is named has to be materially worse on rows that no model saw; what has no sure name has to be materially
+    better, or it only follows this log: of models that predict as well the one with fewer guesses holds elsewhere (on
+    64 logs of tuning worlds it errs more on another run than nominal or calibrated in 23, without that rule in 32).
     Material is what part of the nominal model's error it is: a ratio of two errors near nothing says nothing.
+
+    Parameters
+    ----------
+    named : an effect of the corrected model is missing or likely, or it is the nominal one
     """
     velocity = np.concatenate([motion.velocity for motion in inputs.parts.judged.motions])
     motion = (velocity**2).mean(axis=0)
@@ -293,7 +303,7 @@ def _predicts_better(corrected: Judged, nominal: Judged, others: Sequence[Judged
     every = (*adding_nothing, corrected)
     shares = [share_of_error(judged.errors, nominal.errors, motion) ** 0.5 for judged in every]
     least = min(shares[:-1])
-    return adding_nothing[shares.index(least)] if shares[-1] > least + MATERIAL else None
+    return adding_nothing[shares.index(least)] if shares[-1] > least + (MATERIAL if named else -MATERIAL) else None
 
 
 def _writing(found: Discovery, better: Judged) -> Discovery:
@@ -301,8 +311,10 @@ def _writing(found: Discovery, better: Judged) -> Discovery:
     model = better.model
     assert isinstance(model, VehicleModel), "the nominal and the calibrated model are vehicles"
     if model.vehicle == found.nominal:
-        return found.writing(model.vehicle, why="On rows that it did not see, the nominal model predicts best.")
-    why = "On rows that it did not see, the file's model with its own numbers fitted predicts best: that is written."
+        return found.writing(
+            model.vehicle, why="On rows that it did not see, the nominal model predicts as well or better."
+        )
+    why = "On rows that it did not see, the file's model with its own numbers fitted predicts as well or better."
     return found.writing(model.vehicle, [vehicle for _, vehicle in model.without_folds], why)
 
 

@@ -178,12 +178,18 @@ def test_an_interval_of_which_nothing_is_unknown_stays():
 
 
 def test_what_is_left_and_what_parts_differ_by_are_added_in_squares():
-    form = OtherForms((FORM,), {DRAG: Beside(0.2, {"X_uu": -3.0})})
     parts = {DRAG: Invariance((), 0.4, {"X_uu": 4.0})}
-    assert half(wide(Asked(forms=form))) == pytest.approx(np.hypot(HALF, 3.0))
     assert half(wide(Asked(invariant=parts))) == pytest.approx(np.hypot(HALF, 4.0))
-    assert half(wide(Asked(forms=form, invariant=parts))) == pytest.approx(np.sqrt(HALF**2 + 9.0 + 16.0))
     assert half(wide(left=0.3)) == pytest.approx(np.hypot(HALF, 0.3 * (FILE - MIDDLE))), "of what it adds to the file"
+
+
+@pytest.mark.parametrize("by", [-3.0, 3.0])
+def test_an_interval_reaches_to_the_estimate_beside_other_forces_and_no_further_on_the_other_side(by: float):
+    form = OtherForms((FORM,), {DRAG: Beside(0.2, {"X_uu": by})})
+    found = wide(Asked(forms=form))
+    near, far = (found.upper, found.lower) if by < 0.0 else (found.lower, found.upper)
+    assert abs(near - MIDDLE) == pytest.approx(HALF)
+    assert abs(far - MIDDLE) == pytest.approx(np.hypot(HALF, 3.0))
 
 
 def without(*values: float) -> list[Vehicle]:

@@ -134,12 +134,23 @@ def test_what_errs_more_than_the_calibrated_model_is_not_written_and_the_names_s
     assert in_model(run.findings) == []
     assert [step.added for step in run.findings.steps] == [None, CALIBRATED]
     assert [(c.symbol, c.before, c.after) for c in run.findings.calibrated] == [("X_uu", FILE, TRUE)]
-    assert "its own numbers fitted predicts best: that is written" in run.findings.reasons[-1]
+    assert "its own numbers fitted predicts as well or better" in run.findings.reasons[-1]
     folder = write_run(run, tmp_path / "run", report=False, progress=None)
     assert load_vehicle(folder / "model.yaml").value("X_uu") == TRUE
     assert recomputed(folder, folded) == pytest.approx(reported(run), rel=1e-6)
     (told,) = [model for model in run.comparison.models if model.name == CORRECTED]
     assert {axis: told.rollout["10"].of(axis) for axis in reported(run)} == pytest.approx(reported(run), rel=1e-6)
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_what_has_no_sure_name_is_written_only_where_it_predicts_materially_better(
+    folded: Inputs, found: Discovery, known: References, named: bool
+):
+    """Both models predict unseen rows as well: the one with a sure name is written, or else the one that adds none."""
+    alike = calibrated_to(folded, found, found.corrected.value("X_uu"), known)
+    unsure = replace(found, findings=found.findings.but(missing=(), likely=()))
+    run = assessed(folded, found if named else unsure, alike)
+    assert [step.added for step in run.findings.steps] == [None, NAME if named else CALIBRATED]
 
 
 def test_where_the_file_predicts_best_the_file_is_written(
@@ -151,7 +162,7 @@ def test_where_the_file_predicts_best_the_file_is_written(
     assert in_model(run.findings) == []
     assert [step.added for step in run.findings.steps] == [None]
     assert run.findings.calibrated == ()
-    assert "the nominal model predicts best" in run.findings.reasons[-1]
+    assert "the nominal model predicts as well or better" in run.findings.reasons[-1]
     assert run.findings.data.unexplained["surge"].force > 5.0 * found.force_error[0]
     folder = write_run(run, tmp_path / "run", report=False, progress=None)
     assert load_vehicle(folder / "model.yaml").values == HULL.values
