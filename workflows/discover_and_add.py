@@ -288,10 +288,10 @@ def _predicts_better(
 ) -> Judged | None:
     """The model that adds nothing and is to be written in the place of the corrected one, if any is.
 
-    What is named has to be materially worse on rows that no model saw; what has no sure name has to be materially
-    better, or it only follows this log: of models that predict as well the one with fewer guesses holds elsewhere (on
-    64 logs of tuning worlds it errs more on another run than nominal or calibrated in 23, without that rule in 32).
-    Material is what part of the nominal model's error it is: a ratio of two errors near nothing says nothing.
+    What is named has to be materially worse on rows that no model saw. What has no sure name has to be materially
+    better, and to keep the laws that the nominal model keeps, or it only follows this log: of models that predict as
+    well the one with fewer guesses holds elsewhere. Material is what part of the nominal model's error it is: a ratio
+    of two errors near nothing says nothing.
 
     Parameters
     ----------
@@ -303,7 +303,18 @@ def _predicts_better(
     every = (*adding_nothing, corrected)
     shares = [share_of_error(judged.errors, nominal.errors, motion) ** 0.5 for judged in every]
     least = min(shares[:-1])
-    return adding_nothing[shares.index(least)] if shares[-1] > least + (MATERIAL if named else -MATERIAL) else None
+    stands = (
+        shares[-1] <= least + MATERIAL if named else shares[-1] <= least - MATERIAL and not _breaks(corrected, nominal)
+    )
+    return None if stands else adding_nothing[shares.index(least)]
+
+
+def _breaks(model: Judged, nominal: Judged) -> set[str]:
+    """The laws that a model breaks and the nominal one keeps."""
+    broken, known = (
+        {ruling.law for ruling in one.audit.violations} if one.audit else set() for one in (model, nominal)
+    )
+    return broken - known
 
 
 def _writing(found: Discovery, better: Judged) -> Discovery:
