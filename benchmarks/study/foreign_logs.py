@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from contextlib import suppress
 from copy import deepcopy
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from .foreign_kinds import KINDS, prepare
 from .foreign_orders import DRAWN, boat, commands
 from .foreign_sensors import NOISES, Truth
 from .foreign_world import World as ForeignWorld
+from .oracle import why_untold
 from .scoring import PAIR
 from .verb import Logged
 from .worlds import Values, dominant, label, merged, parted, with_each
@@ -75,12 +77,12 @@ def foreign(kind: str, seed: int) -> Logged:
     """A log of one of `KINDS`."""
     before, world, truth = driven(kind, seed)
     group = KINDS[kind].group
+
+    def write(path: Path) -> Path:
+        return deepcopy(world).log(truth, path)
+
     return Logged(
-        "foreign",
-        kind,
-        seed,
-        world.file,
-        lambda path: deepcopy(world).log(truth, path),
+        *("foreign", kind, seed, world.file, write),
         fresh=_another_day(before) if group in _TO_DRIVE_AGAIN else None,
         note=", ".join(word for word in (world.programme, world.noise, world.note) if word),
         true=frozenset(world.true),
@@ -91,6 +93,7 @@ def foreign(kind: str, seed: int) -> Logged:
         dominant=dominant(world.file, with_each(world.file, _hidden(world)), motion_of(world, truth)),
         matters=world.matters(truth),
         forces=frozenset(FORCES.get(kind, "").split()),
+        bound=partial(why_untold, write, world.file, world.true) if world.true and not world.sensors else None,
     )
 
 

@@ -3,17 +3,12 @@
 Every log is written to a file and read as a user's. Seeds say all: the same one gives the same log.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 
-from undertow.discovery.balance.weak_form import WeakForm
-from undertow.discovery.candidates.candidate import Kind, candidates, measurable
 from undertow.discovery.evidence.weighing import CERTAINLY
-from undertow.discovery.search.floating import Search, State
-from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.effects import EFFECTS
 from undertow.physics.frames import Array, wrap_angle
 from undertow.physics.matrices import mass_matrix, thruster_matrix
@@ -26,6 +21,7 @@ from undertow.physics.worlds.simulated_log import SimulatedLog
 from undertow.physics.worlds.typical_effects import materiality, random_hull
 from undertow.physics.worlds.world import FINE_STEP, Sensors, World
 
+from .oracle import in_words, rivals, search_of
 from .scoring import MATERIAL
 from .verb import Logged
 from .worlds import ALL, DURATION, NOISES, PARTS, SEEDS, STEP, VEHICLES, Case, Part, dominant, draw, merged, with_each
@@ -33,8 +29,6 @@ from .worlds import ALL, DURATION, NOISES, PARTS, SEEDS, STEP, VEHICLES, Case, P
 FRESH = {"rich": "zigzag", "zigzag": "gentle", "gentle": "zigzag"}
 """What the same boat drives on the fresh log."""
 FRESH_SECONDS, FRESH_SEED = 120.0, 5_000_000
-_FITTED = 6
-"""Rivals of an effect that are fitted, of all that columns rank."""
 Key = tuple[str, int]
 
 
@@ -97,38 +91,10 @@ def bound(case: Case) -> str:
         share = materiality(apply_effects(case.nominal, others), case.log.vehicle, case.log.truth).max()
         if share < MATERIAL:
             return f"without {name}, 10 s rollouts change by {100.0 * share:.1f} %"
-    of, by, worse = rival(case)
-    return f"{' and '.join(by)} in place of {of}: {worse:+.1f}" if worse < CERTAINLY else ""
-
-
-def rival(case: Case) -> tuple[str, Sequence[str], float]:
-    """What does best in the place of a true effect, one or two others, and the log-likelihood by which it is worse.
-
-    Prices count: a judge who believes that fewer numbers are likelier would not be moved by more of them.
-    """
-    motions, settings = [case.log.motion(STEP)], DiscoverySettings()
-    search = Search(
-        WeakForm(motions, settings.weak),
-        case.nominal,
-        candidates(case.nominal, measurable(motions)),
-        replace(settings.search, refinements=6),
-    )
+    search = search_of([case.log.motion(STEP)], case.nominal)
     true = search.evaluate(apply_effects(case.nominal, merged(case.hidden)), tuple(case.hidden))
-    linear, scores = search.linearise(true.vehicle, true.active, true.fit.in_sample)
-    now = {key: linear.options[key][0] for key in true.active}
-    named = search.named(true.active)
-    others = [c.key for c in search.pool if c.kind is Kind.EFFECT and c.key not in named]
-    found = []
-    for name in named:
-        rest = {**now, name: linear.options[name][1]}
-        shapes = [(option,) for key in others for option in linear.options[key] if option.present]
-        pairs = [(*one, *other) for one, other in combinations(shapes, 2) if one[0].key != other[0].key]
-        trials = [rest | {option.key: option for option in options} for options in (*shapes, *pairs)]
-        worth = search.quicks(scores, trials)
-        for _, n in sorted((score, n) for n, score in enumerate(worth))[:_FITTED]:
-            there: State = search.apply(true, now, trials[n], scores)
-            found.append((name, [option.key for option in (*shapes, *pairs)[n]], there.score - true.score))
-    return min(found, key=lambda one: one[2])
+    best = min(rivals(search, true), key=lambda one: one[2])
+    return in_words(best) if best[2] < CERTAINLY else ""
 
 
 # Nothing hidden

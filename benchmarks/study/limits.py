@@ -84,6 +84,11 @@ def _tellable(some: Sequence[Record]) -> list[Record]:
     return [r for r in some if r.get("tellable") is not False]
 
 
+def _tellable_or_named(some: Sequence[Record]) -> list[Record]:
+    """The same of foreign logs; one that was named is one that could be."""
+    return [r for r in some if r.get("tellable") is not False or named(r, "missing", "likely")]
+
+
 def _exact(*kinds: str, words: Sequence[str] = ("missing",)) -> Callable[[Records], Figure]:
     return lambda records: share(lambda r: exact(r, *words), _tellable(_of(records, "plain", kinds=kinds)))
 
@@ -115,8 +120,9 @@ def _catalogued(records: Records, *, sensors: bool) -> list[Record]:
     ]
 
 
-def _mute(records: Records) -> Figure:
+def _mute(records: Records, *, tellable: bool = False) -> Figure:
     some = [r for r in _of(records, "foreign", "others") if r["dominant"] and not refused_rightly(r)]
+    some = _tellable_or_named(some) if tellable else some
     return share(lambda r: r["verdict"] not in ("missing", "likely"), some)
 
 
@@ -254,9 +260,16 @@ FOREIGN = (
         "the same, where no sensor errs",
         lambda records: share(lambda r: named(r, "missing", "likely"), _catalogued(records, sensors=False)),
     ),
+    Row(
+        "the same, of those that a judge who knows the truth could tell",
+        lambda records: share(
+            lambda r: named(r, "missing", "likely"), _tellable_or_named(_catalogued(records, sensors=False))
+        ),
+    ),
     Row("a false name is missing", _false("missing", "foreign", "others"), high=0.008),
     Row("a false name is likely", _false("likely", "foreign", "others"), high=0.03),
     Row("undecided or nothing missing, though one effect makes over half of the error", _mute, high=0.03),
+    Row("the same, of those that a judge who knows the truth could tell", lambda r: _mute(r, tellable=True)),
     Row("95 % intervals hold the truth", _covered("foreign", "others"), 0.92, 0.98),
     Row(_WRITTEN, _fresh("foreign", "others"), high=0.0),
     Row("answered within 10 s", _slow, 0.9),

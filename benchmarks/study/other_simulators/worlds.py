@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import Vehicle
 
 from ..foreign_sensors import CHANNELS, NOISES, Record, Sense, Truth, recorded, write
+from ..oracle import why_untold
 from ..verb import Logged
 from .craft import Course, Craft, Plant
 from .effects import Hidden, Sizes, effects, sizes_of
@@ -145,9 +147,12 @@ def _drawn(name: str, kind: Kind, seed: int, draw: int) -> Logged:
     note = ", ".join(
         (world.craft.simulator, world.book.programme, world.book.noise, *(cause.key for cause in world.hidden))
     )
+
+    def log(path: Path) -> Path:
+        return world.written(course, path)
+
     return Logged(
-        *(STUDY, name, seed, world.craft.file),
-        lambda path: world.written(course, path),
+        *(STUDY, name, seed, world.craft.file, log),
         lambda path: _again(other, path),
         note=note,
         true=frozenset(true),
@@ -157,6 +162,7 @@ def _drawn(name: str, kind: Kind, seed: int, draw: int) -> Logged:
         nameless=bool(kind.nameless),
         dominant=apart.dominant,
         matters=apart.matters,
+        bound=partial(why_untold, log, world.craft.file, true) if true and not kind.sensors else None,
     )
 
 
