@@ -206,6 +206,7 @@ def comparison(
         failures=failures,
         structure=structure,
         notes=(*notes, *_far_out(judged, parts), *_at_rest(parts.judged.motions, inputs.vehicle)),
+        noise=by_axis(np.sqrt(judged[0].errors.noise)),
     )
 
 

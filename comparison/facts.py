@@ -98,11 +98,13 @@ class Best(Record):
     ----------
     model : the one to trust; empty where none is
     sentence : which, and why
+    saved : share of the nominal model's error that it saves in what decides; None where there is no such model
     horizon : of the predictions that decide [s]; empty where these are too few
     """
 
     model: str = ""
     sentence: str = ""
+    saved: Number | None = None
     horizon: str = ""
 
 
@@ -187,6 +189,7 @@ class Comparison(Card, Record):
     differences : which differences are more than chance
     failures, structure : where and how the first and the last model fail
     notes : what a reader must know of the comparison
+    noise : sensor noise on the judged speeds, root mean square: it is in every model's errors, and not in the verdict
     """
 
     SCHEMA: ClassVar[str] = "undertow.comparison/1"
@@ -201,6 +204,7 @@ class Comparison(Card, Record):
     failures: tuple[FailingPlace, ...] = ()
     structure: tuple[Structure, ...] = ()
     notes: tuple[str, ...] = ()
+    noise: ByAxis | None = None
 
     @property
     def worsened(self) -> tuple[PairedRecord, ...]:

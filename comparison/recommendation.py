@@ -81,7 +81,8 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
         return Best(sentence=f"{sentence} {'; '.join(told)}." if told else sentence, horizon=decides.horizon)
     others = [c for c in named if c is not chosen]
     told = [_why(chosen, named[0], what), _and_the_others(chosen, others)]
-    return Best(model=chosen.name, sentence=" ".join(filter(None, told)), horizon=decides.horizon)
+    saved = None if chosen is named[0] else -chosen.against(named[0]).relative
+    return Best(model=chosen.name, sentence=" ".join(filter(None, told)), saved=saved, horizon=decides.horizon)
 
 
 def _beaten(base: _Contender, chosen: _Contender, what: str, kept: str) -> str:

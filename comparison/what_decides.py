@@ -14,6 +14,9 @@ _AXES = 3
 """Of the columns of rollout errors, the speeds; the position follows from them."""
 _HORIZONS, _BLOCKS = ("10", "2"), 3
 """Rollouts that may decide [s], and how many of them the judged rows must hold one after the other."""
+_NOISE_KNOWN = 0.1
+"""Share of a squared error that stays where all of it may be noise of the sensors, whose size is known to a tenth or
+so: an error is then told as smaller by no more than two thirds of what the noise makes."""
 
 
 class Decides(NamedTuple):
@@ -23,7 +26,7 @@ class Decides(NamedTuple):
     ----------
     what : in words; empty where the rows are too few for anything
     shortest : rows of a block
-    squares : squared errors (n, 3) of each model
+    squares : squared errors (n, 3) of each model, those of speeds less the noise of the sensors, which is no model's
     horizon : of the predictions [s]; empty for accelerations
     """
 
@@ -47,8 +50,13 @@ def what_decides(every: Sequence[Errors]) -> Decides:
 
 def _over(horizon: str, every: Sequence[Errors]) -> Decides:
     """The speeds of rollouts over a horizon, however few these are."""
-    table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
+    table = [_less_noise(rolled(errors, horizon)[:, :_AXES], errors.noise) for errors in every]
     return Decides(f"the speeds predicted over {horizon} s", rows_of(every[0], horizon), table, horizon)
+
+
+def _less_noise(squares: Array, noise: Array) -> Array:
+    """Squared errors (n, 3) without what the noise of the sensors adds to their mean."""
+    return squares - np.minimum(noise, (1.0 - _NOISE_KNOWN) * squares.mean(axis=0))
 
 
 def _can_tell(table: list[Array], shortest: int) -> bool:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import Annotated
 
@@ -11,6 +12,7 @@ from pydantic import BeforeValidator
 
 from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.derive import accelerations
+from ..measurements.statistics.white_noise import filtered_noise, sensor_noise
 from ..physics.file_records import Number, Record, Whole
 from ..physics.frames import Array
 from ..physics.integration import SPEED_LIMIT
@@ -23,7 +25,7 @@ HORIZONS = (2.0, 10.0, 30.0)
 """Rollout lengths [s]."""
 SPACING = 0.5
 """Distance between rollout starts [s]."""
-_MOST_STARTS = 600
+MOST_STARTS = 600
 """Rollouts of one horizon, about: longer logs have starts farther apart, which tell as much and take no more time."""
 
 
@@ -152,6 +154,8 @@ class Errors:
     step : time between the rows of each motion [s]
     rollouts : by horizon [s]
     seconds : wall time of the evaluation [s]
+    noise : (3,) mean square of the sensor noise on the measured speeds, which stands in every model's errors; see
+        `speed_noise`
     """
 
     measured: tuple[Array, ...]
@@ -159,6 +163,7 @@ class Errors:
     step: tuple[float, ...]
     rollouts: Mapping[str, RolloutErrors]
     seconds: float
+    noise: Array
 
     @property
     def acceleration_score(self) -> AccelerationScore:
@@ -183,7 +188,18 @@ def evaluate_all(models: Sequence[Model], data: DataSet, horizons: Sequence[floa
     errors = [acceleration_errors(model, data) for model in models]
     step = tuple(motion.time_step for motion in data.motions)
     seconds = (perf_counter() - begun) / max(len(models), 1)
-    return [Errors(*own, step, rolled, seconds) for own, rolled in zip(errors, rollouts, strict=True)]
+    noise = speed_noise(data)
+    return [Errors(*own, step, rolled, seconds, noise) for own, rolled in zip(errors, rollouts, strict=True)]
+
+
+def speed_noise(data: DataSet) -> Array:
+    """Mean square of the white noise that is left on the speeds of a data set, (3,) [m^2/s^2, m^2/s^2, rad^2/s^2].
+
+    Its size comes from the rows before the low-pass, see `sensor_noise`. Slow errors of sensors are not in it.
+    """
+    level = sensor_noise(data.raw)
+    left = [filtered_noise(motion, level, partial(same_filter, motion=motion, data=data)) for motion in data.raw]
+    return np.asarray(np.average(left, axis=0, weights=[motion.time.size for motion in data.raw]))
 
 
 def acceleration_errors(model: Model, data: DataSet) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
@@ -221,7 +237,7 @@ def rollout_errors(
 def _rollout_errors(
     models: Sequence[Model], data: DataSet, horizons: Sequence[float], spacing: float = SPACING
 ) -> list[Mapping[str, RolloutErrors]]:
-    spacing = max(spacing, data.seconds / _MOST_STARTS)
+    spacing = max(spacing, data.seconds / MOST_STARTS)
     asked = [legs for motion in data.motions for legs in _starts(motion, horizons, spacing)]
     found = {model: _Rolled(horizons) for model in models}
     for model, legs, states in rolled_out(models, asked):

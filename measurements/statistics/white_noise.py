@@ -1,6 +1,6 @@
 """White noise on a record, told from differences in which smooth motion cancels."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import comb
 
 import numpy as np
@@ -34,19 +34,38 @@ _DIFFERENCED = np.sqrt(2.0 / 1.4)
 def drawn_noise(motion: Motion, level: Array, rng: np.random.Generator, *copies: int) -> Array:
     """Noise like that on the velocities of a motion, drawn anew, (*copies, n, 3) [m/s, m/s, rad/s].
 
-    White, but for velocities that are derivatives: their noise is the difference of a white one two steps apart, which
-    all but vanishes in an average over seconds.
-
     Parameters
     ----------
     level : (3,) as `sensor_noise` tells it
     """
-    drawn = rng.standard_normal((*copies, *motion.velocity.shape))
+    return _as_derived(rng.standard_normal((*copies, *motion.velocity.shape)), motion) * level
+
+
+def filtered_noise(motion: Motion, level: Array, low_pass: Callable[[Array], Array]) -> Array:
+    """Mean square of the noise on the velocities of a motion that a linear filter leaves, (3,) [m^2/s^2, rad^2/s^2].
+
+    White noise keeps the sum of the squares of the filter's answer to a single row.
+
+    Parameters
+    ----------
+    level : (3,) as `sensor_noise` tells it
+    low_pass : filters columns (n, 3) along the first axis
+    """
+    single = np.zeros_like(motion.velocity)
+    single[len(single) // 2] = 1.0
+    return np.asarray((low_pass(_as_derived(single, motion)) ** 2).sum(axis=0) * level**2)
+
+
+def _as_derived(white: Array, motion: Motion) -> Array:
+    """White noise (..., n, 3) as it stands on the velocities of a motion.
+
+    That of velocities that are derivatives is the difference of a white one two steps apart, which all but vanishes in
+    an average over seconds.
+    """
     for axis in np.flatnonzero(motion.derived):
-        white = drawn[..., axis]
-        drawn[..., axis] = _DIFFERENCED * (np.roll(white, -1, axis=-1) - np.roll(white, 1, axis=-1)) / np.sqrt(2.0)
-    drawn *= level
-    return drawn
+        column = white[..., axis]
+        white[..., axis] = _DIFFERENCED * (np.roll(column, -1, axis=-1) - np.roll(column, 1, axis=-1)) / np.sqrt(2.0)
+    return white
 
 
 def sensor_noise(motions: Sequence[Motion]) -> Array:

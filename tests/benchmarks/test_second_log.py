@@ -12,6 +12,7 @@ import pytest
 import yaml
 from places import ROOT, shared
 
+from undertow.physics.frames import AXES
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.compare import compare
@@ -66,9 +67,13 @@ def plain(vehicle: Vehicle, folder: Path) -> dict[str, object]:
 def test_the_verdict_is_that_of_the_errors_over_the_whole_log(study: ModuleType, place: Path, tmp_path: Path):
     found = compare(read_inputs(place / "second.csv", HULL), [place / "run"])
     corrected = plain(load_vehicle(place / "run" / "model.yaml"), tmp_path)
-    track = study.smooth(table(place / "second.csv"))
-    own = study.saved(*(study.squares(one, track) for one in (plain(HULL, tmp_path), corrected)))
-    assert study.saved(*study.told(found, "run")) == pytest.approx(own, abs=study.POINTS)
+    second = table(place / "second.csv")
+    track, noise = study.smooth(second), study.noise(second)
+    before, after = (study.beyond(study.squares(one, track), noise) for one in (plain(HULL, tmp_path), corrected))
+    own = study.saved(before, after)
+    assert study.told(found, "run") == pytest.approx(own, abs=study.POINTS)
+    assert found.noise is not None
+    assert [found.noise.of(axis) ** 2 for axis in AXES] == pytest.approx(noise.tolist(), rel=0.05)
     assert own > 0.2
     assert found.best.sentence.startswith("Trust run: in the speeds predicted over 10 s it errs")
 
@@ -90,17 +95,17 @@ def test_the_true_vehicle_predicts_the_true_track(study: ModuleType, tmp_path: P
 def test_pairs_that_are_kept_are_not_made_again(
     study: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    kept, error = tmp_path / "kept.jsonl", [[0.04, 0.04, 0.04], [0.01, 0.01, 0.01]]
-    pair = {"number": 0, "hidden": ["yaw_trim"], "told": error, "true": error, "floor": [0.0, 0.0, 0.0]}
+    kept = tmp_path / "kept.jsonl"
+    pair = {"number": 0, "hidden": ["yaw_trim"], "told": 0.5, "true": 0.54}
     kept.write_text(json.dumps(pair) + "\n", encoding="utf-8")
-    worse = {"told": error, "true": error[::-1], "hidden": ["munk_moment"], "floor": [0.008, 0.008, 0.008]}
+    worse = {"told": 0.5, "true": -1.0, "hidden": ["munk_moment"]}
     monkeypatch.setattr(study, "simulated_pair", lambda number, folder: worse | {"number": number})
     assert not study.simulated(2, kept)
     assert len(kept.read_text("utf-8").splitlines()) == 2
     assert capsys.readouterr().out.splitlines() == [
-        "0 yaw_trim: compare 50.0 % (50.0 % beyond the sensors), true 50.0 %",
-        "1 munk_moment: compare 50.0 % (75.0 % beyond the sensors), true -100.0 % DISAGREE",
-        "1 of 2 pairs agree in sign and within 5 points; 1 where what the sensors add to every error is left out.",
+        "0 yaw_trim: compare 50.0 %, true 54.0 %",
+        "1 munk_moment: compare 50.0 %, true -100.0 % DISAGREE",
+        "1 of 2 pairs agree in sign and within 5 points.",
     ]
 
 

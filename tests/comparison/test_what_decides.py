@@ -14,13 +14,34 @@ EVEN = np.ones(3)
 
 
 def errors(
-    times: float | Sequence[float] = 1.0, starts: int = 400, diverged: int = 0, horizons: Sequence[str] = ("10",)
+    times: float | Sequence[float] = 1.0,
+    starts: int = 400,
+    diverged: int = 0,
+    horizons: Sequence[str] = ("10",),
+    noise: float = 0.0,
 ) -> Errors:
-    """Rollouts every second, so many times as wrong, on each axis, of a boat whose acceleration is off by as much."""
+    """Rollouts every second, so many times as wrong, on each axis, of a boat whose acceleration is off by as much.
+
+    To their squares the sensors add their noise.
+    """
     by = np.append(np.broadcast_to(times, 3), 1.0)
-    rolled = RolloutErrors((by**2 * LONG[:starts],), (1.0,), diverged)
+    rolled = RolloutErrors((by**2 * LONG[:starts] + noise,), (1.0,), diverged)
     off = by[:3] * LONG[:starts, :3]
-    return Errors((off,), (off,), (0.1,), dict.fromkeys(horizons, rolled), 0.0)
+    return Errors((off,), (off,), (0.1,), dict.fromkeys(horizons, rolled), 0.0, np.full(3, noise))
+
+
+@pytest.mark.parametrize("horizon", ["10", "2"])
+def test_the_noise_of_the_sensors_is_no_models_error(horizon: str):
+    quiet, noisy = (
+        what_decides([errors(horizons=(horizon,), noise=n), errors(0.2, horizons=(horizon,), noise=n)]).squares
+        for n in (0.0, 0.1)
+    )
+    assert np.allclose(quiet, noisy)
+
+
+def test_an_error_that_may_all_be_noise_is_told_as_no_smaller_than_what_is_known_of_the_noise():
+    less = what_decides([errors(noise=0.5), errors(0.0, noise=0.5)]).squares[1].mean(axis=0)
+    assert less == pytest.approx(0.1 * 0.5)
 
 
 def test_long_rollouts_decide_where_they_are_enough():
@@ -51,7 +72,7 @@ def test_each_speed_counts_by_how_much_it_varies():
 def test_the_position_follows_from_the_speeds_and_is_not_asked():
     far = errors()
     moved = RolloutErrors((LONG * (1.0, 1.0, 1.0, 100.0),), (1.0,), 0)
-    other = Errors(far.measured, far.acceleration, far.step, {"10": moved}, 0.0)
+    other = Errors(far.measured, far.acceleration, far.step, {"10": moved}, 0.0, far.noise)
     assert share_of_error(other, far, EVEN) == pytest.approx(1.0)
 
 

@@ -1,10 +1,12 @@
 """Residuals and scores against closed forms and against models whose errors are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from undertow.measurements.preparation.dataset import WEAK, DataSet, Recipe
-from undertow.measurements.preparation.derive import smooth
+from undertow.measurements.preparation.derive import low_pass, smooth
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
@@ -12,7 +14,7 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.residual import residual
-from undertow.residuals.scores import acceleration_score, rollout_scores
+from undertow.residuals.scores import acceleration_score, rollout_scores, speed_noise
 
 HULL = load_vehicle("blueboat")
 MODEL = VehicleModel(HULL, "truth")
@@ -82,6 +84,17 @@ def test_both_sides_pass_the_same_filter(world: Motion):
     filtered = DataSet((smooth(world, 1.2),), (), recipe, (world,))
     unfair = acceleration_score(MODEL, DataSet(filtered.motions, (), WEAK)).rmse
     assert (acceleration_score(MODEL, filtered).rmse < 0.8 * unfair).all()
+
+
+@pytest.mark.parametrize("cutoff", [None, 1.2])
+def test_the_noise_on_the_judged_speeds_is_told_without_the_true_ones(world: Motion, cutoff: float | None):
+    """Third differences of 600 rows know the square of noise to a tenth."""
+    size, rng = np.array([0.02, 0.05, 0.01]), np.random.default_rng(3)
+    noisy = replace(world, velocity=world.velocity + size * rng.standard_normal(world.velocity.shape))
+    white = rng.standard_normal(20_000)
+    left = white.var() if cutoff is None else low_pass(white, world.time_step, cutoff).var()
+    data = DataSet((noisy if cutoff is None else smooth(noisy, cutoff),), (), replace(WEAK, cutoff=cutoff), (noisy,))
+    assert speed_noise(data) == pytest.approx(left * size**2, rel=0.2)
 
 
 def test_divergence_is_counted_by_horizon(world: Motion):
