@@ -201,7 +201,6 @@ class Criterion(Record):
     materiality: Number | None = None
     certainty: str = ""
     material: str = ""
-    rollouts: str = ""
     unit: Mapping[str, str] = {}
     force_scale: Mapping[str, Number] = {}
     search: str = ""

@@ -21,12 +21,12 @@ from ..physics.simulation import Legs
 from .models.band_record import PREDICTED_SECONDS, QUANTITIES, PredictionBand, with_moved_state
 from .models.base import Model
 from .models.interval import LEVEL
-from .scores import ByAxis
+from .scores import MOST_STARTS, SPACING, ByAxis
 
 LEAST_LEVEL = 0.9
 """Share that a band holds at least: nine independent predictions, below which its largest error says too little."""
-_SPACING, _MOST = 1.0, 300
-"""Distance between starts [s], and how many there are at most: longer logs have them farther apart."""
+_FEWER = 2
+"""Predictions of which an error counts each, a band one: it predicts five times from a start, as it is and moved."""
 _SHIFTED_AT = PREDICTED_SECONDS.index(1.0)
 _TINY = 1e-12
 """A scale that stands for none, in logs without noise."""
@@ -89,7 +89,7 @@ def spread_of(states: Array, moved: Sequence[Array]) -> Array:
 
 def _legs(data: DataSet) -> list[Legs]:
     """Predictions over the longest horizon, spread over the data."""
-    spacing, found = max(_SPACING, data.seconds / _MOST), []
+    spacing, found = _FEWER * max(SPACING, data.seconds / MOST_STARTS), []
     for motion in data.motions:
         steps = round(PREDICTED_SECONDS[-1] / motion.time_step)
         starts = np.arange(0, motion.time.size - steps, max(1, round(spacing / motion.time_step)))

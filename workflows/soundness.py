@@ -84,7 +84,8 @@ def defects(inspections: Sequence[Inspection], together: Sequence[Finding], vehi
 
 def _sentence(name: str, finding: Finding) -> str:
     follows = [text for text in (finding.sentence, finding.consequence, finding.remedy) if text]
-    return f"{name}: {'; '.join(follows)}{' (--fix does so, in memory or by inspect)' if finding.fix else ''}"
+    how = " (inspect --fix does so in a new file, discover --fix in memory)" if finding.fix else ""
+    return f"{name}: {'; '.join(follows)}{how}"
 
 
 def _matters(finding: Finding, vehicle: Vehicle) -> bool:

@@ -1,6 +1,6 @@
 """The judged stretches of a run, each with the model that was fitted without it, and these models moved by hand."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -10,19 +10,22 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ...discovery.findings import Findings
+from ...measurements.prepared_logs import FOLDS
 from ...physics.stated_values import values_of
 from ...physics.vehicle import Vehicle
-from .figures.figure_data import held_out_rows
+from ...residuals.scores import MOST_STARTS, SPACING
+from .figures.figure_data import held_out_rows, interrupted
 
-_ROWS = 3000
-"""Rows that are predicted, five minutes: more would not follow a slider."""
+_SECONDS = MOST_STARTS * SPACING
+"""Length of what is predicted [s], five minutes: of longer logs the errors of a run, too, count no more predictions."""
 
 
 class Piece(NamedTuple):
-    """A stretch of rows without a gap, and the number of the model that predicts it."""
+    """A stretch of rows without a gap, the number of the model that predicts it, and minutes since the log began."""
 
     rows: pd.DataFrame
     model: int
+    begins: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +39,7 @@ class JudgedPieces:
     pieces : none shorter than a prediction
     step : time between rows [s]
     seconds : of all rows that were judged [s]
+    seen : the one model was fitted to these rows, so that its errors are smaller than those the run tells
     """
 
     nominal: Vehicle
@@ -43,19 +47,22 @@ class JudgedPieces:
     pieces: tuple[Piece, ...]
     step: float
     seconds: float
+    seen: bool
 
     @classmethod
     def of(
         cls, findings: Findings, series: pd.DataFrame, nominal: Vehicle, corrected: Vehicle, horizon: float
     ) -> "JudgedPieces":
         """The pieces of a run for predictions over a horizon [s]."""
-        judged = held_out_rows(series)[0]
+        judged, held_out = held_out_rows(series)
         folds = findings.folds.models if findings.folds else ()
         changed = {symbol: nominal.value(symbol) for symbol in corrected.values if ":" in symbol}
         models = tuple(nominal.with_values(changed | dict(fold.values)) for fold in folds) or (corrected,)
         step = float(np.median(np.diff(judged["time"]))) if len(judged) > 1 else 1.0
-        pieces = _pieces(judged, _model_of_rows(judged, findings), step, round(horizon / step))
-        return cls(nominal, models, pieces, step, len(judged) * step)
+        begins = series.groupby("log")["time"].min()
+        pieces = _pieces(judged, _model_of_rows(judged, findings), begins, step, round(horizon / step))
+        seen = not folds and (not held_out or findings.data.split == FOLDS)
+        return cls(nominal, models, pieces, step, len(judged) * step, seen)
 
     @property
     def rows(self) -> pd.DataFrame:
@@ -64,9 +71,10 @@ class JudgedPieces:
 
     @property
     def some(self) -> str:
-        """How much of what was judged they are, as the end of a phrase; empty where they are nearly all of it."""
+        """What of what was judged they are, as the end of a phrase; empty where they are nearly all, and unseen."""
         here = len(self.rows) * self.step
-        return f" over {here:.0f} of {self.seconds:.0f} s" if here < self.seconds - 0.5 * self.step else ""
+        part = f" over {here:.0f} of {self.seconds:.0f} s" if here < self.seconds - 0.5 * self.step else ""
+        return f"{part}{', on rows that the fit saw' * self.seen}"
 
     def changes(self, model: Vehicle) -> list[tuple[str, float, float]]:
         """What a model changes of the nominal one: symbol, value before and after."""
@@ -94,15 +102,18 @@ def apart(vehicle: Vehicle, symbol: str) -> bool:
     return len(values_of(vehicle, symbol)) > 1
 
 
-def _pieces(judged: pd.DataFrame, model: NDArray[np.intp], step: float, horizon: int) -> tuple[Piece, ...]:
+def _pieces(
+    judged: pd.DataFrame, model: NDArray[np.intp], begins: "pd.Series[float]", step: float, horizon: int
+) -> tuple[Piece, ...]:
     """The stretches of rows of one model without a gap that are longer than a horizon, as many as are followed."""
     time, log = judged["time"].to_numpy(), judged["log"].to_numpy()
-    apart = (np.diff(log) != 0) | (np.diff(model) != 0) | (np.abs(np.diff(time) - step) > 0.5 * step)
-    found, left = [], _ROWS
+    apart = (np.diff(log) != 0) | (np.diff(model) != 0) | interrupted(time, step)[1:]
+    found, left = [], round(_SECONDS / step)
     for begin, end in pairwise([0, *(np.flatnonzero(apart) + 1).tolist(), time.size]):
         last = min(end, begin + left)
         if last - begin > horizon and model[begin] >= 0:
-            found.append(Piece(judged.iloc[begin:last], int(model[begin])))
+            minutes = float(time[begin] - begins[log[begin]]) / 60.0
+            found.append(Piece(judged.iloc[begin:last], int(model[begin]), minutes))
             left -= last - begin
     return tuple(found)
 
@@ -115,9 +126,3 @@ def _model_of_rows(judged: pd.DataFrame, findings: Findings) -> NDArray[np.intp]
         for log, begin, end in fold.stretches:
             found[(judged["log"] == log) & judged["time"].between(begin, end)] = k
     return found
-
-
-def begun(series: pd.DataFrame, pieces: Sequence[Piece]) -> list[float]:
-    """Minutes from the first row of its log to each piece."""
-    first = series.groupby("log")["time"].min()
-    return [float(one.rows["time"].iloc[0] - first[one.rows["log"].iloc[0]]) / 60.0 for one in pieces]

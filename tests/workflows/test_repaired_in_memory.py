@@ -80,7 +80,7 @@ def test_nothing_to_repair_is_said(here: Path):
 
 
 def test_the_verbs_say_what_they_repaired_and_remember_it(here: Path):
-    refused("discover", "raw.csv", "-v", "blueboat", "-o", "run", match="time runs backwards.*--fix does so")
+    refused("discover", "raw.csv", "-v", "blueboat", "-o", "run", match="time runs backwards.*discover --fix in memory")
     before = Path("raw.csv").read_bytes()
     screen = " ".join(done("discover", "raw.csv", "-v", "blueboat", "--fix", "-o", "run").split())
     assert f"Repaired in memory, raw.csv: {SORTED}" in screen

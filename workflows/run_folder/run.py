@@ -48,7 +48,8 @@ class Run(Card):
         """Plots of the run, as matplotlib axes."""
         from ...reports.page.figures.plots import Plots
 
-        return Plots(self.findings, self.series, self.discovery.nominal, self.discovery.corrected)
+        ends = self.discovery.nominal, self.discovery.corrected
+        return Plots(self.findings, self.series, *ends, self.comparison.best.horizon)
 
     def drawings(self) -> Mapping[str, str]:
         """See `Card`."""

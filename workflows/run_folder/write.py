@@ -14,7 +14,6 @@ from ...discovery.candidates.nuisance import holds_guesses
 from ...exports.mcap_series import Prediction, mcap_installed, write_series
 from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections
-from ...measurements.log_digests import log_digests
 from ...measurements.preparation.standardisation import Standardisation
 from ...measurements.prepared_logs import Inputs
 from ...measurements.statistics.second_processor import beside
@@ -159,13 +158,15 @@ def _record(run: Run, target: Path) -> dict[str, Any]:
 def _made_from(inputs: Inputs, target: Path) -> dict[str, Any]:
     """The logs of a folder, how they were read and which rows judged, as `run.json` has it."""
     paths, reading = list(inputs.paths), inputs.reading
+    # A log in memory has no file whose content could be known again.
+    known = [digest if Path(path).exists() else None for path, digest in zip(paths, inputs.digests, strict=True)]
     return {
         "schema": RUN_SCHEMA,
         "logs": paths,
         **asdict(reading),
         "judged_on": inputs.parts.judge,
         "versions": versions(),
-        "log_sha256": log_digests(paths),
+        "log_sha256": [{"path": path, "sha256": digest} for path, digest in zip(paths, known, strict=True)],
         **paths_from(target, paths, reading.channel_map),
     }
 

@@ -10,7 +10,7 @@ from ...band_words import band_words, held_words
 from ...run_contents import RunFolder
 from ...wording import goodness, ordinal, typeset
 from ..figures.agreement_figures import histogram, scatter, scatter_stride
-from ..figures.figure_data import held_out_rows, liveliest_stretch
+from ..figures.figure_data import MODELS, held_out_rows, liveliest_stretch
 from ..figures.figures import speeds, track
 from ..markup import Html, figure, render
 from .base import Chapter, Section
@@ -54,9 +54,6 @@ def motion(series: pd.DataFrame, which: str, comparison: Comparison, after: str)
         cls="one",
     )
     return render(legend(roles, after), over_time, from_above)
-
-
-MODELS = ("before", "after")
 
 
 def _pointwise(run: RunFolder) -> list[Html]:

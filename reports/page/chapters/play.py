@@ -18,7 +18,7 @@ from ....physics.in_words import unit_text, words
 from ....physics.vehicle import Vehicle
 from ....residuals.scores import SPACING
 from ...run_contents import RunFolder
-from ..judged_pieces import JudgedPieces, apart, begun
+from ..judged_pieces import JudgedPieces, apart
 from ..markup import Html, element, escaped, render
 from .base import Chapter, Section
 from .verdict import hero_errors, legend
@@ -29,7 +29,7 @@ _AT_ONCE = 8
 """Sliders that are seen at once, as high as the drawing beside them; more are folded."""
 _DIGITS = {"north": 3, "east": 3, "psi": 5, "u": 4, "v": 4, "r": 5}
 """Decimals of the measurement: what the page's drawings show, with some to spare."""
-_STATES = {"position": ("north", "east"), "surge": ("u",), "sway": ("v",), "yaw": ("r",)}
+STATES = {"position": ("north", "east"), "surge": ("u",), "sway": ("v",), "yaw": ("r",)}
 """The states whose error is told, by the name of the error."""
 
 
@@ -66,10 +66,10 @@ def play(run: RunFolder) -> Section | None:
         "boats": [vehicle_data(model) for model in judged.models],
         "changes": [judged.changes(model) for model in judged.models],
         "knobs": [knob._asdict() | {"unit": unit_text(knob.unit)} for knob in knobs],
-        **_measurement(rows, judged, run),
+        **_measurement(rows, judged, run.corrected),
         "horizon": float(horizon),
         "spacing": max(1, round(SPACING / step)),
-        "metric": [[list(_DIGITS).index(name), name] for name in _STATES[metric]],
+        "metric": [[list(_DIGITS).index(name), name] for name in STATES[metric]],
         "unit": unit,
     }
     numbers = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
@@ -137,7 +137,7 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
     return found
 
 
-def _measurement(rows: pd.DataFrame, judged: JudgedPieces, run: RunFolder) -> dict[str, object]:
+def _measurement(rows: pd.DataFrame, judged: JudgedPieces, corrected: Vehicle) -> dict[str, object]:
     """The measurement as the script takes it: of each column its unit and its steps from row to row in that."""
     columns = {}
     for name, digits in _DIGITS.items():
@@ -149,14 +149,12 @@ def _measurement(rows: pd.DataFrame, judged: JudgedPieces, run: RunFolder) -> di
             "first": first,
             "last": last,
             "start": round(float(piece.rows["time"].iloc[0]), 3),
-            "begin": begin,
+            "begin": piece.begins,
             "boat": piece.model,
         }
-        for (first, last), piece, begin in zip(
-            pairwise(edges), judged.pieces, begun(run.series, judged.pieces), strict=True
-        )
+        for (first, last), piece in zip(pairwise(edges), judged.pieces, strict=True)
     ]
-    commands = [[float(f"{x:.6g}") for x in rows[thruster.channel]] for thruster in run.corrected.thrusters]
+    commands = [[float(f"{x:.6g}") for x in rows[thruster.channel]] for thruster in corrected.thrusters]
     return {"step": round(judged.step, 6), "columns": columns, "commands": commands, "pieces": told}
 
 

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 from ....physics.in_words import unit_text
 from ....residuals.scores import ACCELERATION_UNITS
 from ..markup import Html
-from .figure_data import ACCELERATIONS
+from .figure_data import ACCELERATIONS, MODELS
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 
 POINTS = 400  # of each model in a scatter
 BINS = 31
 """Odd, so that the middle one holds what is hardly wrong at all."""
-MODELS = ("before", "after")
 SIZE = (318, 300)
 """Width and height of a panel [px]: three stand beside each other on the page."""
 Floats = NDArray[np.float64]

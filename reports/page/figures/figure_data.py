@@ -10,7 +10,7 @@ SHOWN_POINTS = 600  # points per line after thinning
 ACCELERATIONS = {"surge": "u_dot", "sway": "v_dot", "yaw": "r_dot"}  # columns of the series
 PREDICTED = ("u", "v", "r", "north", "east")
 MODELS = ("before", "after")
-GAP = 1.5  # steps between rows from which a record has a gap there
+_GAP = 0.5  # share of a step by which rows are farther apart, or nearer, where a record is interrupted
 
 
 def liveliest_stretch(series: pd.DataFrame) -> pd.DataFrame:
@@ -65,7 +65,7 @@ def rollouts(series: pd.DataFrame) -> pd.DataFrame:
     """
     restart, time = restarts(series), series["time"].to_numpy()
     step = float(np.median(np.diff(time))) if len(series) > 1 else 0.0
-    gap = np.diff(time, prepend=time[:1]) > GAP * step
+    gap = interrupted(time, step)
     stride = max(1, len(series) // SHOWN_POINTS)
     keep = restart | gap | np.append(gap[1:], True) | (np.arange(len(series)) % stride == 0)  # and the row before a gap
     thinned = series.assign(restart=restart, gap=gap)[keep]
@@ -75,6 +75,11 @@ def rollouts(series: pd.DataFrame) -> pd.DataFrame:
     breaks["restart"] = False
     joined = pd.concat([breaks.assign(order=0), thinned.assign(order=1)])
     return joined.sort_values(["time", "order"], kind="stable").drop(columns=["order", "gap"]).reset_index(drop=True)
+
+
+def interrupted(time: np.ndarray, step: float) -> np.ndarray:
+    """Rows (n,) that do not follow the row before in time."""
+    return np.append(False, np.abs(np.diff(time) - step) > _GAP * step)
 
 
 def restarts(series: pd.DataFrame) -> np.ndarray:

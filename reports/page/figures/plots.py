@@ -37,12 +37,14 @@ class Plots(Drawings):
     ----------
     findings, nominal, corrected : of the run
     series : `series.csv`, a row each time step
+    deciding : horizon of the predictions that the run leads with, see `comparison.facts.Best`
     """
 
     findings: Findings
     series: pd.DataFrame
     nominal: Vehicle
     corrected: Vehicle
+    deciding: str = ""
 
     def staircase(self, quantity: str = "position", horizon: str = "", ax: "Axes | None" = None) -> "Axes":
         """The error of predictions as effects are added, on rows that no fit saw.
@@ -115,22 +117,29 @@ class Plots(Drawings):
         """
         from ..chapters.play import knobs_of
         from ..judged_pieces import JudgedPieces
+        from ..outcome import hero
         from .prediction_slider import PredictionSlider
 
-        knobs = {knob.symbol: knob for knob in knobs_of(self.nominal, self.corrected)}
-        knob = knobs.get(symbol) if symbol else next(iter(knobs.values()), None)
+        knobs = knobs_of(self.nominal, self.corrected)
+        knob = next((one for one in knobs if symbol in ("", one.symbol)), None)
         if knob is None:
-            there = f"there are {listing(list(knobs))}" if knobs else "model.yaml is the nominal model"
+            there = (
+                f"there are {listing([one.symbol for one in knobs])}" if knobs else "model.yaml is the nominal model"
+            )
             raise RequestError(f"slider: expected a number that the run changed, got {symbol!r}; {there}")
 
-        judged = JudgedPieces.of(self.findings, self.series, self.nominal, self.corrected, RESTART)
-        if not judged.pieces:
+        horizon, metric = hero(self.findings.steps, self.deciding)
+        told, drawn = (
+            JudgedPieces.of(self.findings, self.series, self.nominal, self.corrected, seconds)
+            for seconds in (float(horizon), RESTART)
+        )
+        if not drawn.pieces:
             raise RequestError(f"slider: expected a judged stretch of {RESTART:g} s or more; give a longer log")
 
         def draw(series: pd.DataFrame, axes: "Sequence[Axes]") -> object:
             return replace(self, series=series).predictions(axes)
 
-        return PredictionSlider(self.findings, self.series, self.nominal, self.corrected, draw, knob, knob.after)
+        return PredictionSlider(told, drawn, horizon, metric, draw, knobs, knob, knob.after)
 
     def failures(self, axis: str = "surge", model: str = "before", ax: "Axes | None" = None) -> "Axes":
         """Where a model fails: its error of acceleration over surge speed and yaw rate, a point a row.
@@ -177,7 +186,7 @@ class Plots(Drawings):
 
 def of_folder(run: RunFolder) -> Plots:
     """What can be drawn of a run that was written."""
-    return Plots(run.findings, run.series, run.nominal, run.corrected)
+    return Plots(run.findings, run.series, run.nominal, run.corrected, run.comparison.best.horizon)
 
 
 def _named(ending: str) -> str:

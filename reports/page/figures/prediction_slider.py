@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from ....discovery.findings import Findings
 from ....physics.cards import Card
 from ....physics.extras import how_to_install
 from ....physics.frames import Array
@@ -23,15 +22,13 @@ from ....physics.simulation import rollout
 from ....physics.vehicle import Vehicle
 from ....residuals.models.base import VehicleModel
 from ....residuals.scores import ROLLOUT_UNITS, SPACING
-from ....residuals.series import BANDS, RESTART, restarted
-from ..chapters.play import Knob, knobs_of
-from ..judged_pieces import JudgedPieces, begun
+from ....residuals.series import BANDS, restarted
+from ..chapters.play import STATES, Knob
+from ..judged_pieces import JudgedPieces, Piece
 from ..markup import Html
-from ..outcome import hero
 
-_STATES = {"position": slice(0, 2), "surge": slice(3, 4), "sway": slice(4, 5), "yaw": slice(5, 6)}
-"""Places of what an error is of among the states of a prediction: north, east, heading, u, v, r."""
-_PREDICTED = [f"{name}_after" for name in ("north", "east", "psi", "u", "v", "r")]
+_PREDICTED = ("north", "east", "psi", "u", "v", "r")
+"""The states of a prediction."""
 _STEPS = 200
 """Places of the slider between its ends, as on the page."""
 _LOOK: dict[Any, Any] = {"svg.fonttype": "none", "svg.hashsalt": "undertow slider"}
@@ -44,21 +41,25 @@ class PredictionSlider(Card):
     """Predictions with one number moved: a slider in a notebook with ipywidgets, a card without.
 
     The error is that of the run's headline, counted alike: each part of the logs is predicted by the model that was
-    fitted without it, and each of these models takes the share of its change that the slider says.
+    fitted without it, and each of these models takes the share of its change that the slider says. A run without such
+    models has its error on rows that its one model saw, and says so.
 
     Attributes
     ----------
-    findings, series, nominal, corrected : of the run
-    draw : draws measured and predicted speeds of such a series on three axes
-    knob : the number, with its values before and after
+    told, drawn : stretches that the error counts, and those that are drawn
+    horizon, metric : of the predictions whose error is told [s], and the quantity
+    draw : draws measured and predicted speeds of a series on three axes
+    knobs : all numbers that the run changed
+    knob : the one that is moved, with its values before and after
     value : where it is put, in the unit of the vehicle file
     """
 
-    findings: Findings
-    series: pd.DataFrame
-    nominal: Vehicle
-    corrected: Vehicle
+    told: JudgedPieces
+    drawn: JudgedPieces
+    horizon: str
+    metric: str
     draw: Callable[[pd.DataFrame, Sequence[Axes]], object]
+    knobs: Sequence[Knob]
     knob: Knob
     value: float
 
@@ -69,26 +70,24 @@ class PredictionSlider(Card):
     @property
     def error(self) -> float:
         """Root mean square error of the predictions that the run's headline tells of."""
-        horizon, metric = self._hero
+        columns = [_PREDICTED.index(name) for name in STATES[self.metric]]
         squares = []
-        for vehicle, motion in self._pieces(float(horizon)):
-            steps, every = round(float(horizon) / motion.time_step), max(1, round(SPACING / motion.time_step))
+        for vehicle, motion, _ in self._moved(self.told):
+            steps, every = round(float(self.horizon) / motion.time_step), max(1, round(SPACING / motion.time_step))
             starts = np.arange(0, motion.time.size - steps, every)
             ahead = np.arange(1, steps + 1)
             states = rollout(vehicle, motion, starts, steps).states[:, ahead]
-            off = (states - _states(motion)[starts[:, None] + ahead])[..., _STATES[metric]]
+            off = (states - _states(motion)[starts[:, None] + ahead])[..., columns]
             squares.append((off**2).sum(axis=-1).mean(axis=1))
         return float(np.sqrt(np.concatenate(squares).mean())) if squares else float("nan")
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
-        horizon, metric = self._hero
-        unit, ends = (
-            unit_text(self.knob.unit),
-            f"before {number(self.knob.before, 3)}, after {number(self.knob.after, 3)}",
-        )
+        unit = unit_text(self.knob.unit)
+        ends = f"before {number(self.knob.before, 3)}, after {number(self.knob.after, 3)}"
         what = f"{self.knob.symbol} = {number(self.value, 3)} {unit}".rstrip()
-        told = f"{metric} error of {horizon} s predictions: {number(self.error, 2)} {ROLLOUT_UNITS[metric]}"
+        what_error = f"{self.metric} error of {self.horizon} s predictions{self.told.some}"
+        told = f"{what_error}: {number(self.error, 2)} {ROLLOUT_UNITS[self.metric]}"
         how = [] if find_spec("ipywidgets") else [("slider", _HOW)]
         return [("number", f"{what} ({self.knob.what}; {ends})"), ("error", told), *how]
 
@@ -99,10 +98,11 @@ class PredictionSlider(Card):
     def picture(self) -> Html:
         """Measured speeds, those of the nominal model, and those with the number where it is put."""
         moved = []
-        for (vehicle, motion), piece in zip(self._pieces(RESTART), self._judged(RESTART).pieces, strict=True):
+        for vehicle, motion, piece in self._moved(self.drawn):
             states = restarted([VehicleModel(vehicle, "moved")], [motion])[0][0]
             rows = piece.rows.drop(columns=BANDS, errors="ignore")  # no band of a model that is moved by hand
-            moved.append(rows.assign(**dict(zip(_PREDICTED, states.T, strict=True))))
+            predicted = {f"{name}_after": column for name, column in zip(_PREDICTED, states.T, strict=True)}
+            moved.append(rows.assign(**predicted))
         stream = io.StringIO()
         with matplotlib.rc_context(_LOOK):
             figure = Figure(figsize=(9.0, 5.0), layout="constrained")
@@ -141,26 +141,17 @@ class PredictionSlider(Card):
         except ImportError:
             return {"text/plain": repr(self), "text/html": self._repr_html_()}
 
-    @property
-    def _hero(self) -> tuple[str, str]:
-        return hero(self.findings.steps)
-
-    def _judged(self, horizon: float) -> JudgedPieces:
-        return JudgedPieces.of(self.findings, self.series, self.nominal, self.corrected, horizon)
-
-    def _pieces(self, horizon: float) -> Iterator[tuple[Vehicle, Motion]]:
-        """Each stretch as a motion, with the model that predicts it."""
-        judged = self._judged(horizon)
+    def _moved(self, judged: JudgedPieces) -> Iterator[tuple[Vehicle, Motion, Piece]]:
+        """The model that predicts each stretch, with the number where it is put, and the stretch as a motion."""
         share = (self.value - self.knob.before) / (self.knob.after - self.knob.before)
-        others = {knob.symbol: 1.0 for knob in knobs_of(self.nominal, self.corrected)}
-        models = judged.moved(others | {self.knob.symbol: share})
-        for piece, minutes in zip(judged.pieces, begun(self.series, judged.pieces), strict=True):
-            yield models[piece.model], _motion(piece.rows, models[piece.model], minutes)
+        models = judged.moved({knob.symbol: 1.0 for knob in self.knobs} | {self.knob.symbol: share})
+        for piece in judged.pieces:
+            yield models[piece.model], _motion(piece, models[piece.model]), piece
 
 
-def _motion(rows: pd.DataFrame, vehicle: Vehicle, begins: float) -> Motion:
+def _motion(piece: Piece, vehicle: Vehicle) -> Motion:
     """Rows of the series as a motion."""
-    time = rows["time"].to_numpy()
+    rows, time = piece.rows, piece.rows["time"].to_numpy()
     step = float(np.median(np.diff(time)))
     return Motion(
         time=time[0] + step * np.arange(time.size),
@@ -169,7 +160,7 @@ def _motion(rows: pd.DataFrame, vehicle: Vehicle, begins: float) -> Motion:
         velocity=rows[["u", "v", "r"]].to_numpy(),
         commands=rows[[thruster.channel for thruster in vehicle.thrusters]].to_numpy(),
         thrusters=tuple(thruster.name for thruster in vehicle.thrusters),
-        minutes=begins + step / 60.0 * np.arange(time.size),
+        minutes=piece.begins + step / 60.0 * np.arange(time.size),
     )
 
 
