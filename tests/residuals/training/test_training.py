@@ -53,6 +53,12 @@ def dragged() -> Split:
     return parts_of({"surge_quadratic_damping": -10.0, "sway_lift": 20.0})
 
 
+@pytest.fixture(scope="module")
+def brief() -> Split:
+    """A minute of it, for what is asked of how a training goes and not of what it learns."""
+    return parts_of({"surge_quadratic_damping": -10.0, "sway_lift": 20.0}, seconds=60.0)
+
+
 def weights(found: Trained) -> bytes:
     return b"".join(value.numpy().tobytes() for value in found.model.network.state_dict().values())
 
@@ -282,15 +288,16 @@ def test_a_network_with_memory_learns_the_boat_and_not_the_noise_of_its_sensors(
     assert honest < 0.7 * leaked
 
 
-def test_equal_seeds_give_equal_weights_and_torch_is_left_alone(dragged: Split) -> None:
+def test_equal_seeds_give_equal_weights_and_torch_is_left_alone(brief: Split) -> None:
     state, threads = torch.random.get_rng_state(), torch.get_num_threads()
     shaken = replace(QUICK, epochs=2, augmentation=Augmentation(0.02, 0.01, 0.1, 0.2))
-    first = train(dragged, HULL, Choice("lstm"), settings=shaken)
+    choice = Choice("lstm", {"units": 8})
+    first = train(brief, HULL, choice, settings=shaken)
     assert torch.equal(torch.random.get_rng_state(), state)
     assert torch.get_num_threads() == threads
     torch.rand(3)
-    assert weights(train(dragged, HULL, Choice("lstm"), settings=shaken)) == weights(first)
-    assert weights(train(dragged, HULL, Choice("lstm"), settings=replace(shaken, seed=1))) != weights(first)
+    assert weights(train(brief, HULL, choice, settings=shaken)) == weights(first)
+    assert weights(train(brief, HULL, choice, settings=replace(shaken, seed=1))) != weights(first)
 
 
 class HaltError(Exception):
@@ -307,27 +314,20 @@ def stop_at(number: int):
 
 @pytest.mark.parametrize("network", ["lstm", "mlp"])
 def test_a_resumed_training_ends_like_one_that_was_never_interrupted(
-    dragged: Split, tmp_path: Path, network: str
+    brief: Split, tmp_path: Path, network: str
 ) -> None:
+    choice = Choice(network, {"units": 8})
     settings = replace(QUICK, epochs=5, schedule="cosine", augmentation=Augmentation(speed_noise=0.02))
-    whole = train(dragged, HULL, Choice(network), settings=settings)
+    whole = train(brief, HULL, choice, settings=settings)
     for number in (2, 3):
         with pytest.raises(HaltError):
-            train(
-                dragged,
-                HULL,
-                Choice(network),
-                settings=settings,
-                folder=tmp_path,
-                resume=True,
-                progress=stop_at(number),
-            )
+            train(brief, HULL, choice, settings=settings, folder=tmp_path, resume=True, progress=stop_at(number))
     assert [path.name for path in tmp_path.iterdir()] == [CHECKPOINT]
     told: list[int] = []
     resumed = train(
-        dragged,
+        brief,
         HULL,
-        Choice(network),
+        choice,
         settings=settings,
         folder=tmp_path,
         resume=True,
@@ -343,23 +343,23 @@ def test_a_resumed_training_ends_like_one_that_was_never_interrupted(
     ("name", "averaging"), [("mlp", 0.0), ("trees", 0.95), ("gp", 0.95)], ids=["not averaged", "trees", "gp"]
 )
 def test_a_checkpoint_is_written_where_nothing_is_averaged(
-    dragged: Split, tmp_path: Path, name: str, averaging: float
+    brief: Split, tmp_path: Path, name: str, averaging: float
 ) -> None:
     settings, choice = replace(QUICK, epochs=2, averaging=averaging), Choice(name, {"units": 8})
-    whole = train(dragged, HULL, choice, settings=settings)
+    whole = train(brief, HULL, choice, settings=settings)
     with pytest.raises(HaltError):
-        train(dragged, HULL, choice, settings=settings, folder=tmp_path, progress=stop_at(1))
-    assert weights(train(dragged, HULL, choice, settings=settings, folder=tmp_path, resume=True)) == weights(whole)
+        train(brief, HULL, choice, settings=settings, folder=tmp_path, progress=stop_at(1))
+    assert weights(train(brief, HULL, choice, settings=settings, folder=tmp_path, resume=True)) == weights(whole)
 
 
-def test_a_checkpoint_goes_on_only_with_its_own_settings_and_data(dragged: Split, tmp_path: Path) -> None:
+def test_a_checkpoint_goes_on_only_with_its_own_settings_and_data(brief: Split, tmp_path: Path) -> None:
     settings = replace(QUICK, epochs=3)
 
-    def again(data: Split = dragged, resume: bool = True, **changes: object) -> Trained:
+    def again(data: Split = brief, resume: bool = True, **changes: object) -> Trained:
         return train(data, HULL, Choice("mlp"), settings=replace(settings, **changes), folder=tmp_path, resume=resume)
 
     with pytest.raises(HaltError):
-        train(dragged, HULL, Choice("mlp"), settings=settings, folder=tmp_path, progress=stop_at(1))
+        train(brief, HULL, Choice("mlp"), settings=settings, folder=tmp_path, progress=stop_at(1))
     begun = (tmp_path / CHECKPOINT).read_bytes()
     with pytest.raises(RequestError, match="holds an interrupted training; resume it"):
         again(resume=False)
