@@ -3,8 +3,8 @@
 Of each world a log is written, `discover` finds a model in it and tells a 95 % band about its predictions of 10 s, and
 on a second log is counted how many of them end within the band, as `compare` counts them. The second run has other
 orders, the same sensors and the same waves. Once it is of the manoeuvres of the first; once it is of others, a zigzag
-after a rich or gentle run and the other way round, which a band cannot know where the model lacks a force that the
-first run hardly showed.
+after a rich or gentle run and the other way round. Predictions far beyond the speeds of the first run are told apart:
+there the model may lack a force that the first run never met, and its band says nothing.
 The method was chosen on the tuning seeds; the figures of `docs/results.md` are those of the others:
 
     python benchmarks/bands.py --seeds reporting
@@ -36,7 +36,7 @@ from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle
 from undertow.physics.worlds.world import Sensors, World
 from undertow.residuals.models.band_record import QUANTITIES
-from undertow.residuals.prediction_band import HeldPredictions, held_predictions
+from undertow.residuals.prediction_band import ROOM, HeldPredictions, held_predictions
 
 GROUPS = ("plant", "file", "no name")
 """Groups of foreign kinds whose boat and whose sensors are the same on another day."""
@@ -90,8 +90,12 @@ def _write_foreign(world: ForeignWorld, other: bool, path: Path) -> Path:
     return again.log(again.drive(), path)
 
 
-def held(boat: Boat, folder: Path) -> tuple[float, list[HeldPredictions]]:
+def held(boat: Boat, folder: Path, room: float) -> tuple[float, list[HeldPredictions]]:
     """Median half-width of the band of the position after 10 s [m], and what it holds of each second run.
+
+    Parameters
+    ----------
+    room : by how much it is told beyond the range of each speed, as a share of that
 
     Raises
     ------
@@ -104,18 +108,21 @@ def held(boat: Boat, folder: Path) -> tuple[float, list[HeldPredictions]]:
     model = undertow.load_model(folder / "run")
     if model.band is None:
         raise RequestError("too few independent predictions for a band")
+    low, high = np.array(model.band.lowest), np.array(model.band.highest)
+    farther = (room - ROOM) * (high - low) / (1.0 + 2.0 * ROOM)
+    band = model.band.but(lowest=tuple(low - farther), highest=tuple(high + farther))
     found = []
     for number, write in enumerate(boat.second):
         other = undertow.read_inputs(write(folder / f"second{number}.csv"), boat.vehicle, progress=None)
-        found.append(held_predictions(model, model.band, other.whole(ALL).parts.judged))  # as `compare` tells it
+        found.append(held_predictions(model, band, other.whole(ALL).parts.judged))  # as `compare` tells it
     return model.band.half_width["position"][-1], found
 
 
-def asked(boat: Boat) -> list[HeldPredictions] | None:
+def asked(boat: Boat, room: float) -> list[HeldPredictions] | None:
     """What the band of a world holds, with a line about it; None where the world gives no band."""
     with tempfile.TemporaryDirectory() as folder:
         try:
-            wide, shares = held(boat, Path(folder))
+            wide, shares = held(boat, Path(folder), room)
         except (ArithmeticError, LogError, RequestError) as error:
             print(f"{boat.name}: not counted, {str(error)[:120]}", flush=True)
             return None
@@ -125,9 +132,13 @@ def asked(boat: Boat) -> list[HeldPredictions] | None:
 
 
 def told_shares(shares: Sequence[HeldPredictions]) -> str:
-    """Mean shares by quantity, in words."""
-    means = {quantity: np.mean([share.of(quantity) for share in shares]) for quantity in QUANTITIES}
-    return ", ".join(f"{quantity} {100.0 * mean:.0f} %" for quantity, mean in means.items())
+    """Mean shares by quantity, and the share of predictions that were beyond the band, in words."""
+    counts = [share for share in shares if share.predictions]
+    beyond = 100.0 * np.mean([share.beyond / (share.predictions + share.beyond) for share in shares])
+    if not counts:
+        return f"{beyond:.0f} % beyond"
+    means = {quantity: np.mean([share.of(quantity) for share in counts]) for quantity in QUANTITIES}
+    return f"{', '.join(f'{name} {100.0 * mean:.0f} %' for name, mean in means.items())}, {beyond:.0f} % beyond"
 
 
 def main() -> None:
@@ -136,6 +147,7 @@ def main() -> None:
     parser.add_argument("--seeds", choices=("tuning", "reporting"), default="tuning")
     parser.add_argument("--worlds", type=int, default=12, help="of each kind (12)")
     parser.add_argument("--minutes", type=float, default=60.0, help="no world is begun after so many (60)")
+    parser.add_argument("--room", type=float, default=ROOM, help=f"beyond the range of each speed ({ROOM:g} of it)")
     given = parser.parse_args()
     until = time.monotonic() + 60.0 * given.minutes
     found: dict[str, list[list[HeldPredictions]]] = {"own": [], "foreign": []}
@@ -143,11 +155,12 @@ def main() -> None:
         if time.monotonic() > until:
             break
         for shares, boat in zip(found.values(), boats, strict=True):
-            shares += [one for one in [asked(boat)] if one is not None]
+            shares += [one for one in [asked(boat, given.room)] if one is not None]
     for name, shares in found.items():
         for run, some in zip(RUNS, zip(*shares, strict=True), strict=False):
-            most = sum(share.position >= 0.9 for share in some)
-            print(f"{name}, {run}: {told_shares(some)}; the position 90 % or more in {most} of {len(some)} worlds")
+            counts = [share.position for share in some if share.predictions]
+            told = f"90 % or more in {sum(share >= 0.9 for share in counts)} of {len(counts)} worlds"
+            print(f"{name}, {run}: {told_shares(some)}; the position {told}, the least {100.0 * min(counts):.0f} %")
 
 
 if __name__ == "__main__":

@@ -30,6 +30,10 @@ def band_words(band: "PredictionBand | None") -> str:
 
 def held_words(held: "HeldPredictions | None", name: str) -> str:
     """How many predictions end within the band of the run that a model comes from; empty where none was asked."""
-    if held is None or not held.predictions:
+    if held is None or not held.predictions + held.beyond:
         return ""
-    return f"Of {held.predictions} predictions on these rows, {percent(held.position)} end within the band of {name}."
+    told = f"Of {held.predictions} predictions on these rows, {percent(held.position)} end within the band of {name}."
+    if not held.beyond:
+        return told
+    beyond = f"{held.beyond} go far beyond the speeds of its run, where its band says nothing"
+    return f"{told[:-1]}; {beyond}." if held.predictions else f"All {beyond}."

@@ -27,16 +27,24 @@ LEAST_LEVEL = 0.9
 """Share that a band holds at least: nine independent predictions, below which its largest error says too little."""
 _FEWER = 2
 """Predictions of which an error counts each, a band one: it predicts five times from a start, as it is and moved."""
+ROOM = 0.5
+"""Share of the range of each speed by which a band is told beyond it. Farther off the model may lack a force that the
+run never met, and no error of the run tells its size. Up to here bands hold as within the range (`benchmarks/bands.py
+--room` tries others)."""
 _SHIFTED_AT = PREDICTED_SECONDS.index(1.0)
 _TINY = 1e-12
 """A scale that stands for none, in logs without noise."""
 
 
 class HeldPredictions(ByAxis):
-    """Share of predictions of 10 s whose last row lies in a band, by quantity, and how many predictions there were."""
+    """Share of predictions of 10 s whose last row lies in a band, by quantity, and how many predictions there were.
+
+    They are those that stay near the speeds of the run; `beyond` counts the others, of which a band says nothing.
+    """
 
     position: Number = float("nan")
     predictions: Whole = 0
+    beyond: Whole = 0
 
 
 def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
@@ -48,7 +56,8 @@ def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
     if not asked:
         return None
     states = _at_seconds(model, asked)
-    error = states - _measured(asked)
+    measured = _measured(asked)
+    error = states - measured
     shift = np.median(np.abs(error[:, _SHIFTED_AT, 2:]), axis=0)
     spread = spread_of(states, [_at_seconds(model, _with(asked, k, by)) for k, by in enumerate(shift.tolist())])
     floor = np.median(spread, axis=0)
@@ -58,6 +67,7 @@ def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
     level = min(LEVEL, independent / (independent + 1.0))  # of few scores the largest is all that there is
     if level < LEAST_LEVEL:
         return None
+    low, high = measured[..., 3:].min(axis=(0, 1)), measured[..., 3:].max(axis=(0, 1))
     factor = np.quantile(score, min(level * (1.0 + 1.0 / independent), 1.0), axis=0)
     return PredictionBand(
         level=level,
@@ -67,6 +77,8 @@ def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
         floor=_by_name(floor),
         factor=_by_name(factor),
         half_width=_by_name(factor * np.median(scale, axis=0)),
+        lowest=tuple((low - ROOM * (high - low)).tolist()),
+        highest=tuple((high + ROOM * (high - low)).tolist()),
     )
 
 
@@ -76,10 +88,13 @@ def held_predictions(model: Model, band: PredictionBand, data: DataSet) -> HeldP
     if not asked:
         return HeldPredictions()
     states = _at_seconds(model, asked)
+    known = band.knows(states[..., 3:]).all(axis=1)
     error = _sizes(states - _measured(asked))[:, -1:]
     spread = spread_of(states, [_at_seconds(model, _with(asked, k, by)) for k, by in enumerate(band.shift)])[:, -1:]
-    inside = error <= band.half_widths(spread, np.array(band.seconds[-1:]))
-    return HeldPredictions(predictions=len(error), **dict(zip(QUANTITIES, inside[:, 0].mean(axis=0), strict=True)))
+    inside = (error <= band.half_widths(spread, np.array(band.seconds[-1:])))[known, 0]
+    counts = {"predictions": len(inside), "beyond": int((~known).sum())}
+    shares = inside.mean(axis=0).tolist() if len(inside) else [float("nan")] * len(QUANTITIES)
+    return HeldPredictions(**counts, **dict(zip(QUANTITIES, shares, strict=True)))
 
 
 def spread_of(states: Array, moved: Sequence[Array]) -> Array:

@@ -155,11 +155,17 @@ def restarted(models: Sequence[Model], motions: Sequence[Motion]) -> list[list[A
 
 
 def half_widths(model: Model, band: PredictionBand, motions: Sequence[Motion]) -> list[Array]:
-    """Half-widths of a band about the states that `restarted` gives, (n, 4) each, in the order of `BANDS`."""
+    """Half-widths of a band about the states that `restarted` gives, (n, 4) each, in the order of `BANDS`.
+
+    NaN from where a prediction goes beyond the speeds of which the band knows.
+    """
     [states] = restarted([model], motions)
     moved = [restarted([model], versions)[0] for versions in zip(*map(band.moved, motions), strict=True)]
     found = []
     for motion, own, *others in zip(motions, states, *moved, strict=True):
-        after = np.arange(motion.time.size) % round(RESTART / motion.time_step) * motion.time_step
-        found.append(band.half_widths(spread_of(own, others), after))
+        row, every = np.arange(motion.time.size), round(RESTART / motion.time_step)
+        beyond = ~band.knows(own[:, 3:])
+        before = (np.cumsum(beyond) - beyond)[row - row % every]
+        widths = band.half_widths(spread_of(own, others), row % every * motion.time_step)
+        found.append(np.where((np.cumsum(beyond) > before)[:, None], np.nan, widths))
     return found

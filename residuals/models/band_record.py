@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import model_validator
 
 from ...physics.file_records import Number, Record, Whole
@@ -30,6 +31,7 @@ class PredictionBand(Record):
     floor : median spread by horizon [m, m/s, m/s, rad/s]
     factor : by horizon
     half_width : its median by horizon [m, m/s, m/s, rad/s]
+    lowest, highest : surge and sway speed [m/s] and yaw rate [rad/s] within which it is told; None in earlier files
     """
 
     level: Number = LEVEL
@@ -40,6 +42,8 @@ class PredictionBand(Record):
     floor: Mapping[str, tuple[Number, ...]]
     factor: Mapping[str, tuple[Number, ...]]
     half_width: Mapping[str, tuple[Number, ...]]
+    lowest: tuple[Number, Number, Number] | None = None
+    highest: tuple[Number, Number, Number] | None = None
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
@@ -61,6 +65,12 @@ class PredictionBand(Record):
             for one in (self.floor, self.factor)
         )
         return factor * np.hypot(spread, floor)
+
+    def knows(self, speeds: Array) -> NDArray[np.bool_]:
+        """Which speeds (..., 3) [m/s, m/s, rad/s] lie where the band is told."""
+        if self.lowest is None or self.highest is None:
+            return np.ones(speeds.shape[:-1], dtype=bool)
+        return ((speeds >= self.lowest) & (speeds <= self.highest)).all(axis=-1)
 
     def moved(self, motion: Motion) -> list[Motion]:
         """A motion with each state of its starts moved in turn."""

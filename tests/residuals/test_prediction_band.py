@@ -12,9 +12,10 @@ from undertow.physics.frames import Array
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
+from undertow.reports.band_words import held_words
 from undertow.residuals.models.band_record import QUANTITIES, PredictionBand
 from undertow.residuals.models.base import VehicleModel
-from undertow.residuals.prediction_band import LEAST_LEVEL, held_predictions, prediction_band
+from undertow.residuals.prediction_band import LEAST_LEVEL, ROOM, held_predictions, prediction_band
 from undertow.residuals.prediction_band import _independent as independent
 from undertow.residuals.series import half_widths, restarted
 
@@ -95,6 +96,36 @@ def test_the_band_along_a_log_begins_anew_with_each_prediction(band: PredictionB
     assert widths[after == 99, 0].mean() > 1.5 * widths[after == 10, 0].mean()
     moved = [replace(SECOND, heading=SECOND.heading + band.shift[0])]
     assert band.moved(SECOND)[0].heading == pytest.approx(moved[0].heading)
+
+
+def test_a_band_says_nothing_far_beyond_the_speeds_of_its_run(band: PredictionBand):
+    """Half the range of each speed is as far as it is told: a boat that drags more there, or less, is another."""
+    assert band.highest is not None
+    low, high = FIRST.velocity.min(axis=0), FIRST.velocity.max(axis=0)
+    assert band.highest == pytest.approx(high + ROOM * (high - low), abs=0.1)
+    held = held_predictions(MODEL, band, data_of(SECOND))
+    assert held.beyond == 0
+    slow = band.but(highest=(0.5 * float(SECOND.velocity[:, 0].max()), *band.highest[1:]))
+    part = held_predictions(MODEL, slow, data_of(SECOND))
+    assert part.predictions + part.beyond == held.predictions
+    assert min(part.predictions, part.beyond) > 20
+    [widths] = half_widths(MODEL, slow, [SECOND])
+    [states] = restarted([MODEL], [SECOND])[0]
+    row = np.arange(len(states))
+    fast = np.flatnonzero(states[:, 3] > slow.highest[0])
+    for k in fast[:50]:
+        assert np.isnan(widths[k : k + 100 - k % 100]).all(), "and not again until the next prediction begins"
+    assert np.isfinite(widths[(row % 100 == 0) & (states[:, 3] <= slow.highest[0])]).all()
+    none = band.but(highest=(-1.0, 0.0, 0.0))
+    assert held_predictions(MODEL, none, data_of(SECOND)).position != 0.0
+    assert "All 290 go far beyond" in held_words(held_predictions(MODEL, none, data_of(SECOND)), "it")
+    assert f"{part.beyond} go far beyond the speeds" in held_words(part, "it")
+
+
+def test_a_band_of_an_earlier_file_is_told_everywhere(band: PredictionBand):
+    earlier = PredictionBand.model_validate({k: v for k, v in band.to_dict().items() if k not in ("lowest", "highest")})
+    assert held_predictions(MODEL, earlier, data_of(SECOND)).beyond == 0
+    assert earlier.knows(np.full((2, 3), 99.0)).all()
 
 
 def test_a_band_is_read_back_and_one_that_lacks_horizons_is_refused(band: PredictionBand):

@@ -149,7 +149,7 @@ def _discs(axes: Axes, runs: pd.DataFrame) -> None:
     """The disc that holds the position at the end of each prediction of the corrected model."""
     there = runs["north_after"].notna()
     ends = runs[there & ~there.shift(-1, fill_value=False)]
-    for north, east, radius in ends[["north_after", "east_after", "position_band"]].to_numpy(dtype=float):
+    for north, east, radius in ends[["north_after", "east_after", "position_band"]].dropna().to_numpy(dtype=float):
         axes.add_patch(Circle((east, north), radius, **BAND))
 
 
