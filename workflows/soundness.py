@@ -16,6 +16,8 @@ UNPROVEN = (
     "channel map are believed, and if they are wrong, so is what follows. 'undertow inspect' says why."
 )
 
+_HOW = "inspect --fix does so in a new file, discover --fix in memory"
+
 
 def sound(
     inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle, as_is: bool
@@ -44,7 +46,7 @@ def sound(
             "--as-is: every result then carries this as a warning"
         )
     warnings = [f"Taken as it is, so no result can be trusted: {text}." for text in fatal]
-    return (*warnings, *_unproven(inspections, together))
+    return (*warnings, *_unproven(inspections, together), *_repairable(inspections))
 
 
 def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) -> list[str]:
@@ -84,8 +86,17 @@ def defects(inspections: Sequence[Inspection], together: Sequence[Finding], vehi
 
 def _sentence(name: str, finding: Finding) -> str:
     follows = [text for text in (finding.sentence, finding.consequence, finding.remedy) if text]
-    how = " (inspect --fix does so in a new file, discover --fix in memory)" if finding.fix else ""
-    return f"{name}: {'; '.join(follows)}{how}"
+    return f"{name}: {'; '.join(follows)}{f' ({_HOW})' if finding.fix else ''}"
+
+
+def _repairable(inspections: Sequence[Inspection]) -> list[str]:
+    """What is wrong with each log, not so much that it is refused, and has a safe repair."""
+    found = []
+    for inspection in inspections:
+        some = [f for f in inspection.quality if f.fix and f.verdict in ("defect", "warning") and not f.refused]
+        told = "; ".join(f"{f.short or f.sentence}: {f.fix.sentence}" for f in some if f.fix)
+        found += [f"{Path(inspection.path).name} has what a repair puts right: {told} ({_HOW})."] * bool(some)
+    return found
 
 
 def _matters(finding: Finding, vehicle: Vehicle) -> bool:

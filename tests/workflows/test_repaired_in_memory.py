@@ -80,7 +80,7 @@ def test_nothing_to_repair_is_said(here: Path):
 
 
 def test_the_verbs_say_what_they_repaired_and_remember_it(here: Path):
-    refused("discover", "raw.csv", "-v", "blueboat", "-o", "run", match="time runs backwards.*discover --fix in memory")
+    refused("discover", "raw.csv", "-v", "blueboat", "-o", "run", match="time runs backwards.*--fix does so")
     before = Path("raw.csv").read_bytes()
     screen = " ".join(done("discover", "raw.csv", "-v", "blueboat", "--fix", "-o", "run").split())
     assert f"Repaired in memory, raw.csv: {SORTED}" in screen
@@ -110,3 +110,16 @@ def test_what_cannot_be_repaired_is_refused_and_nothing_is_written(here: Path):
     refused("discover", "reversed.csv", "-v", "blueboat", "--fix", "-o", "never", match="newton_stbd is reversed")
     with pytest.raises(RequestError, match="a log that grows cannot be repaired"):
         next(follow_live("raw.csv", HULL, reading=Reading(fix=True)))
+
+
+def test_a_log_that_is_not_refused_has_its_repair_proposed(here: Path, tmp_path: Path):
+    simulate_world(HULL, HIDDEN, duration=120.0, seed=33).write(tmp_path / "late.csv")
+    table = pd.read_csv(tmp_path / "late.csv")
+    table.loc[table["field"] == "r", "time"] += 0.2
+    table.sort_values("time", kind="stable").to_csv(tmp_path / "late.csv", index=False)
+    (told,) = read_inputs(tmp_path / "late.csv", HULL).warnings
+    assert told.startswith("late.csv has what a repair puts right: the gyro is 0.2")
+    assert told.endswith("discover --fix in memory).")
+    repaired = read_inputs(tmp_path / "late.csv", HULL, Reading(fix=True))
+    assert not repaired.warnings
+    assert "stamps of r moved" in repaired.repairs[0]
