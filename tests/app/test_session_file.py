@@ -33,7 +33,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     both = folder / "harbour.csv", folder / "lake.csv"
     for k, path in enumerate(both):
         drag = ("--effect", "X_uu=-20", "--effect", "N_rr=-20", "--seed", str(k))
-        done("simulate", "-v", str(NOMINAL), *drag, "--duration", "120", "--out", str(path))
+        done("simulate", "-v", str(NOMINAL), *drag, "--duration", "60", "--out", str(path))
     return both
 
 
@@ -87,6 +87,12 @@ def saved_once(log: Path, path: Path) -> dict:
 
     asyncio.run(story())
     return json.loads(path.read_text("utf-8"))
+
+
+@pytest.fixture(scope="module")
+def content(logs: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> dict:
+    """The content of the file of a session with some steps."""
+    return saved_once(logs[0], tmp_path_factory.mktemp("saved") / "a.session.json")
 
 
 def told_of(path: Path, *beside: Path, paths: bool = True) -> str:
@@ -252,9 +258,8 @@ def test_a_repaired_log_is_repaired_again(logs, tmp_path):
     asyncio.run(story())
 
 
-def test_a_session_of_another_version_opens_or_says_why_not(logs, tmp_path):
+def test_a_session_of_another_version_opens_or_says_why_not(content, tmp_path):
     path = tmp_path / "a.session.json"
-    content = saved_once(logs[0], path)
 
     def written(**changes: object) -> Path:
         path.write_text(json.dumps({**content, **changes}), "utf-8")
@@ -274,9 +279,9 @@ def test_a_session_of_another_version_opens_or_says_why_not(logs, tmp_path):
     assert "lacks 'steps'" in told_of(path)
 
 
-def test_what_is_no_session_is_refused(logs, tmp_path):
+def test_what_is_no_session_is_refused(logs, content, tmp_path):
     path = tmp_path / "a.session.json"
-    content = saved_once(logs[0], path)
+    path.write_text(json.dumps(content), "utf-8")
     broken = tmp_path / "broken.json"
     broken.write_text("{", "utf-8")
     with pytest.raises(RequestError, match="expected a session that the workbench saved"):
