@@ -28,6 +28,7 @@ from undertow.physics.worlds.world import simulate_world
 
 PLACEHOLDERS = {
     "LOG": ("log.csv", "stands for a log of the reader's"),
+    "OTHER_LOG": ("other.csv", "stands for another log of the reader's"),
     "run1.csv": ("log.csv", "a log of the reader's boat"),
     "run2.csv": ("other.csv", "another of them"),
     "run3.csv": ("third.csv", "and one to judge on"),
