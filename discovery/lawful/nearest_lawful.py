@@ -1,8 +1,8 @@
 """The lawful set of some parameters of a vehicle, and the point of it that is nearest to a guess, in milliseconds.
 
-The set is that of the refit (`dissipation.py`), and convex. A guess is held to the limits first; only where the proof then
-fails, a conic programme is solved, of those orthants of the envelope alone in which it fails. The exchanges of the last
-proof are tried first, so that a guess that keeps the laws costs some eigenvalues.
+The set is that of the refit (`affine_laws.py`), and convex. A guess is held to the limits first; only where the proof
+then fails, a conic programme is solved, of those orthants of the envelope alone in which it fails. The exchanges of the
+last proof are tried first, so that a guess that keeps the laws costs some eigenvalues.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from ...physics.laws.certificate import basis
 from ...physics.laws.damping_power import Envelope
 from ...physics.vehicle import Vehicle
 from ..search.gram import bounded_solve
-from .dissipation import MARGIN, laws_over, least_margin
+from .affine_laws import MARGIN, laws_over, least_margin
 
 _HALVINGS = 40
 """Of the way back to the start, where a solver's answer is not lawful: to rounding."""

@@ -12,7 +12,7 @@ from ...physics.laws.damping_power import Envelope, mass_margin
 from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores, bounded_solve
-from .dissipation import MARGIN, Laws, Solution, certify, laws_over, least_margin
+from .affine_laws import MARGIN, Laws, Solution, certify, laws_over, least_margin
 from .price_of_law import NOTHING, Binding, price_in_words
 
 _TOLERANCE = 1e-6

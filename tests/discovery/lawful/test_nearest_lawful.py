@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.discovery.lawful.dissipation import certify
+from undertow.discovery.lawful.affine_laws import certify
 from undertow.discovery.lawful.nearest_lawful import LawfulSet
 from undertow.physics.frames import Array
 from undertow.physics.laws.damping_power import Envelope, mass_margin

@@ -12,7 +12,7 @@ from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
 from undertow.discovery.lawful import refit as lawful
-from undertow.discovery.lawful.dissipation import Laws, certify
+from undertow.discovery.lawful.affine_laws import Laws, certify
 from undertow.discovery.lawful.refit import passive_refit
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
