@@ -67,7 +67,7 @@ def answered(folder: Path, name: str, logs: Sequence[tuple[str, str, int]], opti
         begun = time.perf_counter(), sum(os.times()[2:4])
         run = subprocess.run([sys.executable, "-m", "undertow", *asked, *options], capture_output=True, text=True)
         spent = time.perf_counter() - begun[0], sum(os.times()[2:4]) - begun[1]
-        found: dict[str, Any] = {"code": run.returncode, "error": run.stderr if run.returncode else ""}
+        found: dict[str, Any] = {"code": run.returncode, "error": run.stderr[-300:] if run.returncode else ""}
         if run.returncode == 0:
             told = run.stdout.replace(f"{out}/run", "RUN")
             found["text"] = re.sub(r"\d+(\.\d+)? s\b|\s+", " ", told)
@@ -89,7 +89,9 @@ def differences(one: Any, other: Any, place: str = "") -> Iterator[str]:
         if share > CLOSE:
             yield f"{place}: {one:.9g} is {other:.9g} ({share:.1g})"
     elif one != other:
-        yield f"{place}: {str(one)[:300]!r} is {str(other)[:300]!r}"
+        pairs = enumerate(zip(str(one), str(other), strict=False))
+        at = max(0, next((n for n, (a, b) in pairs if a != b), 0) - 40)
+        yield f"{place}: {str(one)[at : at + 120]!r} is {str(other)[at : at + 120]!r}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -12,16 +12,12 @@ from ...measurements.preparation.held_out import Fold
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .column_cache import Remembered
+from .caches import ColumnCache
 
 SEEING = (False, False, False)
 """No axis is blind."""
 LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
-
-
-MANY = 120
-"""Columns that are kept: those of a few models, between which a search goes to and fro."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,22 +28,16 @@ class Neighbourhood:
     ----------
     balances : the balance of a model and of noisier copies of the log, (1 + copies, tests, 3)
     difference : the balances of one model less those of another
-    memo : columns that callers keep with the data they belong to
-    unit : what a unit of a parameter takes off the balance about a model, of one in which it is linear, by its symbol
-        and the values that multiply it; None where columns of damping, mass and thrust depend on the model
+    columns : that callers keep with the data they belong to
+    linear : columns of damping, mass and thrust do not depend on the model
     step_share : share of a parameter's step by which its column is taken
     """
 
     balances: Callable[[Vehicle], Array]
     difference: Callable[[Vehicle, Vehicle], Array]
-    memo: Remembered[Array]
-    unit: Callable[[Vehicle, str, tuple[object, ...]], Array] | None = None
+    columns: ColumnCache
+    linear: bool
     step_share: float = 1.0
-
-    @property
-    def linear(self) -> bool:
-        """Whether columns of damping, mass and thrust do not depend on the model."""
-        return self.unit is not None
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,8 +23,8 @@ LEAST_SIGNAL = 2.0
 """Signal to noise of a column below which sensor noise decides its coefficient."""
 _ADDED = ("surge_added_mass", "sway_added_mass")
 """What another mass is the sum of."""
-_ROUNDING = 1e-20
-"""Noise on a column that is a smaller share of its square is none: its signal to noise is infinite."""
+_ROUNDING = 1e-12
+"""Noise on a column that is a smaller share of its square is rounding: its signal to noise is infinite."""
 
 
 def identify(
