@@ -12,7 +12,7 @@ from ...measurements.preparation.held_out import Fold
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .caches import ColumnCache
+from .forces_along import ColumnCache
 
 SEEING = (False, False, False)
 """No axis is blind."""

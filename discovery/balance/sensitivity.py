@@ -6,13 +6,16 @@ and so is the wake memory. The steps of that equation are computed once a model,
 costs a few products. Arrays have the rollouts last: matrices of three rows are multiplied for all of them at once.
 """
 
+from collections.abc import Callable
 from typing import final
 
 import numpy as np
 
 from ...physics.forces import ForceEquation, Triple, relative_velocity
 from ...physics.frames import Array
+from ...physics.matrices import mass_matrix
 from ...physics.vehicle import Vehicle
+from .forces_along import ForcesAlong, LatestTwo
 from .starts import Rollings
 
 _STEP = 1e-4
@@ -25,41 +28,61 @@ class LinearisedRollouts:
 
     def __init__(self, data: Rollings, base: Vehicle) -> None:
         self._data, self._base = data, base
-        states = data.states(base)
-        self._heading = states[:, :, 0].T
-        self._velocity: Triple = (states[:, :, 1].T, states[:, :, 2].T, states[:, :, 3].T)
-        self._of_base: Array | None = None
+        heading, u, v, r = data.states(base).transpose(2, 1, 0)
+        air = None if data.air is None else (data.air[0], data.air[1])
+        self._along = ForcesAlong(heading, (u, v, r), air, data.minutes, data.responses, self._wake)
+        self._accelerations: LatestTwo[Array] = LatestTwo(lambda vehicle: self._acceleration(vehicle)())
         self._steps: Propagation | None = None
 
     def change(self, one: Vehicle, other: Vehicle) -> Array:
         """Mean velocities of the bins of one model's rollouts less those of another's, (bins, 3, starts)."""
-        return self._propagation.binned(self._acceleration(one) - self._acceleration(other))
+        inertia = mass_matrix(one)
+        force = self._along.change(one, other) if np.array_equal(inertia, mass_matrix(other)) else None
+        if force is None:
+            return self._propagation.binned(self._accelerations.of(one) - self._accelerations.of(other))
+        pushed = np.stack([np.broadcast_to(of_axis, self._along.heading.shape) for of_axis in force])
+        return self._propagation.binned(np.tensordot(np.linalg.inv(inertia), pushed, 1))
 
     def transitions(self) -> Array:
         """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts)."""
         return self._propagation.transitions()
 
-    def _acceleration(self, vehicle: Vehicle) -> Array:
-        if vehicle is not self._base:
-            return _Along(self._data, vehicle, self._heading, self._velocity).acceleration()
-        if self._of_base is None:
-            self._of_base = _Along(self._data, vehicle, self._heading, self._velocity).acceleration()
-        return self._of_base
+    def _acceleration(self, vehicle: Vehicle) -> Callable[..., Array]:
+        """(3, steps + 1, starts), with a step of a state, u, v, r, or psi, and everything else the same."""
+        along, equation = self._along, ForceEquation(vehicle)
+        force = along.evaluator(vehicle, equation)
+
+        def acceleration(state: int = 0, step: float = 0.0) -> Array:
+            moved = [x + step if k == state and step else x for k, x in enumerate((*along.velocity, along.heading))]
+            velocity, heading = (moved[0], moved[1], moved[2]), moved[3]
+            relative = relative_velocity(vehicle, heading, velocity, along.minutes)
+            return np.stack(equation.acceleration(force(relative, heading), relative, velocity, heading))
+
+        return acceleration
+
+    def _wake(self, vehicle: Vehicle, relative: Triple) -> tuple[Array, Array]:
+        """The wake memory from what it holds at the starts, (steps + 1, starts) each."""
+        begin, constant = self._data.memory(vehicle), vehicle.values["memory_time"]
+        sway, yaw = (_lagged(relative[1 + k], begin[:, k], constant, self._data.step) for k in (0, 1))
+        return sway, yaw
 
     @property
     def _propagation(self) -> "Propagation":
         """Of the velocities, the wake memory's two states where there is one, and the heading where forces turn."""
         if self._steps is not None:
             return self._steps
-        along = _Along(self._data, self._base, self._heading, self._velocity)
-        equation = along.equation
+        equation, acceleration = ForceEquation(self._base), self._acceleration(self._base)
+
+        def derivative(state: int) -> Array:
+            return (acceleration(state, _STEP) - acceleration(state, -_STEP)) / (2.0 * _STEP)
+
         with np.errstate(over="ignore", invalid="ignore"):
-            by_heading = along.derivative(3) if equation.turns else np.zeros(0)
+            by_heading = derivative(3) if equation.turns else np.zeros(0)
             turns = bool(by_heading.any())
             n = 3 + 2 * equation.has_memory + turns
-            jacobian = np.zeros((n, n, *self._heading.shape))
+            jacobian = np.zeros((n, n, *self._along.heading.shape))
             for k in range(3):
-                jacobian[:3, k] = along.derivative(k)
+                jacobian[:3, k] = derivative(k)
         if equation.has_memory:
             constant = self._base.values["memory_time"]
             for j, gain in enumerate(equation.memory):
@@ -71,36 +94,6 @@ class LinearisedRollouts:
             jacobian[-1, 2] = 1.0
         self._steps = Propagation(jacobian, self._data.step, self._data.per_bin)
         return self._steps
-
-
-@final
-class _Along:
-    """A model along given rollouts: heading and velocities (steps + 1, starts)."""
-
-    def __init__(self, data: Rollings, vehicle: Vehicle, heading: Array, velocity: Triple) -> None:
-        self.equation, self._minutes, self._air = ForceEquation(vehicle), data.minutes, data.air
-        self._heading, self._velocity = heading, velocity
-        self._thrust, load = data.responses.of(vehicle)
-        self._load = load if load.any() else None
-        self._memory = None
-        if self.equation.has_memory:
-            relative = relative_velocity(vehicle, heading, velocity, data.minutes)
-            begin, constant = data.memory(vehicle), vehicle.values["memory_time"]
-            sway, yaw = (_lagged(relative[1 + k], begin[:, k], constant, data.step) for k in (0, 1))
-            self._memory = sway, yaw
-
-    def acceleration(self, state: int = 0, step: float = 0.0) -> Array:
-        """(3, steps + 1, starts), with a step of u, v, r, or psi (`state` 0 to 3) and everything else the same."""
-        moved = [x + step if k == state and step else x for k, x in enumerate((*self._velocity, self._heading))]
-        velocity, heading = (moved[0], moved[1], moved[2]), moved[3]
-        relative = relative_velocity(self.equation.vehicle, heading, velocity, self._minutes)
-        air = None if self._air is None else (self._air[0], self._air[1])
-        force = self.equation.force(relative, heading, self._thrust, self._load, self._memory, air, self._minutes)
-        return np.stack(self.equation.acceleration(force, relative, velocity, heading))
-
-    def derivative(self, state: int) -> Array:
-        """(3, steps + 1, starts) change of acceleration with a state, by central differences."""
-        return (self.acceleration(state, _STEP) - self.acceleration(state, -_STEP)) / (2.0 * _STEP)
 
 
 def _lagged(series: Array, begin: Array, constant: float, step: float) -> Array:

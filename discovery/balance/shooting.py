@@ -17,7 +17,7 @@ from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, SEEING, Balance, Neighbourhood, WeakSettings
-from .caches import ColumnCache
+from .forces_along import ColumnCache
 from .rollout_test import overlap_of
 from .sensitivity import LinearisedRollouts
 from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay

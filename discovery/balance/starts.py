@@ -18,7 +18,7 @@ from ...physics.integration import Around, Driven, integrate
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE
-from .caches import ThrusterResponses
+from .forces_along import ThrusterResponses
 
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""

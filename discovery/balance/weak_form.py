@@ -6,9 +6,9 @@ through the same filter. phi(t) = (1 - (t/T)^2)^p on |t| <= T, scaled to unit ar
 force [N, N, N m].
 """
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, final
 
@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from ...measurements.statistics.white_noise import drawn_noise, sensor_noise
 from ...physics.delays_and_lags import first_order_lag
 from ...physics.errors import RequestError
-from ...physics.forces import CURRENT, ForceEquation, Triple, modelled_force, relative_velocity, remembered_before
+from ...physics.forces import CURRENT, Triple, modelled_force, remembered_before
 from ...physics.frames import FORCE_UNITS, Array, earth_to_body
 from ...physics.matrices import mass_matrix
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, SEEING, Balance, Neighbourhood, WeakSettings
-from .caches import ColumnCache, ThrusterResponses
+from .forces_along import ColumnCache, ForcesAlong, LatestTwo, ThrusterResponses
 from .rollout_test import HORIZON, overlap_of, rollout_squares
 
 if TYPE_CHECKING:
@@ -130,14 +130,14 @@ class WeakForm(Balance):
         self._edges = np.cumsum([0, *(m.time.size for m in self.motions)])
         measured = np.concatenate([m.velocity for m in self.motions])
         u, v, r = np.stack([measured, *(measured + np.concatenate(noise) for noise in drawn)]).transpose(2, 0, 1)
-        self._velocity: Triple = (u, v, r)
-        self._heading = np.concatenate([m.heading for m in self.motions])
-        self._minutes = np.concatenate([m.minutes for m in self.motions])
+        heading, minutes = (
+            np.concatenate(s) for s in zip(*((m.heading, m.minutes) for m in self.motions), strict=True)
+        )
         north, east = np.concatenate([np.zeros((m.time.size, 2)) if m.air is None else m.air for m in self.motions]).T
-        self._air = (north, east)
+        thrusters = ThrusterResponses(self.motions, partial(np.concatenate, axis=1))
+        self._along = ForcesAlong(heading, (u, v, r), (north, east), minutes, thrusters, self._memory)
         self._claim = None if claims is None else np.concatenate(claims).T[:, None]
-        self._thrusters = ThrusterResponses(self.motions)
-        self._latest: deque[tuple[Vehicle, tuple[Array, Array]]] = deque(maxlen=2)
+        self._sides: LatestTwo[tuple[Array, Array]] = LatestTwo(self._both_sides)
         self._columns = ColumnCache()
         self._sensed: tuple[tuple[Vehicle, int, int], NDArray[np.float32]] | None = None
         half = settings.half_width
@@ -176,7 +176,7 @@ class WeakForm(Balance):
     def forget(self) -> None:
         """Keep no columns: they are most of the memory of a search, and made again where asked for."""
         self._columns.clear()
-        self._latest.clear()
+        self._sides.clear()
         self._sensed = None
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
@@ -227,9 +227,9 @@ class WeakForm(Balance):
         heading [rad] and the minutes since the beginning of the log, (rows,) each; and the place (2, rows) north, east
         [m].
         """
-        relative = relative_velocity(vehicle, self._heading, self._velocity, self._minutes)
         place = np.concatenate([motion.position for motion in self.motions]).T
-        return relative, list(self._thrusters.of(vehicle)[0]), self._heading, self._minutes, place
+        along = self._along
+        return along.relative(vehicle), list(along.thrusters.of(vehicle)[0]), along.heading, along.minutes, place
 
     def passed(self, rows: Array) -> Array:
         """Series along the rows of all motions (..., rows) through the test functions, (..., tests)."""
@@ -258,33 +258,30 @@ class WeakForm(Balance):
         come in pairs of opposite noise, whose mean differs from the log only by what bends: noise on r makes a mean of
         |r| r.
         """
-        return self._tested(*self._sides(vehicle))
+        return self._tested(*self._sides.of(vehicle))
 
     def _difference(self, one: Vehicle, other: Vehicle) -> Array:
-        momentum, force = (a - b for a, b in zip(self._sides(one), self._sides(other), strict=True))
-        return self._tested(momentum, force)
+        changed = self._along.change(one, other)
+        if changed is None:
+            momentum, force = (a - b for a, b in zip(self._sides.of(one), self._sides.of(other), strict=True))
+            return self._tested(momentum, force)
+        mass = mass_matrix(one) - mass_matrix(other)
+        return self._tested(self._momentum(mass, other) if mass.any() else np.zeros((3, 1, 1)), changed)
 
-    def _sides(self, vehicle: Vehicle) -> tuple[Array, Array]:
+    def _both_sides(self, vehicle: Vehicle) -> tuple[Array, Array]:
         """Momentum and modelled force along the rows, (3, 1 + copies, rows) each; of claims, the rate of momentum."""
-        for known, sides in self._latest:
-            if known is vehicle:
-                return sides
-        equation = ForceEquation(vehicle)
-        relative = relative_velocity(vehicle, self._heading, self._velocity, self._minutes)
-        moving = relative if self._claim is None else self._through_water(vehicle, relative)
-        thrust, load = (of_each[:, None] for of_each in self._thrusters.of(vehicle))  # alike for all copies
-        memory = self._memory(vehicle, relative) if equation.has_memory else None
-        load = load if load.any() else None
-        force = equation.force(relative, self._heading, thrust, load, memory, self._air, self._minutes)
-        sides = np.tensordot(mass_matrix(vehicle), np.stack(moving), 1), np.stack(force)
-        self._latest.append((vehicle, sides))
-        return sides
+        return self._momentum(mass_matrix(vehicle), vehicle), np.stack(self._along.of(vehicle))
 
-    def _through_water(self, vehicle: Vehicle, relative: Triple) -> list[Array]:
+    def _momentum(self, mass: Array, vehicle: Vehicle) -> Array:
+        relative = self._along.relative(vehicle)
+        return np.tensordot(mass, np.stack(relative if self._claim is None else self._through_water(vehicle)), 1)
+
+    def _through_water(self, vehicle: Vehicle) -> list[Array]:
         """Claimed accelerations less those of the water along the turning hull."""
         assert self._claim is not None
-        (u, v, r), (claimed_u, claimed_v, claimed_r) = self._velocity, self._claim
-        ahead, starboard = earth_to_body(self._heading, *(vehicle.values[s] / 60.0 for s in CURRENT[2:]))
+        (u, v, r), (claimed_u, claimed_v, claimed_r) = self._along.velocity, self._claim
+        relative = self._along.relative(vehicle)
+        ahead, starboard = earth_to_body(self._along.heading, *(vehicle.values[s] / 60.0 for s in CURRENT[2:]))
         return [claimed_u - (v - relative[1]) * r - ahead, claimed_v + (u - relative[0]) * r - starboard, claimed_r]
 
     def _memory(self, vehicle: Vehicle, relative: Triple) -> tuple[Array, Array]:
@@ -296,9 +293,9 @@ class WeakForm(Balance):
                     kept[:] = first_order_lag(row, constant, motion.time_step, begin)
         return found
 
-    def _tested(self, momentum: Array, force: Array) -> Array:
-        """Rate of momentum less force through the test functions, (1 + copies, tests, 3)."""
-        found = np.zeros((momentum.shape[1], self.time.size, 3))
+    def _tested(self, momentum: Array, force: Sequence[Array] | Array) -> Array:
+        """Rate of momentum less force, (copies, rows) by axis, through the test functions, (1 + copies, tests, 3)."""
+        found = np.zeros((len(self._along.velocity[0]), self.time.size, 3))
         for axis in range(3):
             if momentum[axis].any():
                 rate = self.passed if self.claimed else self._rate
@@ -341,7 +338,7 @@ class WeakForm(Balance):
     def largest_force(self, vehicle: Vehicle) -> Array:
         """The largest of inertia, the model's total force, and the thrust on its axis, (tests, 3) [N, N, N m]."""
         rates = self.derivative([motion.velocity for motion in self.motions]) @ mass_matrix(vehicle)
-        modelled = self.passed(self._sides(vehicle)[1][:, 0]).T
+        modelled = self.passed(self._sides.of(vehicle)[1][:, 0]).T
         thrust = self.average([_at_rest(vehicle, motion) for motion in self.motions])
         return np.abs(np.stack([rates, modelled, thrust, modelled - thrust])).max(axis=0)
 

@@ -1,18 +1,20 @@
 """What is kept of columns and of thrusters is what is computed, and it is bounded."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
-from undertow.discovery.balance import caches
-from undertow.discovery.balance.caches import ColumnCache, ThrusterResponses
+from undertow.discovery.balance import forces_along
+from undertow.discovery.balance.forces_along import ColumnCache, ThrusterResponses
 from undertow.physics.forces import thruster_response
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 
 HULL = load_vehicle("blueboat")
 THRUSTER = HULL.thrusters[0]
+JOINED = partial(np.concatenate, axis=1)
 
 
 def moved(rows: int, step: float, seed: int) -> Motion:
@@ -30,7 +32,7 @@ def moved(rows: int, step: float, seed: int) -> Motion:
 def test_the_response_is_that_of_each_motion(delay: float, offset: float, lag: float) -> None:
     motions = [moved(400, 0.05, 1), moved(300, 0.1, 2)]
     changes = {"delay": delay, "command_offset": offset, "lag": lag, "advance_loss": 2.0, "thrust_rate": 0.02}
-    responses = ThrusterResponses(motions)
+    responses = ThrusterResponses(motions, JOINED)
     for scale in (1.0, 0.7):  # a thruster of the same shape is computed once
         thruster = THRUSTER.model_copy(update=changes | {"scale": scale})
         found = np.concatenate(responses.of(HULL.model_copy(update={"thrusters": (thruster,)})))
@@ -44,12 +46,12 @@ def test_a_force_that_stays_is_the_same_whatever_the_delay() -> None:
     commands = np.full((moving.time.size, 2), 17.0)
     still = replace(moving, commands=commands, thrusters=("port", "stbd"), run_up=None)
     late = [HULL.with_values({"delay": delay}) for delay in (0.0, 0.123)]
-    one, other = (ThrusterResponses([still]).of(vehicle)[0][0] for vehicle in late)
+    one, other = (ThrusterResponses([still], JOINED).of(vehicle)[0][0] for vehicle in late)
     assert np.array_equal(one, other)
 
 
 def test_what_is_kept_is_bounded_in_bytes(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(caches, "_MOST", 1000)
+    monkeypatch.setattr(forces_along, "_MOST", 1000)
     kept = ColumnCache()
     asked: list[str] = []
 
