@@ -23,9 +23,9 @@ from .forces_along import ThrusterResponses
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""
 _SPIKE = 4.0
-"""Standard deviations from its neighbours from which a row is false: a normal error is, in one row of 16,000."""
+"""Standard deviations from its neighbours from which a row is false: a normal error is by chance in one of 16,000."""
 _ROUNDING = 1e-4
-"""Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
+"""Share of a time step that is rounding: half a millisecond in a rollout of 5 s."""
 _ROLLED = 2
 """Vehicles whose rollouts are kept: the one that a fit stands at, and the one that it tries."""
 

@@ -85,9 +85,7 @@ def _within_limits(scaled: "_Scaled") -> Array | None:
     return None if found is None else found[0]
 
 
-def passive_refit(
-    scores: GramScores, chosen: Sequence[Option], nominal: Vehicle, envelope: Envelope, strict: bool = False
-) -> LawfulFit:
+def passive_refit(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle, envelope: Envelope) -> LawfulFit:
     """The lawful refit with dissipation over an envelope and positive mass guaranteed, and what that costs.
 
     The damping of nominal plus chosen terms is proved dissipative by positive semidefinite matrices at the corners of
@@ -98,13 +96,11 @@ def passive_refit(
     ----------
     nominal : the vehicle to which the chosen options are added
     envelope : velocities relative to the water
-    strict : raise, instead of being no worse than nominal, where the law cannot be kept
 
     Raises
     ------
     RequestError
-        when the solver does not report an optimum, a returned number breaks a constraint, or, if `strict`, when the
-        nominal model breaks the law beyond what the chosen parameters can mend.
+        when the solver does not report an optimum, or a returned number breaks a constraint.
     """
     free = lawful_refit(scores, chosen)
     misfit_free = scores.loss(chosen, free)
@@ -118,12 +114,6 @@ def passive_refit(
     solution = None if laws.hopeless else _solved(scaled, laws.eased(-MARGIN)) or _solved(scaled, laws)
     kept = solution is not None
     if not kept:
-        if strict:
-            raise RequestError(
-                f"lawful refit: no values of {', '.join(scaled.symbols) or 'no parameters'} make the damping "
-                f"of {nominal.name} dissipative over the envelope {envelope.to_dict()}; "
-                "free a damping parameter, or mend the nominal ones"
-            )
         laws = laws.allowing_nominal()
         solution = _solved(scaled, laws)
     values = free

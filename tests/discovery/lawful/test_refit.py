@@ -123,8 +123,6 @@ def test_a_nominal_model_that_breaks_the_law_is_said_to():
     motion = log_of(SHIP, 2)
     scores, chosen = refit_problem(motion, SHIP, ["surge_quadratic_damping", "sway:|u|r"])
     box = envelope_of([motion], SHIP)
-    with pytest.raises(RequestError, match=r"no values of .* make the damping of CyberShip II dissipative"):
-        passive_refit(scores, chosen, SHIP, box, strict=True)
     found = passive_refit(scores, chosen, SHIP, box)
     assert not found.kept
     assert "creates energy in a part of the envelope" in found.sentence
@@ -136,7 +134,7 @@ def test_free_damping_mends_a_nominal_model_that_breaks_the_law():
     motion = log_of(SHIP, 2)
     scores, chosen = refit_problem(motion, SHIP, ["sway_yaw_coupling", "sway_linear_damping", "yaw_linear_damping"])
     box = envelope_of([motion], SHIP)
-    found = passive_refit(scores, chosen, SHIP, box, strict=True)
+    found = passive_refit(scores, chosen, SHIP, box)
     assert found.kept
     assert worst_dissipation(SHIP.with_values(found.values), box).power == 0.0
 
