@@ -74,6 +74,10 @@ class Balance(ABC):
     independent : effective number of independent tests
     noise : (3,) white sensor noise on u, v [m/s] and r [rad/s]
     blind : (3,) True for an axis that is not scored
+    tests : how forces are tested along other motions than these
+    bins : how many tests in a row belong to one place of the log; places are evenly spaced in time
+    overlap : how many of the rollouts of `squares` run at any time
+    sources : where each row of `squares` comes from; empty where they are not kept apart
     """
 
     unit: ClassVar[tuple[str, str, str]]
@@ -85,6 +89,10 @@ class Balance(ABC):
     independent: float
     noise: Array
     blind: tuple[bool, ...]
+    tests: WeakSettings
+    bins: int
+    overlap: int
+    sources: list[str]
 
     @abstractmethod
     def balance(self, vehicle: Vehicle) -> Array:
@@ -125,11 +133,6 @@ class Balance(ABC):
     def squares(self, vehicle: Vehicle) -> Array:
         """Mean square velocity errors of open-loop rollouts, (starts, 3), for the second judge."""
 
-    @property
-    @abstractmethod
-    def overlap(self) -> int:
-        """How many of the rollouts of `squares` run at any time."""
-
     @abstractmethod
     def largest_force(self, vehicle: Vehicle) -> Array:
         """Modulus of the largest single contribution to the balance at each test, (tests, 3)."""
@@ -140,23 +143,8 @@ class Balance(ABC):
 
     @property
     @abstractmethod
-    def tests(self) -> WeakSettings:
-        """How forces are tested along other motions than these."""
-
-    @property
-    @abstractmethod
-    def bins(self) -> int:
-        """How many tests in a row belong to one place of the log; places are evenly spaced in time."""
-
-    @property
-    @abstractmethod
     def speeds(self) -> Array:
         """Mean measured velocity over ground at each test, (tests, 3) [m/s, m/s, rad/s]."""
-
-    @property
-    @abstractmethod
-    def sources(self) -> list[str]:
-        """Where each row of `squares` comes from."""
 
     @property
     @abstractmethod

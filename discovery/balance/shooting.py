@@ -69,7 +69,9 @@ class Shooting(Balance):
         self.settings = settings or ShootingSettings()
         self._data = data = laid or lay(motions, about, self.settings)
         self.motions, self.noise, self.blind = data.motions, data.noise, tuple(bool(b) for b in blind)
-        bins = data.measured.shape[0]
+        self.bins = bins = int(data.measured.shape[0])
+        self.tests, self.overlap = WeakSettings(), overlap_of(self.settings.horizon, self.settings.spacing)
+        self.sources = [m.source for m, rows in zip(data.motions, data.starts, strict=True) for _ in rows]
         self.block = np.repeat(_blocks(data, self.settings.blocks), bins)
         begin = np.concatenate([m.time[s] for m, s in zip(data.motions, data.starts, strict=True)])
         width = data.per_bin * data.step
@@ -119,11 +121,6 @@ class Shooting(Balance):
             return np.stack([self._finished(linear.change(other, one))] * len(base))
 
         return Neighbourhood(balances, difference, ColumnCache(), False, _STEP_SHARE)
-
-    @property
-    def tests(self) -> WeakSettings:
-        """The usual ones: rollouts have none of their own."""
-        return WeakSettings()
 
     def balance(self, vehicle: Vehicle) -> Array:
         """Measured minus predicted velocity, (tests, 3) [m/s, m/s, rad/s]; zero for a perfect model and log."""
@@ -183,24 +180,9 @@ class Shooting(Balance):
         return (self.balance(vehicle).reshape(starts, bins, 3) ** 2).mean(axis=1)
 
     @property
-    def overlap(self) -> int:
-        """As many as the settings lay over each other."""
-        return overlap_of(self.settings.horizon, self.settings.spacing)
-
-    @property
-    def bins(self) -> int:
-        """Those of a rollout."""
-        return int(self._data.measured.shape[0])
-
-    @property
     def speeds(self) -> Array:
         """Those of the bins."""
         return self._rows(self._data.measured)
-
-    @property
-    def sources(self) -> list[str]:
-        """Where each rollout comes from."""
-        return [m.source for m, rows in zip(self._data.motions, self._data.starts, strict=True) for _ in rows]
 
     def largest_force(self, vehicle: Vehicle) -> Array:
         """The larger of measured change since the start and what thrust adds to the rollout, (tests, 3), as speeds."""

@@ -117,7 +117,9 @@ class WeakForm(Balance):
     def __init__(
         self, motions: Sequence[Motion], settings: WeakSettings, claims: Sequence[Array] | None = None
     ) -> None:
-        self.settings, self.motions, self.blind = settings, tuple(motions), SEEING
+        self.settings = self.tests = settings
+        self.motions, self.blind, self.bins, self.sources = tuple(motions), SEEING, 1, []
+        self.overlap = overlap_of(HORIZON)
         if not self.motions:
             raise RequestError("weak form: expected at least one motion, got none; give a log")
         self.claimed = claims is not None
@@ -196,29 +198,9 @@ class WeakForm(Balance):
         return np.zeros((0, 3)) if self.claimed else rollout_squares(self.motions, vehicle)
 
     @property
-    def overlap(self) -> int:
-        """Two, of 5 s every 2.5 s."""
-        return overlap_of(HORIZON)
-
-    @property
-    def tests(self) -> WeakSettings:
-        """Those of this form."""
-        return self.settings
-
-    @property
-    def bins(self) -> int:
-        """One: each test function has a place of its own."""
-        return 1
-
-    @property
     def speeds(self) -> Array:
         """Passed through the test functions."""
         return self.average([motion.velocity for motion in self.motions])
-
-    @property
-    def sources(self) -> list[str]:
-        """None are kept apart."""
-        return []
 
     def signals(self, vehicle: Vehicle) -> tuple[Triple, list[Array], Array, Array, Array]:
         """What forces follow, along the rows of all motions.
