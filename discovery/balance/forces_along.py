@@ -179,8 +179,8 @@ class ForcesAlong:
         That is where the water moves otherwise, or the wake or the hull is another. What thrusters of two shapes do
         alike cancels to the bit.
         """
-        same = all(one.values[symbol] == other.values[symbol] for symbol in (*CURRENT, "memory_time"))
-        if not same or one.hull != other.hull:
+        alike = all(one.values[symbol] == other.values[symbol] for symbol in (*CURRENT, "memory_time"))
+        if not alike or one.hull != other.hull:
             return None
         relative, changed = self.relative(one), self._changed(one, other)
         force: list[Array] = [np.zeros((1,) * self.velocity[0].ndim)] * 3
@@ -189,7 +189,8 @@ class ForcesAlong:
             equation, still = ForceEquation(one, changed), np.zeros(len(one.thrusters))
             force = list(equation.force(relative, self.heading, still, None, memory, self._air, self.minutes))
         for k, pair in enumerate(zip(one.thrusters, other.thrusters, strict=True)):
-            for sign, thruster in zip((1.0, -1.0), pair if pair[0] != pair[1] else (), strict=False):
+            same = pair[0] is pair[1] or pair[0] == pair[1]
+            for sign, thruster in () if same else zip((1.0, -1.0), pair, strict=True):
                 thrust, load = self.thrusters.response(k, thruster)
                 push = thrust - load * relative[0] if thruster.advance_loss else thrust
                 for axis, share in enumerate(push_of(thruster)):
