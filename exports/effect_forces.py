@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-from ...measurements.prepared_logs import Parts
-from ...physics.vehicle import Vehicle
-from ...residuals.residual import residual
-from ...residuals.series import Columns, in_order, named, stretches
-from ...residuals.series_table import SeriesTable
-from .candidate import candidates
-from .nuisance import CALIBRATED
+from ..discovery.candidates.candidate import candidates
+from ..discovery.candidates.nuisance import CALIBRATED
+from ..measurements.prepared_logs import Parts
+from ..physics.vehicle import Vehicle
+from ..residuals.residual import residual
+from ..residuals.series import Columns, in_order, named, stretches
+from ..residuals.series_table import SeriesTable
 
 FORCES = ("X", "Y", "N")
 _OF_ROWS = ("time", "log", "part")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from envelopes import encloses
 
-from undertow.discovery.lawful.certify import certify
+from undertow.discovery.lawful.affine_laws import certify
 from undertow.physics.errors import RequestError
 from undertow.physics.laws.certificate import basis, control_matrices, vehicle_degree, vehicle_power
 from undertow.physics.laws.damping_power import (

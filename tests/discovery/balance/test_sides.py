@@ -1,11 +1,10 @@
-"""Summands that are worked out once add up to what the force equation gives along the rows, whatever moves."""
+"""The two sides of the weak form are those of the force equation along the rows, whatever moves."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from undertow.discovery.balance.column_cache import Remembered
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.physics.forces import modelled_acceleration, modelled_force, relative_velocity
 from undertow.physics.matrices import mass_matrix
@@ -47,7 +46,6 @@ def test_the_balance_is_that_of_the_force_equation(weak: WeakForm, changes: dict
 
 
 def test_two_hulls_are_not_taken_for_one_another(weak: WeakForm):
-    """Products are remembered by what they depend on, and the force across a hull depends on its size."""
     one = HULL.with_values({"cross_flow": 0.9})
     other = one.model_copy(update={"hull": Hull(length=3.0, draught=0.3)})
     both = [weak.balance(vehicle) for vehicle in (one, other, one)]
@@ -85,24 +83,3 @@ def test_the_response_of_a_thruster_is_in_proportion_to_its_gain_and_its_loss():
     other = thruster.model_copy(update={"scale": 1.4, "advance_loss": 3.0})
     assert other.shape == thruster.shape
     assert thruster.model_copy(update={"lag": 0.5}).shape != thruster.shape
-
-
-def test_what_is_remembered_is_bounded_in_bytes():
-    kept: Remembered[np.ndarray] = Remembered(1000)
-    asked: list[str] = []
-
-    def ask(key: str, size: int = 50) -> None:
-        def compute() -> np.ndarray:
-            asked.append(key)
-            return np.zeros(size)
-
-        kept.of(key, compute)
-
-    for key in "abac":  # 400 bytes each: two have room, and the one asked for longest ago goes
-        ask(key)
-    ask("a")
-    ask("b")
-    assert asked == ["a", "b", "c", "b"]
-    ask("large", 1000)
-    ask("large", 1000)
-    assert asked[4:] == ["large"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.discovery.balance.propagation import Propagation
+from undertow.discovery.balance.sensitivity import Propagation
 
 STEP, PER_BIN, BINS, STARTS = 0.1, 5, 4, 6
 
@@ -31,5 +31,5 @@ def test_bins_are_those_of_steps(states: int) -> None:
         path.append(state[:3].copy())
         spreads.append(spread[:3].copy())
     expected = np.stack(path).reshape(BINS, PER_BIN, 3, STARTS).mean(axis=1)
-    assert found.binned(added) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    assert found.binned(added.transpose(1, 0, 2)) == pytest.approx(expected, rel=1e-9, abs=1e-12)
     assert found.transitions() == pytest.approx(np.stack(spreads), rel=1e-9, abs=1e-12)
