@@ -1,0 +1,70 @@
+"""How far a network's correction is trusted, as its `model.yaml` has it; that of older files is a `FadeRecord`."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from ...physics.errors import RequestError
+from ...physics.quantities import Number, Positive
+
+if TYPE_CHECKING:
+    from ..networks.trust import Trust
+
+
+class TrustRecord(BaseModel):
+    """A `networks.trust.Trust`, by axis."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    lower: tuple[Number, ...]
+    upper: tuple[Number, ...]
+    reaches: tuple[Positive, ...] = Field(min_length=1)
+    weights: tuple[tuple[Number, ...], tuple[Number, ...], tuple[Number, ...]]
+    error: tuple[tuple[Number, ...], tuple[Number, ...], tuple[Number, ...]]
+
+    @classmethod
+    def of(cls, trust: "Trust") -> "TrustRecord":
+        """What a file keeps of it."""
+        names = ("lower", "upper", "reaches", "weights", "error")
+        return cls.model_validate({name: getattr(trust, name).tolist() for name in names})
+
+    def trust(self, inputs: int, where: str) -> "Trust":
+        """That of a network that knows so many velocities and thrusts; loads torch.
+
+        Raises
+        ------
+        RequestError
+            when the numbers are too many or too few for it, or no shares; `where` names the file.
+        """
+        from ..networks.trust import Trust, directions
+
+        sides, count = len(directions(inputs)), len(self.reaches)
+        if (len(self.lower), len(self.upper)) != (sides, sides):
+            raise RequestError(
+                f"{where}: expected {sides} ends below and {sides} above of what training has seen, got "
+                f"{len(self.lower)} and {len(self.upper)}; the file is damaged, so train the network again"
+            )
+        rows = (*self.weights, *self.error)
+        if any(len(row) != count + 1 for row in rows) or any(
+            min(row) < 0.0 or sum(row) > 1.0 + 1e-6 for row in self.weights
+        ):
+            raise RequestError(
+                f"{where}: trust: expected for each axis {count + 1} shares of at least 0 and at most 1 together, "
+                f"got {self.weights}; the file is damaged, so train the network again"
+            )
+        return Trust(*(np.array(getattr(self, name)) for name in ("lower", "upper", "reaches", "weights", "error")))
+
+
+class FadeRecord(BaseModel):
+    """What older files have: one distance at which nothing is left of a correction, whole within the training."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    distance: Positive
+    lower: tuple[Number, ...]
+    upper: tuple[Number, ...]
+
+    @property
+    def record(self) -> TrustRecord:
+        """The same by axis."""
+        whole, none = ((1.0, 0.0),) * 3, ((0.0, 0.0),) * 3
+        return TrustRecord(lower=self.lower, upper=self.upper, reaches=(self.distance,), weights=whole, error=none)

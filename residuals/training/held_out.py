@@ -1,0 +1,214 @@
+"""What networks of one kind say of parts of a log that they do not know: by this a correction is trusted.
+
+Parts are held out in time, and in the space of states: the lively half of a log, which a probe of the calm half does
+not know, and both ends of the direction along which its stretches differ most. So a gain is asked at distances from
+training, not only within it (Roberts et al. 2017, doi:10.1111/ecog.02881, of blocks in time and in predictors).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...measurements.preparation.dataset import DataSet
+from ...measurements.preparation.split import Split
+from ...physics.errors import RequestError
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from ..models.base import VehicleModel
+from ..models.network_inputs import network_inputs
+from ..models.network_model import NetworkModel
+from ..networks.trust import Tried, Trust, directions, stacked
+from ..scores import rollout_errors
+from .training_settings import TrainingSettings
+from .windows import target_acceleration
+
+WARM_UP = 2.0
+"""Rows at the start of a window on which a network with memory is not judged [s]."""
+_SUMMED = 2.0
+"""Time over which corrections and what they correct are added up [s], see `networks.trust`."""
+_LEAST = 8
+"""Stretches that a training part must have, so that a third of it is more than a manoeuvre or two."""
+_BLOCKS = 3
+"""Blocks of time, each held out once."""
+_MANY = 1_000_000
+"""More stretches than a motion has: a stretch is told by the number of its motion and its own."""
+_EPOCHS = 40
+"""Epochs of a probe, at most: it is to say how a correction goes on, not to be used."""
+
+Probe = Callable[[Split], NetworkModel]
+"""Trains a network on the training part of a split."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A part of a log that a probe knows, and the rest of it.
+
+    Attributes
+    ----------
+    known, asked : motions that are learnt, and those that are held out
+    begins : motion of the log, and row of it, at which each asked one begins
+    size : rows of a stretch
+    block : whether it is a block of time, so that rollouts of it are those of any other day
+    """
+
+    known: DataSet
+    asked: DataSet
+    begins: tuple[tuple[int, int], ...]
+    size: int
+    block: bool
+
+
+def probe_settings(settings: TrainingSettings) -> TrainingSettings:
+    """The settings by which a probe is trained: few epochs, and it says everywhere all that it has learnt."""
+    return replace(settings, epochs=min(settings.epochs, _EPOCHS), trust=False)
+
+
+def parts(data: DataSet, vehicle: Vehicle, seconds: float) -> list[Part]:
+    """The ways in which a training part is parted; none where it is too short.
+
+    Parameters
+    ----------
+    seconds : length of the stretches of which parts consist; the last of a motion is longer [s]
+    """
+    rows = [network_inputs(vehicle, motion, False) for motion in data.motions]
+    every = np.concatenate(rows)
+    mean, scale = every.mean(axis=0), np.maximum(every.std(axis=0), 1e-12)
+    turned = directions(every.shape[1]).T
+    along = ((every - mean) / scale) @ turned
+    middle, half = 0.5 * (along.max(axis=0) + along.min(axis=0)), 0.5 * np.maximum(np.ptp(along, axis=0), 1e-12)
+    size = max(1, round(seconds / data.motions[0].time_step))
+    pieces, means, near = [], [], []
+    for k, seen in enumerate(rows):
+        starts = range(0, len(seen) - size + 1, size)
+        for start, stop in zip(starts, [*starts[1:], len(seen)], strict=False):  # none where it is too short
+            some = (seen[start:stop] - mean) / scale
+            pieces.append((k, start, stop))
+            means.append(some.mean(axis=0))
+            near.append(float(np.abs((some @ turned - middle) / half).max()))
+    count = len(pieces)
+    if count < _LEAST:
+        return []
+    spread = np.array(means) - np.mean(means, axis=0)
+    order = np.argsort(spread @ np.linalg.svd(spread, full_matrices=False)[2][0], kind="stable")
+    third = count // _BLOCKS
+    regions = [np.argsort(near, kind="stable")[count // 2 :], order[:third], order[-third:]]
+    blocks = np.array_split(np.arange(count), _BLOCKS)
+    return [
+        _parted(data, pieces, {int(n) for n in asked}, size, block=k < _BLOCKS)
+        for k, asked in enumerate([*blocks, *regions])
+    ]
+
+
+def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], size: int, *, block: bool) -> Part:
+    """The part whose stretches of these numbers are asked; neighbours are joined."""
+    both: tuple[list[tuple[int, int, int]], ...] = ([], [])
+    for n, (k, start, stop) in enumerate(pieces):
+        joined = both[n in asked]
+        before = joined.pop() if joined and joined[-1][::2] == (k, start) else (k, start, start)
+        joined.append((k, before[1], stop))
+
+    def cut(motions: tuple[Motion, ...], where: list[tuple[int, int, int]]) -> tuple[Motion, ...]:
+        return tuple(motions[k].slice(start, stop) for k, start, stop in where)
+
+    known, held = (
+        replace(
+            data,
+            motions=cut(data.motions, where),
+            unfiltered=None if data.unfiltered is None else cut(data.unfiltered, where),
+        )
+        for where in both
+    )
+    return Part(known, held, tuple((k, start) for k, start, _ in both[1]), size, block)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Probed:
+    """What probes of one kind say of the parts that they do not know.
+
+    Attributes
+    ----------
+    tried : stretch by stretch
+    blocks : the probes of the blocks of time, each with its block and the stretches that this consists of
+    """
+
+    tried: tuple[Tried, ...]
+    blocks: tuple[tuple[NetworkModel, DataSet, frozenset[int]], ...]
+
+
+def probed(split: Split, vehicle: Vehicle, window: float, probe: Probe) -> Probed:
+    """Train the probes of one kind along a training part.
+
+    Parameters
+    ----------
+    window : length of the stretches of which parts consist [s]
+    """
+    tried: list[Tried] = []
+    blocks = []
+    for part in parts(split.train, vehicle, window):
+        try:
+            model = probe(replace(split, train=part.known))
+            said = told(model, part.known, part.asked, part.begins, part.size)
+        except RequestError:  # a loss that is not finite, perhaps, or too few rows for a window: it tells nothing
+            continue
+        tried += said
+        if part.block:
+            blocks.append((model, part.asked, frozenset(one.stretch for one in said)))
+    return Probed(tuple(tried), tuple(blocks))
+
+
+def told(
+    model: NetworkModel, known: DataSet, asked: DataSet, begins: tuple[tuple[int, int], ...], size: int
+) -> list[Tried]:
+    """What a network that learnt some motions says of others, stretch by stretch; its gain is 1 everywhere then.
+
+    Parameters
+    ----------
+    begins, size : see `Part`
+    """
+    seen = np.concatenate([network_inputs(model.vehicle, motion, model.heading) for motion in known.motions])
+    model.trust(Trust.within(model.network.known(model.network.scaling.inputs.apply(seen))))
+    found = []
+    first = round(WARM_UP / model.time_step) if model.remembers else 0
+    for motion, (k, start) in zip(asked.motions, begins, strict=True):
+        lacking = target_acceleration(model.vehicle, motion, asked, False)
+        said, distance = model.correction(motion), model.beyond(motion)
+        for begin in range(0, len(said), size):
+            rows = slice(max(begin, first), begin + size)
+            found.append(Tried(lacking[rows], said[rows], distance[rows], _MANY * k + (start + begin) // size))
+    return found
+
+
+def trust_of(model: NetworkModel, split: Split, window: float, found: Probed) -> Trust:
+    """How far a trained network is trusted, by probes along the training part, and by itself on the validation part."""
+    size, first = max(1, round(window / model.time_step)), len(split.train.motions)
+    begins = tuple((first + k, 0) for k in range(len(split.validation.motions)))
+    return trusted(model, (*found.tried, *told(model, split.train, split.validation, begins, size)))
+
+
+def trusted(model: NetworkModel, tried: Sequence[Tried]) -> Trust:
+    """The gain of a network that knows its distances, by what was tried."""
+    gain = model.network.gain
+    assert gain is not None, "`told` has measured from where distances are"
+    rows = round(_SUMMED / model.time_step)
+    reaches, weights, error = stacked(tried, rows, common=model.network.rests_on == "itself")
+    return replace(gain.trust, reaches=reaches, weights=weights, error=error)
+
+
+def rollout_ratio_of(found: Probed) -> float:
+    """Error of rollouts of probes in that of the vehicle alone, over blocks that neither the probe nor its gain knows.
+
+    Geometric mean over horizons of 2 and 10 s, and speeds and position; 1 where no rollout fits.
+    """
+    own, alone = ({name: [] for name in ("2", "10")} for _ in range(2))
+    for model, asked, stretches in found.blocks:
+        model.trust(trusted(model, [one for one in found.tried if one.stretch not in stretches]))
+        for kept, one in ((own, model), (alone, VehicleModel(model.vehicle, "alone"))):
+            for name, errors in rollout_errors(one, asked, (2.0, 10.0)).items():
+                kept[name] += errors.squares
+    ratios = [
+        np.log(np.concatenate(own[name]).mean(axis=0) / np.maximum(np.concatenate(alone[name]).mean(axis=0), 1e-300))
+        for name in own
+        if own[name]
+    ]
+    return float(np.exp(0.5 * np.mean(ratios))) if ratios else 1.0
