@@ -1,13 +1,13 @@
 """Which kind of network a log asks for: the one whose probes err least in rollouts of blocks that they do not know."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.vehicle import Vehicle
 from .epochs import probes_of
-from .held_out import Probed, rollout_ratio_of
+from .held_out import Part, Probed, parts, rollout_ratio_of
 from .training_settings import Choice, TrainingSettings
 
 KINDS = (Choice("gp"), Choice("gp", heading=True), Choice("symmetric"), Choice("mlp"), Choice("lstm"))
@@ -22,7 +22,8 @@ class Candidate:
     Attributes
     ----------
     choice : the kind
-    ratio : error of its rollouts over blocks that its probes do not know, in that of the vehicle alone
+    ratio : error of its rollouts over blocks that its probes do not know, in that of the vehicle alone; of those that
+        were left out by the first block, over that
     probes : those probes, of which its gain comes
     """
 
@@ -45,6 +46,9 @@ def candidates(
 ) -> list[Candidate]:
     """Some kinds, the best first; those that cannot stand beside a vehicle, such as `symmetric`, are left out.
 
+    Successive halving (Jamieson and Talwalkar 2016): all are tried on one block of time, the better half on all of
+    them, and what tells how far a correction is trusted is asked of the best alone.
+
     Parameters
     ----------
     progress : told the name of each kind before it is tried
@@ -54,16 +58,27 @@ def candidates(
     RequestError
         where none could be tried, such as on a log that is too short.
     """
-    found: list[Candidate] = []
-    for choice in kinds:
-        if progress is not None:
-            progress(Candidate(choice, 1.0, Probed((), ())).name)
-        probes = probes_of(split, vehicle, choice, settings)
-        if probes.blocks:
-            found.append(Candidate(choice, rollout_ratio_of(probes), probes))
-    if not found:
+    every = parts(split.train, vehicle, settings.window)
+    blocks, regions = ([part for part in every if part.block is block] for block in (True, False))
+
+    def tried(before: Sequence[Candidate], asked: Sequence[Part]) -> list[Candidate]:
+        found = []
+        for one in before:
+            if progress is not None:
+                progress(one.name)
+            probes = one.probes + probes_of(split, vehicle, one.choice, settings, asked)
+            if probes.blocks:
+                found.append(Candidate(one.choice, rollout_ratio_of(probes), probes))
+        return sorted(found, key=lambda one: one.ratio)
+
+    first = tried([Candidate(choice, 1.0, Probed()) for choice in kinds], blocks[:1])
+    half = -(-len(first) // 2)
+    last = tried(first[:half], blocks[1:])
+    if not last:
         raise RequestError(
             "train: no kind of network could be tried on blocks of this log that it does not know: it has "
             f"{split.train.seconds:.0f} s to train on; give a longer log, or name the kind (--residual gp)"
         )
-    return sorted(found, key=lambda one: one.ratio)
+    best = last[0]
+    whole = replace(best, probes=best.probes + probes_of(split, vehicle, best.choice, settings, regions))
+    return [whole, *last[1:], *first[half:]]

@@ -1,6 +1,6 @@
 """Training a network: windows in, epochs of Adam, and the best weights that keep the laws out."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
@@ -22,7 +22,7 @@ from ..networks.base import Network
 from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
 from .choosing import Auditor, Chooser
 from .growing import grow
-from .held_out import Probed, probe_settings, probed, trust_of
+from .held_out import Part, Probed, parts, probe_settings, probed, trust_of
 from .history import Epoch, best_epochs, stale
 from .losses import Objective
 from .margins import interval_of
@@ -103,13 +103,20 @@ def train(
     return Trained(model, tuple(run.history), more, kept.epoch, kept.lawful, why, chosen, start)
 
 
-def probes_of(split: Split, vehicle: Vehicle, choice: Choice, settings: TrainingSettings) -> Probed:
+def probes_of(
+    split: Split, vehicle: Vehicle, choice: Choice, settings: TrainingSettings, asked: Sequence[Part] | None = None
+) -> Probed:
     """Networks like one to be trained that know parts of the training part alone, and what they say of the rest.
 
     They begin from fresh weights: a start may have seen what they are to be asked.
+
+    Parameters
+    ----------
+    asked : the parts; None for all of them
     """
     fresh, few = replace(choice, start=None), probe_settings(settings)
-    return probed(split, vehicle, few.window, lambda part: train(part, vehicle, fresh, settings=few).model)
+    every = parts(split.train, vehicle, few.window) if asked is None else asked
+    return probed(split, every, lambda part: train(part, vehicle, fresh, settings=few).model)
 
 
 def _check_checkpoint(folder: Path | None, resume: bool) -> None:

@@ -132,20 +132,19 @@ class Probed:
     blocks : the probes of the blocks of time, each with its block and the stretches that this consists of
     """
 
-    tried: tuple[Tried, ...]
-    blocks: tuple[tuple[NetworkModel, DataSet, frozenset[int]], ...]
+    tried: tuple[Tried, ...] = ()
+    blocks: tuple[tuple[NetworkModel, DataSet, frozenset[int]], ...] = ()
+
+    def __add__(self, other: "Probed") -> "Probed":
+        """What both say."""
+        return Probed((*self.tried, *other.tried), (*self.blocks, *other.blocks))
 
 
-def probed(split: Split, vehicle: Vehicle, window: float, probe: Probe) -> Probed:
-    """Train the probes of one kind along a training part.
-
-    Parameters
-    ----------
-    window : length of the stretches of which parts consist [s]
-    """
+def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
+    """Train the probes of one kind, one for each of some parts of the training part of a split."""
     tried: list[Tried] = []
     blocks = []
-    for part in parts(split.train, vehicle, window):
+    for part in asked:
         try:
             model = probe(replace(split, train=part.known))
             said = told(model, part.known, part.asked, part.begins, part.size)
@@ -196,13 +195,14 @@ def trusted(model: NetworkModel, tried: Sequence[Tried]) -> Trust:
 
 
 def rollout_ratio_of(found: Probed) -> float:
-    """Error of rollouts of probes in that of the vehicle alone, over blocks that neither the probe nor its gain knows.
+    """Error of rollouts of probes in that of the vehicle alone, over blocks that neither a probe nor its gain knows.
 
     Geometric mean over horizons of 2 and 10 s, and speeds and position; 1 where no rollout fits.
     """
     own, alone = ({name: [] for name in ("2", "10")} for _ in range(2))
     for model, asked, stretches in found.blocks:
-        model.trust(trusted(model, [one for one in found.tried if one.stretch not in stretches]))
+        others = [one for one in found.tried if one.stretch not in stretches]
+        model.trust(trusted(model, others or found.tried))  # a first block has nothing else to tell its gain
         for kept, one in ((own, model), (alone, VehicleModel(model.vehicle, "alone"))):
             for name, errors in rollout_errors(one, asked, (2.0, 10.0)).items():
                 kept[name] += errors.squares
