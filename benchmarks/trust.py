@@ -1,4 +1,4 @@
-"""How far a correction is to be trusted: its gain as `train` estimates it, and what each part of that estimate is worth.
+"""How far a correction is to be trusted: its gain as `train` estimates it, and what each part of the estimate is worth.
 
 Networks are trained beside a calibrated vehicle on a log, most of them gentle, and judged on a whole run that is not
 like it. Beside the gain of `train` stand others of the same network: none of it (*whole*), a fade of half a deviation
@@ -43,7 +43,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("physics", "measurements", "residuals", "discovery")
 """Packages whose source decides the results."""
 RUNS = (("A_1", "A_2"), ("B_2", "B_4"), ("C_1", "C_2"), ("D_1", "D_2"), ("D_1", "D_3"), ("D_2", "D_1"), ("D_2", "D_3"))
-"""Runs of Gazebo that are trained on, and that judge; the others are gentle logs of simulated hulls, with rich judges."""
+"""Runs of Gazebo that are trained on, and that judge; the others are gentle logs of simulated hulls, and rich ones."""
 MOST, SUMMED = 0.03, 20
 """Share of the nominal error by which a model may be worse than its base, and rows that are added up, as in `train`."""
 VARIANTS = ("train", "whole", "narrow", "blocks", "rows", "ends")

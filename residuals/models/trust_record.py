@@ -66,5 +66,6 @@ class FadeRecord(BaseModel):
     @property
     def record(self) -> TrustRecord:
         """The same by axis."""
-        whole, none = ((1.0, 0.0),) * 3, ((0.0, 0.0),) * 3
+        one, nothing = (1.0, 0.0), (0.0, 0.0)
+        whole, none = (one, one, one), (nothing, nothing, nothing)
         return TrustRecord(lower=self.lower, upper=self.upper, reaches=(self.distance,), weights=whole, error=none)

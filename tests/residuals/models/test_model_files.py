@@ -259,7 +259,7 @@ def renamed(port: str):
 SETTINGS_DAMAGE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "fade of another size": (
         lambda c: c.update(fade={"distance": 0.5, "lower": [0.0], "upper": [1.0]}),
-        r"model.yaml: fade: expected 25 ends below and 25 above, got 1 and 1; the file is damaged",
+        r"model.yaml: expected 25 ends below and 25 above of what training has seen, got 1 and 1; the file is damaged",
     ),
     "margins of another size": (
         lambda c: c.update(interval={"level": 0.95, "learnt": [[1.0]], "alone": [], "wider": [1.0, 1.0, 1.0]}),
