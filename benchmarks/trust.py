@@ -92,9 +92,7 @@ def judged(pair: Pair, network: str, seed: int) -> dict[str, list[float]]:
     model = train(split, base, choice, settings=settings, probes=probes).model
     assert model.network.gain is not None, "it is asked of its log"
     given = model.network.gain.trust
-    step = round(settings.window / model.time_step)
-    begins = tuple((len(split.train.motions) + k, 0) for k in range(len(split.validation.motions)))
-    own = told(model, split.train, split.validation, begins, step)
+    own = told(model, split.train, split.validation)
 
     def by(tried: Sequence[Any], rows: int) -> Trust:
         common = model.network.rests_on == "itself"

@@ -59,7 +59,9 @@ def trust_in_words(trust: "Trust") -> str:
     ]
     far, beyond = trust.reaches[-1], trust.weights[:, -1]
     kept = listing([f"{percent(one)} in {axis}" for axis, one in zip(AXES, beyond, strict=True)])
-    left = "nothing of it is left" if trust.ends else f"{kept} of it is left, as at the farthest that its log tried"
+    left = (
+        "nothing of it is left" if not beyond.any() else f"{kept} of it is left, as at the farthest that its log tried"
+    )
     return (
         f"By parts of the log that it did not know, its correction counts by {listing(shares)}. From {far:.2g} "
         f"standard deviations outside the range of its training inputs on, {left}."

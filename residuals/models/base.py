@@ -14,7 +14,6 @@ from ...physics.motion import Motion
 from ...physics.simulation import Legs, rollout, rollouts
 from ...physics.vehicle import Vehicle
 from .band_record import PredictionBand
-from .domain import excess
 from .network_inputs import network_inputs
 
 Kind = Literal["physics", "symbolic", "hybrid", "network", "baseline"]
@@ -72,7 +71,10 @@ class Model(ABC):
         """How far rows lie beyond what it was trained on, (n,) [standard deviations]; 0 where it does not tell."""
         if self.seen is None:
             return np.zeros(motion.time.size)
-        return excess(network_inputs(self.vehicle, motion, heading=False), *self.seen)
+        seen = network_inputs(self.vehicle, motion, heading=False)
+        low, high = (ends[: seen.shape[1]] for ends in self.seen)  # two deviations to each side
+        over = np.maximum(np.maximum(low - seen, seen - high), 0.0) / (0.25 * (high - low))
+        return np.sqrt((over**2).sum(axis=1))
 
     def margin(self, motion: Motion) -> Array | None:
         """By how much its acceleration may differ from the measured one, (n, 3); None where it does not tell."""

@@ -28,7 +28,7 @@ from ...physics.vehicle import Vehicle, vehicle_from_dict
 from .interval import Interval
 from .network_inputs import input_names
 from .neural import CHECKPOINT, SCHEMA, SETTINGS, WEIGHTS, require_torch
-from .trust_record import FadeRecord, TrustRecord
+from .trust_record import TrustRecord
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -73,7 +73,7 @@ class _Settings(BaseModel):
     inputs: tuple[_Input, ...]
     output_scale: tuple[Positive, Positive, Positive]
     trust: TrustRecord | None = None
-    fade: FadeRecord | None = None  # of older files
+    fade: TrustRecord | None = None  # what older files call it
     interval: Interval | None = None
     vehicle: dict[str, object]
     weights_sha256: str = Field(pattern="^[0-9a-f]{64}$")
@@ -188,7 +188,7 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
     _check_scaling(scaling, vehicle, f"{source / SETTINGS}")
     weights, made_for = _weights(source / WEIGHTS, settings.weights_sha256)
     network = _network(settings, scaling, weights, source)
-    trust = settings.trust if settings.fade is None else settings.fade.record
+    trust = settings.trust or settings.fade
     if trust is not None:
         network.trust(trust.trust(3 + scaling.drives, f"{source / SETTINGS}"))
     if settings.interval is not None:

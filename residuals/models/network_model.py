@@ -81,14 +81,16 @@ class NetworkModel(Model):
     def _tell(self) -> None:
         """What follows from the gain."""
         gain = self.network.gain
-        self.seen, self.fades = self._ends(), gain is not None and gain.trust.ends
+        self.seen, self.fades = self._ends(), gain is not None and not gain.trust.weights[:, -1].any()
         self.far = type(self).far if gain is None else float(gain.trust.reaches[-1])
 
     def _ends(self) -> tuple[Array, Array]:
         """See `Model.seen`; what a network that is said whole has seen is known by its standardisation alone."""
         inputs, gain = self.network.scaling.inputs, self.network.gain
         known = slice(3 + self.network.scaling.drives)
-        low, high = (-_SPREAD, _SPREAD) if gain is None else gain.box
+        low, high = (
+            (-_SPREAD, _SPREAD) if gain is None else (end[known] for end in (gain.trust.lower, gain.trust.upper))
+        )
         mean, scale = inputs.mean[known], inputs.scale[known]
         return mean + low * scale, mean + high * scale
 

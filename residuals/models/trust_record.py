@@ -1,9 +1,9 @@
-"""How far a network's correction is trusted, as its `model.yaml` has it; that of older files is a `FadeRecord`."""
+"""How far a network's correction is trusted, as its `model.yaml` has it."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ...physics.errors import RequestError
 from ...physics.quantities import Number, Positive
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class TrustRecord(BaseModel):
-    """A `networks.trust.Trust`, by axis."""
+    """A `networks.trust.Trust`, by axis; the `fade` of older files is one reach, within which a correction is whole."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     lower: tuple[Number, ...]
@@ -21,6 +21,14 @@ class TrustRecord(BaseModel):
     reaches: tuple[Positive, ...] = Field(min_length=1)
     weights: tuple[tuple[Number, ...], tuple[Number, ...], tuple[Number, ...]]
     error: tuple[tuple[Number, ...], tuple[Number, ...], tuple[Number, ...]]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_an_older_file(cls, said: object) -> object:
+        if not (isinstance(said, dict) and "distance" in said):
+            return said
+        rest = {name: value for name, value in said.items() if name != "distance"}
+        return {"reaches": [said["distance"]], "weights": [[1.0, 0.0]] * 3, "error": [[0.0, 0.0]] * 3} | rest
 
     @classmethod
     def of(cls, trust: "Trust") -> "TrustRecord":
@@ -53,19 +61,3 @@ class TrustRecord(BaseModel):
                 f"got {self.weights}; the file is damaged, so train the network again"
             )
         return Trust(*(np.array(getattr(self, name)) for name in ("lower", "upper", "reaches", "weights", "error")))
-
-
-class FadeRecord(BaseModel):
-    """What older files have: one distance at which nothing is left of a correction, whole within the training."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-    distance: Positive
-    lower: tuple[Number, ...]
-    upper: tuple[Number, ...]
-
-    @property
-    def record(self) -> TrustRecord:
-        """The same by axis."""
-        one, nothing = (1.0, 0.0), (0.0, 0.0)
-        whole, none = (one, one, one), (nothing, nothing, nothing)
-        return TrustRecord(lower=self.lower, upper=self.upper, reaches=(self.distance,), weights=whole, error=none)

@@ -70,11 +70,6 @@ class Trust:
         ends = along.min(axis=0) - _ROUNDING, along.max(axis=0) + _ROUNDING
         return cls(*ends, np.array([reach or NARROW]), shares, np.zeros(shares.shape))
 
-    @property
-    def ends(self) -> bool:
-        """Whether nothing of the correction is left from the last of the reaches on."""
-        return not self.weights[:, -1].any()
-
     def gain(self, distance: Array) -> Array:
         """The gain (..., 3) at distances (...)."""
         return _left(distance, self.reaches) @ self.weights.T
@@ -186,11 +181,6 @@ class Gain(nn.Module):
         }
         for label, values in constants.items():
             self.register_buffer(label, torch.as_tensor(values, dtype=torch.float32), persistent=False)
-
-    @property
-    def box(self) -> tuple[Array, Array]:
-        """Least and most of each known input in training [deviations]."""
-        return self.trust.lower[: self.inputs], self.trust.upper[: self.inputs]
 
     def squared_distance(self, standardised: Tensor) -> Tensor:
         """Squared distance of inputs (..., inputs or more) beyond the training (...) [deviations squared]."""

@@ -134,10 +134,8 @@ class Chooser:
         """
         told = {epoch.number: epoch for epoch in history}
         best = best_epochs(history, lawful=self.lawful)
-        if len(best) > 1 and not self.model.pure:
-            unit = np.maximum(_squares(VehicleModel(self.model.vehicle, "alone"), self.held_out), 1e-300)
-        else:
-            unit = np.zeros(0)
+        alone = VehicleModel(self.model.vehicle, "alone")
+        unit = np.zeros(0) if self.model.pure else np.maximum(_squares(alone, self.held_out), 1e-300)
 
         def error(number: int) -> tuple[bool, float]:
             self.model.network.load_state_dict(_of(kept, number))

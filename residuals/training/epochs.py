@@ -91,7 +91,7 @@ def train(
         chooser = Chooser(model, split.validation, auditor, run.learns_laws)
         ranked = chooser.ranked(run.history, run.kept)
         if asks_its_log(choice, chosen):
-            model.trust(trust_of(model, split, chosen.window, probes or probes_of(split, vehicle, choice, chosen)))
+            model.trust(trust_of(model, split, probes or probes_of(split, vehicle, choice, chosen)))
         kept = chooser.best(ranked, run.kept)
         whole = len(run.history)
         if run.learns_laws:

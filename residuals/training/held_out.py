@@ -18,7 +18,7 @@ from ...physics.vehicle import Vehicle
 from ..models.base import VehicleModel
 from ..models.network_inputs import network_inputs
 from ..models.network_model import NetworkModel
-from ..networks.trust import Tried, Trust, directions, stacked
+from ..networks.trust import Tried, Trust, stacked
 from ..scores import rollout_errors
 from .training_settings import TrainingSettings
 from .windows import target_acceleration
@@ -31,8 +31,8 @@ _LEAST = 8
 """Stretches that a training part must have, so that a third of it is more than a manoeuvre or two."""
 _BLOCKS = 3
 """Blocks of time, each held out once."""
-_MANY = 1_000_000
-"""More stretches than a motion has: a stretch is told by the number of its motion and its own."""
+_STRETCH = 10.0
+"""What happens within so long a stretch of a log tells of itself alone [s]."""
 _EPOCHS = 40
 """Epochs of a probe, at most: it is to say how a correction goes on, not to be used."""
 
@@ -42,20 +42,10 @@ Probe = Callable[[Split], NetworkModel]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A part of a log that a probe knows, and the rest of it.
-
-    Attributes
-    ----------
-    known, asked : motions that are learnt, and those that are held out
-    begins : motion of the log, and row of it, at which each asked one begins
-    size : rows of a stretch
-    block : whether it is a block of time, so that rollouts of it are those of any other day
-    """
+    """Motions that a probe knows, others of the same log that it is asked, and whether these are a block of time."""
 
     known: DataSet
     asked: DataSet
-    begins: tuple[tuple[int, int], ...]
-    size: int
     block: bool
 
 
@@ -74,33 +64,24 @@ def parts(data: DataSet, vehicle: Vehicle, seconds: float) -> list[Part]:
     rows = [network_inputs(vehicle, motion, False) for motion in data.motions]
     every = np.concatenate(rows)
     mean, scale = every.mean(axis=0), np.maximum(every.std(axis=0), 1e-12)
-    turned = directions(every.shape[1]).T
-    along = ((every - mean) / scale) @ turned
-    middle, half = 0.5 * (along.max(axis=0) + along.min(axis=0)), 0.5 * np.maximum(np.ptp(along, axis=0), 1e-12)
     size = max(1, round(seconds / data.motions[0].time_step))
-    pieces, means, near = [], [], []
+    pieces: list[tuple[int, int, int]] = []
     for k, seen in enumerate(rows):
         starts = range(0, len(seen) - size + 1, size)
-        for start, stop in zip(starts, [*starts[1:], len(seen)], strict=False):  # none where it is too short
-            some = (seen[start:stop] - mean) / scale
-            pieces.append((k, start, stop))
-            means.append(some.mean(axis=0))
-            near.append(float(np.abs((some @ turned - middle) / half).max()))
-    count = len(pieces)
-    if count < _LEAST:
+        pieces += [(k, *ends) for ends in zip(starts, [*starts[1:], len(seen)], strict=False)]  # none of a short one
+    if len(pieces) < _LEAST:
         return []
-    spread = np.array(means) - np.mean(means, axis=0)
-    order = np.argsort(spread @ np.linalg.svd(spread, full_matrices=False)[2][0], kind="stable")
-    third = count // _BLOCKS
-    regions = [np.argsort(near, kind="stable")[count // 2 :], order[:third], order[-third:]]
-    blocks = np.array_split(np.arange(count), _BLOCKS)
-    return [
-        _parted(data, pieces, {int(n) for n in asked}, size, block=k < _BLOCKS)
-        for k, asked in enumerate([*blocks, *regions])
-    ]
+    apart = [(rows[k][start:stop] - mean) / scale for k, start, stop in pieces]
+    lively = np.argsort([np.abs(some).max() for some in apart], kind="stable")[len(pieces) // 2 :]
+    means = np.array([some.mean(axis=0) for some in apart])
+    main = np.linalg.svd(means - means.mean(axis=0), full_matrices=False)[2][0]
+    order, third = np.argsort(means @ main, kind="stable"), len(pieces) // _BLOCKS
+    blocks = np.array_split(np.arange(len(pieces)), _BLOCKS)
+    every_part = [*((part, True) for part in blocks), *((r, False) for r in (lively, order[:third], order[-third:]))]
+    return [_parted(data, pieces, set(asked.tolist()), block=block) for asked, block in every_part]
 
 
-def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], size: int, *, block: bool) -> Part:
+def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], *, block: bool) -> Part:
     """The part whose stretches of these numbers are asked; neighbours are joined."""
     both: tuple[list[tuple[int, int, int]], ...] = ([], [])
     for n, (k, start, stop) in enumerate(pieces):
@@ -111,15 +92,12 @@ def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], 
     def cut(motions: tuple[Motion, ...], where: list[tuple[int, int, int]]) -> tuple[Motion, ...]:
         return tuple(motions[k].slice(start, stop) for k, start, stop in where)
 
+    raw = data.unfiltered
     known, held = (
-        replace(
-            data,
-            motions=cut(data.motions, where),
-            unfiltered=None if data.unfiltered is None else cut(data.unfiltered, where),
-        )
+        replace(data, motions=cut(data.motions, where), unfiltered=None if raw is None else cut(raw, where))
         for where in both
     )
-    return Part(known, held, tuple((k, start) for k, start, _ in both[1]), size, block)
+    return Part(known, held, block)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,7 +125,7 @@ def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
     for part in asked:
         try:
             model = probe(replace(split, train=part.known))
-            said = told(model, part.known, part.asked, part.begins, part.size)
+            said = told(model, part.known, part.asked)
         except RequestError:  # a loss that is not finite, perhaps, or too few rows for a window: it tells nothing
             continue
         tried += said
@@ -156,33 +134,26 @@ def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
     return Probed(tuple(tried), tuple(blocks))
 
 
-def told(
-    model: NetworkModel, known: DataSet, asked: DataSet, begins: tuple[tuple[int, int], ...], size: int
-) -> list[Tried]:
-    """What a network that learnt some motions says of others, stretch by stretch; its gain is 1 everywhere then.
-
-    Parameters
-    ----------
-    begins, size : see `Part`
-    """
+def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
+    """What a network that learnt some motions says of others, stretch by stretch; its gain is 1 everywhere then."""
     seen = np.concatenate([network_inputs(model.vehicle, motion, model.heading) for motion in known.motions])
     model.trust(Trust.within(model.network.known(model.network.scaling.inputs.apply(seen))))
-    found = []
     first = round(WARM_UP / model.time_step) if model.remembers else 0
-    for motion, (k, start) in zip(asked.motions, begins, strict=True):
+    found = []
+    for motion in asked.motions:
         lacking = target_acceleration(model.vehicle, motion, asked, False)
         said, distance = model.correction(motion), model.beyond(motion)
-        for begin in range(0, len(said), size):
-            rows = slice(max(begin, first), begin + size)
-            found.append(Tried(lacking[rows], said[rows], distance[rows], _MANY * k + (start + begin) // size))
+        stretch = (motion.time // _STRETCH).astype(int)
+        for one in np.unique(stretch[first:]).tolist():
+            rows = np.flatnonzero(stretch == one)
+            rows = rows[rows >= first]
+            found.append(Tried(lacking[rows], said[rows], distance[rows], one))
     return found
 
 
-def trust_of(model: NetworkModel, split: Split, window: float, found: Probed) -> Trust:
+def trust_of(model: NetworkModel, split: Split, found: Probed) -> Trust:
     """How far a trained network is trusted, by probes along the training part, and by itself on the validation part."""
-    size, first = max(1, round(window / model.time_step)), len(split.train.motions)
-    begins = tuple((first + k, 0) for k in range(len(split.validation.motions)))
-    return trusted(model, (*found.tried, *told(model, split.train, split.validation, begins, size)))
+    return trusted(model, (*found.tried, *told(model, split.train, split.validation)))
 
 
 def trusted(model: NetworkModel, tried: Sequence[Tried]) -> Trust:
