@@ -118,10 +118,10 @@ def _taken(done: TrainRun, nominal: Model) -> str:
     first, named, rest = (scores[horizon].position for scores in every)
     unit = max(first, 1e-12)
     return (
-        f"Names take {percent(1.0 - named / unit)} of the nominal model's error of position over {horizon} s on the "
-        f"last {data.seconds:.0f} s, a network ({kind}) of what has no name {_further((named - rest) / unit)}."
+        f"Of the nominal model's error of position over {horizon} s on the last {data.seconds:.0f} s, names "
+        f"{_change(1.0 - named / unit)}; a network ({kind}) of what has no name {_change((named - rest) / unit, 's')}."
     )
 
 
-def _further(share: float) -> str:
-    return f"a further {percent(share)}" if share >= 0.0 else f"adds {percent(-share)} to it"
+def _change(share: float, ending: str = "") -> str:
+    return f"take{ending} {percent(share)}" if share >= 0.0 else f"add{ending} {percent(-share)}"

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, model_validator
 
 from ...physics.errors import RequestError
 from ...physics.quantities import Number, Positive
@@ -18,7 +18,7 @@ class TrustRecord(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     lower: tuple[Number, ...]
     upper: tuple[Number, ...]
-    reaches: tuple[Positive, ...] = Field(min_length=1)
+    reaches: tuple[Positive, ...]
     weights: tuple[tuple[Number, ...], tuple[Number, ...], tuple[Number, ...]]
     error: tuple[tuple[Number, ...], tuple[Number, ...], tuple[Number, ...]]
 
@@ -53,8 +53,10 @@ class TrustRecord(BaseModel):
                 f"{len(self.lower)} and {len(self.upper)}; the file is damaged, so train the network again"
             )
         rows = (*self.weights, *self.error)
-        if any(len(row) != count + 1 for row in rows) or any(
-            min(row) < 0.0 or sum(row) > 1.0 + 1e-6 for row in self.weights
+        if (
+            not count
+            or any(len(row) != count + 1 for row in rows)
+            or any(min(row) < 0.0 or sum(row) > 1.0 + 1e-6 for row in self.weights)
         ):
             raise RequestError(
                 f"{where}: trust: expected for each axis {count + 1} shares of at least 0 and at most 1 together, "

@@ -308,7 +308,7 @@ def test_what_the_laws_took_and_cost_is_told(place: Path) -> None:
     epochs = tuple(Epoch(k, 1.0, error, 0.0) for k, error in enumerate(errors))
 
     def told(lawful: bool, more: int, best: int) -> str:
-        found = Trained(model, epochs, more, best, 1.0, lawful, "done", undertow.TrainingSettings())
+        found = Trained(model, epochs, more, best, lawful, "done", undertow.TrainingSettings())
         return " ".join(what_laws_took(found))
 
     assert told(True, 0, 1) == "It keeps every law that 'undertow check' asks over these logs."
@@ -354,7 +354,7 @@ def test_where_nothing_is_left_to_learn_it_says_so_and_a_run_folder_is_a_vehicle
     assert "m/s², no more than noise and preparation" in said
     assert "Use the vehicle as it is; train all the same with --set decline=0" in said
     assert not out.exists()
-    told = strict(done(*words, "--json").stdout)
+    told = strict(done(*words, "--json"))
     assert (told["network"], told["why"].startswith("Nothing is left")) == (None, True)
     assert call(*words, "--set", "decline=0").exit_code == 0
     beside = load_network(out)

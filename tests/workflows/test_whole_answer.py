@@ -42,8 +42,8 @@ def test_what_names_leave_a_network_learns_and_both_are_one_answer(run: Run, tmp
     named = next(model for model in before if model.name == "corrected")
     assert last.rollout["10"].sway < named.rollout["10"].sway
     note = whole.comparison.notes[-1]
-    assert note.startswith("Names take ")
-    assert "a network (mlp) of what has no name a further" in note
+    assert note.startswith("Of the nominal model's error of position over ")
+    assert "; a network (mlp) of what has no name takes " in note
     folder = write_run(whole, tmp_path / "run", report=False, progress=None)
     assert network_of(folder) is None
     write_network(done, folder / NETWORK)

@@ -267,7 +267,7 @@ SETTINGS_DAMAGE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     ),
     "fade at once": (
         lambda c: c.update(fade={"distance": 0.0, "lower": [], "upper": []}),
-        r"fade.distance: .*a number above 0, got 0.0",
+        r"fade.reaches.0: .*a number above 0, got 0.0",
     ),
     "schema": (lambda c: c.update(schema="undertow.network/9"), r"expected schema 'undertow.network/1', got '.*/9'"),
     "no schema": (lambda c: c.pop("schema"), r"expected schema 'undertow.network/1', got None"),
