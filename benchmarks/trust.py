@@ -34,7 +34,7 @@ from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.networks.trust import Trust, stacked
 from undertow.residuals.scores import evaluate
 from undertow.residuals.training.epochs import probes_of, train
-from undertow.residuals.training.held_out import parts, told
+from undertow.residuals.training.probes import parts, told
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.fit import fit
 from undertow.workflows.inputs import read_inputs
@@ -89,7 +89,7 @@ def judged(pair: Pair, network: str, seed: int) -> dict[str, list[float]]:
         probes_of(split, base, choice, settings, [p for p in every if p.block is block]) for block in (True, False)
     )
     probes = blocks + regions
-    model = train(split, base, choice, settings=settings, probes=probes).model
+    model = train(split, base, replace(choice, probes=probes), settings=settings).model
     assert model.network.gain is not None, "it is asked of its log"
     given = model.network.gain.trust
     own = told(model, split.train, split.validation)
@@ -104,7 +104,7 @@ def judged(pair: Pair, network: str, seed: int) -> dict[str, list[float]]:
     gains = {
         "train": given,
         "whole": replace(given, reaches=given.reaches[:1], weights=whole),
-        "narrow": replace(given, reaches=given.reaches[:1], weights=whole[:, ::-1]),
+        "narrow": replace(given, reaches=given.reaches[:1], weights=whole[:, ::-1].copy()),
         "blocks": by([*blocks.tried, *own], SUMMED),
         "rows": by([*probes.tried, *own], 1),
         "ends": replace(given, reaches=far, weights=np.column_stack([given.weights, np.zeros(3)])),

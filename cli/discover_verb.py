@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -78,29 +78,33 @@ def discover(
             from ..workflows.whole_answer import check_kind
 
             check_kind(residual)
-        tell_discovery(
-            out,
-            check,
-            read,
-            report=not no_report,
-            seed=seed,
-            refit=refit,
-            force=force,
-            told=told,
-            residual=residual,
-        )
+        how = Telling(not no_report, force, told)
+        tell_discovery(out, check, read, how, seed=seed, refit=refit, residual=residual)
+
+
+class Telling(NamedTuple):
+    """How a discovery is written and told.
+
+    Attributes
+    ----------
+    report : whether the page is written
+    force : replace also files that undertow did not write, or that were changed since
+    told : whole; short for what is missing and how the error falls, with the rest left to the files; json for machines
+    """
+
+    report: bool = True
+    force: bool = False
+    told: str = "whole"
 
 
 def tell_discovery(
     out: Path,
     check: Callable[[], None],
     read: Callable[[], Iterator[Any]],
+    how: Telling,
     *,
-    report: bool,
     seed: int,
     refit: bool | None = None,
-    force: bool = False,
-    told: str = "whole",
     residual: str | None = None,
 ) -> None:
     """Read, search, write the run folder, and tell the story; the time told is that of all four.
@@ -109,11 +113,12 @@ def tell_discovery(
     ----------
     check : refuses a run folder that cannot be written
     read : gives what is searched, and then what is wrong with it
+    how : it is written and told
     residual : kind of network for what has no name, or best; None for none
-    told : whole; short for what is missing and how the error falls, with the rest left to the files; json for machines
     """
     import time
 
+    report, force, told = how
     begun = time.perf_counter()
     from ..measurements.statistics.second_processor import load_before_forks, steps_beside
 

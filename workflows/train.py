@@ -230,7 +230,7 @@ def train(
     kinds: tuple[Candidate, ...] = ()
     if chosen.network == BEST:
         kinds = tuple(candidates(inputs.parts.split, alone, recipe, progress=_trying(progress)))
-        chosen = kinds[0].choice
+        chosen = replace(kinds[0].choice, probes=kinds[0].probes)
     grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
     told = epochs_told(1 if grown else recipe.epochs, progress)
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
@@ -244,7 +244,6 @@ def train(
             resume=resume,
             progress=each,
             auditor=judged,
-            probes=kinds[0].probes if kinds else None,
         )
     nominal = judge(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts)
     kept = audits[-1 if found.lawful else 0]  # where none passed, the best epoch is kept, which was asked first

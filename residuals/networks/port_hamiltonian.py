@@ -49,7 +49,7 @@ class PortHamiltonian(Dissipation):
         ports = self.ports(hidden).unflatten(-1, (3, self.stores)) * self.get_buffer("factor_scale")[:, None]
         wanted = (ports * inputs[..., :3, None]).sum(dim=-2)
         if self.gain is not None:
-            wanted = wanted * self.gain(standardised)[..., :1]  # the same on all axes, see `training.held_out`
+            wanted = wanted * self.gain(standardised)[..., :1]  # the same on all axes, see `training.probes`
         before = wanted[:, 0] if memory is None else memory[0]
         stored = _followed(nn.functional.logsigmoid(self.kept), wanted, before)
         back = (ports * stored[..., None, :]).sum(dim=-1)

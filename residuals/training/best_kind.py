@@ -7,7 +7,7 @@ from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.vehicle import Vehicle
 from .epochs import probes_of
-from .held_out import Part, Probed, parts, rollout_ratio_of
+from .probes import Part, Probed, parts, rollout_ratio_of
 from .training_settings import Choice, TrainingSettings
 
 KINDS = (Choice("gp"), Choice("gp", heading=True), Choice("symmetric"), Choice("mlp"), Choice("lstm"))

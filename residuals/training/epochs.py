@@ -22,11 +22,11 @@ from ..networks.base import Network
 from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
 from .choosing import Auditor, Chooser
 from .growing import grow
-from .held_out import Part, Probed, parts, probe_settings, probed, trust_of
 from .history import Epoch, best_epochs, stale
 from .losses import Objective
 from .margins import interval_of
 from .preparation import Prepared, prepare_training
+from .probes import Part, Probed, parts, probe_settings, probed, trust_of
 from .trained import Trained
 from .training_settings import Choice, TrainingSettings, asks_its_log
 
@@ -49,7 +49,6 @@ def train(
     resume: bool = False,
     progress: Callable[[Epoch], None] | None = None,
     auditor: Auditor | None = None,
-    probes: Probed | None = None,
 ) -> Trained:
     """Train a network on the training part of a split; the validation part chooses the epoch that is kept.
 
@@ -68,7 +67,6 @@ def train(
         Where none does, training goes on at the states that it met against the laws, see `choosing`: without a
         checkpoint, so that a training which is resumed does the same again. The sample of states that judges every
         epoch is no proof
-    probes : those of the same choice and settings, where they were trained before, see `probes_of`
 
     Raises
     ------
@@ -91,7 +89,7 @@ def train(
         chooser = Chooser(model, split.validation, auditor, run.learns_laws)
         ranked = chooser.ranked(run.history, run.kept)
         if asks_its_log(choice, chosen):
-            model.trust(trust_of(model, split, probes or probes_of(split, vehicle, choice, chosen)))
+            model.trust(trust_of(model, split, choice.probes or probes_of(split, vehicle, choice, chosen)))
         kept = chooser.best(ranked, run.kept)
         whole = len(run.history)
         if run.learns_laws:
@@ -114,7 +112,7 @@ def probes_of(
     ----------
     asked : the parts; None for all of them
     """
-    fresh, few = replace(choice, start=None), probe_settings(settings)
+    fresh, few = replace(choice, start=None, probes=None), probe_settings(settings)
     every = parts(split.train, vehicle, few.window) if asked is None else asked
     return probed(split, every, lambda part: train(part, vehicle, fresh, settings=few).model)
 

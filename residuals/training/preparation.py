@@ -26,8 +26,8 @@ from ..networks.base import Network, Scaling
 from ..networks.registry import build, default_options, network_named
 from .augment import Augmenter, seen_noise, sister_targets
 from .fine_tuning import scaling_from, take_weights
-from .held_out import WARM_UP
 from .losses import Objective
+from .probes import WARM_UP
 from .training_settings import Choice, TrainingSettings
 from .validation import Judge
 from .windows import Windows, filter_taps, target_acceleration, windows_of

@@ -10,6 +10,7 @@ from ...physics.errors import RequestError
 
 if TYPE_CHECKING:
     from ..models.network_model import NetworkModel
+    from .probes import Probed
 
 Schedule = Literal["fixed", "cosine"]
 Device = Literal["auto", "cpu", "cuda"]
@@ -25,6 +26,7 @@ class Choice:
     pure : it stands in the place of the physics, not beside it
     heading : it sees the heading
     start : a network that it goes on from, see `fine_tuning`; None for fresh weights
+    probes : those of this choice, where they were trained before, see `probes`; None to train them
     """
 
     network: str
@@ -32,6 +34,7 @@ class Choice:
     pure: bool = False
     heading: bool = False
     start: "NetworkModel | None" = None
+    probes: "Probed | None" = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,5 +156,5 @@ class TrainingSettings:
 
 
 def asks_its_log(choice: Choice, settings: TrainingSettings) -> bool:
-    """Whether parts of the log decide how far a correction is trusted, see `held_out`."""
+    """Whether parts of the log decide how far a correction is trusted, see `probes`."""
     return settings.trust and not choice.pure

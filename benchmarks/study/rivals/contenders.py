@@ -76,7 +76,7 @@ def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Mo
         vehicle = at_beginning(discover(data.run, progress=None).discovery.corrected)
     settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")
     chosen = candidates(data.split, vehicle, settings)[0]
-    model = train(data.split, vehicle, chosen.choice, settings=settings, probes=chosen.probes).model
+    model = train(data.split, vehicle, replace(chosen.choice, probes=chosen.probes), settings=settings).model
     model.name = name
     return model
 

@@ -14,7 +14,7 @@ from undertow.residuals.models.network_inputs import network_inputs
 from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.training.best_kind import candidates
 from undertow.residuals.training.epochs import train
-from undertow.residuals.training.held_out import parts, probe_settings, probed, rollout_ratio_of, trust_of
+from undertow.residuals.training.probes import parts, probe_settings, probed, rollout_ratio_of, trust_of
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
 SHORT = TrainingSettings(epochs=2)
@@ -113,7 +113,7 @@ def test_the_kind_is_that_whose_probes_err_least(pushed: Split) -> None:
     assert told[2:] == [found[0].name], "the better half of two is one, which is tried on all blocks"
     assert len(found[0].probes.blocks) == 3
     assert found[0].ratio < 0.5, "a push that lasts is learnt by either"
-    whole = train(pushed, HULL, found[0].choice, settings=few, probes=found[0].probes).model
+    whole = train(pushed, HULL, replace(found[0].choice, probes=found[0].probes), settings=few).model
     anew = train(pushed, HULL, found[0].choice, settings=few).model
     assert np.allclose(whole.network.gain.trust.weights, anew.network.gain.trust.weights)  # type: ignore[union-attr]
     (motion,) = pushed.train.motions
