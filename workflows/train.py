@@ -115,7 +115,7 @@ class TrainRun:
         return [*told, *broken_laws(self.models[-1])]
 
     def _beyond(self) -> list[str]:
-        """At how many of the judged rows the correction is nothing; nothing where it is at few, or does not fade."""
+        """How many of the judged rows are farther than was tried; nothing where few are, or it has no gain."""
         if not self.model.fades:
             return []
         distance = np.concatenate([self.model.beyond(motion) for motion in self.inputs.parts.judged.motions])
@@ -123,8 +123,8 @@ class TrainRun:
         if share < _MANY:
             return []
         return [
-            f"{percent(share)} of the judged rows lie beyond what it has seen, and its correction fades to nothing "
-            "there: train on logs of such motion, too."
+            f"{percent(share)} of the judged rows lie farther from what it has seen than its log could try: train on "
+            "logs of such motion, too."
         ]
 
     def to_dict(self) -> Plain:

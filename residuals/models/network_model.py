@@ -81,7 +81,7 @@ class NetworkModel(Model):
     def _tell(self) -> None:
         """What follows from the gain."""
         gain = self.network.gain
-        self.seen, self.fades = self._ends(), gain is not None and not gain.trust.weights[:, -1].any()
+        self.seen, self.fades = self._ends(), gain is not None
         self.far = type(self).far if gain is None else float(gain.trust.reaches[-1])
 
     def _ends(self) -> tuple[Array, Array]:
