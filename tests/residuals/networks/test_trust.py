@@ -62,7 +62,7 @@ def test_beyond_the_last_reach_nothing_is_left_but_what_does_not_fade(name: str)
     assert not network(far)[0].any()
     trust = network.gain.trust  # type: ignore[union-attr]
     alike = name == "port_hamiltonian"  # whose stores take what the gain leaves, too
-    weights = np.array([[0.6, 0.2]] * 3 if alike else [[0.6, 0.2], [0.0, 1.0], [0.5, 0.0]])
+    weights = np.array([[0.5, 0.25]] * 3 if alike else [[0.5, 0.25], [0.0, 1.0], [0.5, 0.0]])
     network.trust(Trust(trust.lower, trust.upper, trust.reaches, weights, 0.0 * weights))
     network.double()
     if not alike:
