@@ -26,7 +26,7 @@ from .history import Epoch, best_epochs, stale
 from .losses import Objective
 from .margins import interval_of
 from .preparation import Prepared, prepare_training
-from .probes import Part, Probed, parts, probe_settings, probed, trust_of
+from .probes import Part, Probed, parts, probed, trust_of
 from .trained import Trained
 from .training_settings import Choice, TrainingSettings, asks_its_log
 
@@ -34,6 +34,8 @@ _FOLLOWED = 0.1
 """Epochs of the first, in which the average follows the weights more closely: a start of zeros is soon forgotten."""
 _STEPS = 16
 """Least steps of an epoch: with three, as four minutes in batches of 16 give, no epoch gets far."""
+_EPOCHS = 40
+"""Epochs of a probe, at most: it is to say how a correction goes on, not to be used."""
 _MORE, _GENTLE = 10, 0.1
 """Epochs at states against the laws, after which the average of the weights has left what it was, and the share of the
 learning rate by which they move."""
@@ -115,6 +117,11 @@ def probes_of(
     fresh, few = replace(choice, start=None, probes=None), probe_settings(settings)
     every = parts(split.train, vehicle, few.window) if asked is None else asked
     return probed(split, every, lambda part: train(part, vehicle, fresh, settings=few).model)
+
+
+def probe_settings(settings: TrainingSettings) -> TrainingSettings:
+    """The settings by which a probe is trained: few epochs, and it says everywhere all that it has learnt."""
+    return replace(settings, epochs=min(settings.epochs, _EPOCHS), trust=False)
 
 
 def _check_checkpoint(folder: Path | None, resume: bool) -> None:

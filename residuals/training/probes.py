@@ -20,7 +20,6 @@ from ..models.network_inputs import network_inputs
 from ..models.network_model import NetworkModel
 from ..networks.trust import Tried, Trust, stacked
 from ..scores import rollout_errors
-from .training_settings import TrainingSettings
 from .windows import target_acceleration
 
 WARM_UP = 2.0
@@ -33,9 +32,6 @@ _BLOCKS = 3
 """Blocks of time, each held out once."""
 _STRETCH = 10.0
 """What happens within so long a stretch of a log tells of itself alone [s]."""
-_EPOCHS = 40
-"""Epochs of a probe, at most: it is to say how a correction goes on, not to be used."""
-
 Probe = Callable[[Split], NetworkModel]
 """Trains a network on the training part of a split."""
 
@@ -47,11 +43,6 @@ class Part:
     known: DataSet
     asked: DataSet
     block: bool
-
-
-def probe_settings(settings: TrainingSettings) -> TrainingSettings:
-    """The settings by which a probe is trained: few epochs, and it says everywhere all that it has learnt."""
-    return replace(settings, epochs=min(settings.epochs, _EPOCHS), trust=False)
 
 
 def parts(data: DataSet, vehicle: Vehicle, seconds: float) -> list[Part]:

@@ -13,8 +13,8 @@ from undertow.physics.matrices import mass_matrix
 from undertow.residuals.models.network_inputs import network_inputs
 from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.training.best_kind import candidates
-from undertow.residuals.training.epochs import train
-from undertow.residuals.training.probes import parts, probe_settings, probed, rollout_ratio_of, trust_of
+from undertow.residuals.training.epochs import probe_settings, train
+from undertow.residuals.training.probes import parts, probed, rollout_ratio_of, trust_of
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
 SHORT = TrainingSettings(epochs=2)
@@ -76,7 +76,7 @@ def test_a_correction_counts_by_what_probes_were_right_in(
 ) -> None:
     found = probed(pushed, parts(pushed.train, HULL, 10.0), lambda part: saying(part, times))
     trust = trust_of(saying(pushed, times), pushed, found)
-    assert trust.gain(np.array([0.0, 50.0]))[:, 0] == pytest.approx(gain, abs=0.05), "a push is the same everywhere"
+    assert trust.gain(np.array([0.0, 50.0]))[:, 0] == pytest.approx(gain, abs=0.1), "a push is the same everywhere"
     assert trust.error[0].max() < 0.1
     least, most = ratio
     assert least <= rollout_ratio_of(found) <= most + 1e-9
