@@ -8,7 +8,7 @@ file, on any axis or of position, one step ahead or over 2 and 10 s. Results are
 only for the source that made them. Seeds from 100 are for tuning.
 
     python benchmarks/trust.py [--gazebo FOLDER] [--only NAME]... [--network gp]... [--seeds 1] [--folder DIR]
-        [--table docs/trust_figures.md]
+        [--table trust.md]
 
 A pair takes half a minute with `gp`. Exits 1 where the gain of `train` is worse on any pair.
 """
