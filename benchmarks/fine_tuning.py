@@ -33,7 +33,7 @@ STARTS = ("fresh weights", "plain start", "start made to be one")
 KNOWN, ROUNDS, PART = 6, 24, 0.5
 """Hulls that a start is made from, how often it goes to one of them, and what part of the way."""
 WHOLE = TrainingSettings(device="cpu")
-FEW = replace(WHOLE, epochs=10, averaging=0.0, shrink=False)
+FEW = replace(WHOLE, epochs=10, averaging=0.0, trust=False)
 """The way to one hull."""
 TUNED = replace(WHOLE, epochs=60, learning_rate=2e-3)
 """After a start: smaller steps, or the first of them lose it."""

@@ -4,8 +4,8 @@ It compared Fossen's model alone, a pure network, and a perceptron beside Fossen
 networks with memory. The paper itself is not part of the project; what is repeated is what the project's design says
 of it, and the page tells where our own choice stands in. Each model is trained on a Gazebo run, or on field logs of a
 real BlueBoat, in the order of time (70/15/15 %, 10 Hz, 1.2 Hz), and judged on the end of its own runs, as the paper
-judged, and on whole runs that it never saw. Networks are trained by a short recipe, and neither fade nor shrink: what
-`train` makes of them is judged by `benchmarks/fading.py` and `benchmarks/rivals.py`.
+judged, and on whole runs that it never saw. Networks are trained by a short recipe, and count whole: what
+`train` makes of them is judged by `benchmarks/trust.py` and `benchmarks/rivals.py`.
 
     python benchmarks/paper.py --gazebo FOLDER [--blueboat FOLDER] [--out paper] [--seeds 5] [--jobs 2] [--case NAME]...
         [--table docs/paper.md]

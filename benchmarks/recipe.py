@@ -2,8 +2,8 @@
 
 The worlds are those of `unnamed.py`, a random hull each that lacks one cause without a name, with seeds from 100 on,
 which no study reports. In each a network is trained with the recipe as it is, and with one setting of it moved at a
-time; what makes the error of position over 10 s on another log less is what a recipe should have. The fade is 0.5
-deviations throughout, so that no probe of the fade takes part in it, and nothing declines. The judge is a log without
+time; what makes the error of position over 10 s on another log less is what a recipe should have. Corrections
+count whole, so that no probe takes part in it, and nothing declines. The judge is a log without
 noise that no training saw; change is the geometric mean of the ratio to the recipe as it is, world by world, with its
 95 % interval by Student's t.
 
@@ -91,7 +91,7 @@ def judge(network: str, first: int, only: Sequence[str], n: int) -> dict[str, An
     clean = read(log("rich", 2000 + seed), "clean", hull, "all")
     alone = position(VehicleModel(hull, "alone"), clean)
     begun = time.perf_counter()
-    recipe = replace(TrainingSettings(seed=seed, fade=0.5), **settings)
+    recipe = replace(TrainingSettings(seed=seed, trust=False), **settings)
     done = train(split, hull, Choice(network, options=options), settings=recipe)
     seconds = time.perf_counter() - begun
     error = position(done.model, clean)

@@ -3,7 +3,7 @@
 Both see the same inputs along one Gazebo run, beside the vehicle that was calibrated on it, and are judged one step
 ahead on another run: on the rows inside the box of the training inputs, and beyond it. The trees (scikit-learn's
 HistGradientBoostingRegressor as it is, an axis each) are fitted to the filtered target row by row; beside them stand
-the trees and the Gaussian processes that `train` keeps. Those and the perceptron neither fade nor shrink. Each is also
+the trees and the Gaussian processes that `train` keeps. Those and the perceptron count whole. Each is also
 fitted with the heading as inputs (`train --heading`), which a current asks for. A line tells the means over the seeds;
 the last lines, what each learner adds to the mean error of the boosted trees on the run where it does worst. It takes
 four minutes a seed.
@@ -64,7 +64,7 @@ def learners(vehicle: Vehicle, split: Split, seed: int, networks: Sequence[str])
     found: dict[str, Says] = {"vehicle alone": lambda motion: np.zeros((motion.time.size, 3))}
     for heading, how in SEEN.items():
         found[f"boosted trees{how}"] = _boosted(vehicle, split, heading, seed)
-    settings = TrainingSettings(seed=seed, shrink=False, fade=0.0)
+    settings = TrainingSettings(seed=seed, trust=False)
     for network in networks:
         for heading, how in SEEN.items():
             model = train(split, vehicle, Choice(network, heading=heading), settings=settings).model

@@ -33,7 +33,7 @@ HULL = load_vehicle("blueboat")
 HIDDEN = {"surge_quadratic_damping": -8.0, "sway_lift": 15.0}
 LIMIT, RATIO = 60.0, 0.9
 """Most seconds of a training, and most of the plain loop's time that a pass of ours may take."""
-BARE = TrainingSettings(lambda_phys=0.0, lambda_smooth=0.0, sensor_noise=0.0, fade=0.0)
+BARE = TrainingSettings(lambda_phys=0.0, lambda_smooth=0.0, sensor_noise=0.0, trust=False)
 
 
 def logs() -> Split:

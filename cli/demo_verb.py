@@ -8,7 +8,7 @@ import typer
 
 from ..measurements.log_options import AS_GUESSED
 from .console import failing_clearly, say
-from .discover_verb import tell_discovery
+from .discover_verb import Telling, tell_discovery
 from .options import ForceOption, check_folder, logs_in_steps
 
 
@@ -26,7 +26,7 @@ def demo(
             resources.as_file(folder / "demo.yaml") as car,
         ):
             check, read = partial(_check, out, force), partial(logs_in_steps, [log], str(car), AS_GUESSED, None)
-            tell_discovery(out, check, read, report=True, seed=0, force=force, told="short")
+            tell_discovery(out, check, read, Telling(True, force, "short"), seed=0)
 
 
 def _check(out: Path, force: bool) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -28,6 +28,7 @@ from .options import (
 
 if TYPE_CHECKING:
     from ..workflows.run_folder.run import Run
+    from ..workflows.train import TrainRun
 
 _FORKED = ("numpy.fft", "numpy.ma", "undertow.exports.mcap_file")
 """Modules that more than one process of a discovery asks for."""
@@ -47,6 +48,10 @@ def discover(
             "--refit/--no-refit",
             help="Calibrate the model's own parameters while effects are judged; else where the file holds guesses.",
         ),
+    ] = None,
+    residual: Annotated[
+        str | None,
+        typer.Option("--residual", help="Network for what has no name: a kind of 'train', or best; in RUN/network."),
     ] = None,
     seed: SeedOption = 0,
     judge: Annotated[
@@ -69,19 +74,38 @@ def discover(
         check = partial(check_folder, out, (logs, vehicle, channels), report=not no_report, force=force)
         read = partial(logs_in_steps, logs, vehicle, Reading(frame, channels, namespace, as_is, fix), judge)
         told = "json" if as_json else "whole"
-        tell_discovery(out, check, read, report=not no_report, seed=seed, refit=refit, force=force, told=told)
+        if residual is not None:
+            from ..workflows.whole_answer import check_kind
+
+            check_kind(residual)
+        how = Telling(not no_report, force, told)
+        tell_discovery(out, check, read, how, seed=seed, refit=refit, residual=residual)
+
+
+class Telling(NamedTuple):
+    """How a discovery is written and told.
+
+    Attributes
+    ----------
+    report : whether the page is written
+    force : replace also files that undertow did not write, or that were changed since
+    told : whole; short for what is missing and how the error falls, with the rest left to the files; json for machines
+    """
+
+    report: bool = True
+    force: bool = False
+    told: str = "whole"
 
 
 def tell_discovery(
     out: Path,
     check: Callable[[], None],
     read: Callable[[], Iterator[Any]],
+    how: Telling,
     *,
-    report: bool,
     seed: int,
     refit: bool | None = None,
-    force: bool = False,
-    told: str = "whole",
+    residual: str | None = None,
 ) -> None:
     """Read, search, write the run folder, and tell the story; the time told is that of all four.
 
@@ -89,10 +113,12 @@ def tell_discovery(
     ----------
     check : refuses a run folder that cannot be written
     read : gives what is searched, and then what is wrong with it
-    told : whole; short for what is missing and how the error falls, with the rest left to the files; json for machines
+    how : it is written and told
+    residual : kind of network for what has no name, or best; None for none
     """
     import time
 
+    report, force, told = how
     begun = time.perf_counter()
     from ..measurements.statistics.second_processor import load_before_forks, steps_beside
 
@@ -112,7 +138,14 @@ def tell_discovery(
         basis = chosen_ahead(inputs, settings)  # while the logs are checked
         inputs = inputs.with_checks(next(steps))
     run = find(inputs, settings, progress=progress, basis=basis)
+    trained = None
+    if residual is not None:
+        run, trained = _with_network(run, residual, seed)
     write_run(run, out, report=report, force=force, progress=progress)
+    if trained is not None:
+        from ..workflows.train import write_network
+
+        write_network(trained, out / "network", force=force)
     findings = run.findings
     if told == "json":
         print_json(findings.to_dict())
@@ -140,9 +173,21 @@ def tell_discovery(
     show(terminal.energy_text(findings.passivity))
     prose(terminal.not_judged(findings.candidates))
     show(terminal.advice_list(findings.advice))
+    if residual is not None:
+        prose(run.comparison.notes[-1])
+    if trained is not None:
+        prose(" ".join(trained.sentences))
     _tell_files(out, time.perf_counter() - begun, run, report)
     if (out / "series.mcap").is_file():
         say(f"Series for Foxglove and PlotJuggler: {out / 'series.mcap'}")
+
+
+def _with_network(run: "Run", kind: str, seed: int) -> "tuple[Run, TrainRun | None]":
+    """The run with a network of what its corrected model leaves."""
+    from ..residuals.training.training_settings import TrainingSettings
+    from ..workflows.whole_answer import with_network
+
+    return with_network(run, kind, settings=TrainingSettings(seed=seed), progress=progress)
 
 
 def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:

@@ -31,7 +31,7 @@ def train(
         typer.Option(
             "--residual",
             help="Network: mlp, symmetric, lstm (when not given), tcn, transformer, dissipative, port_hamiltonian, "
-            "trees or gp.",
+            "trees, gp, or best: the one that predicts best over blocks of the log that it does not know.",
         ),
     ] = None,
     start: Annotated[
@@ -83,6 +83,11 @@ def train(
             done = trained.train(
                 inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=progress
             )
+        except trained.NothingToLearnError as end:
+            print_json({"schema": trained.TRAIN_SCHEMA, "network": None, "why": str(end)}) if as_json else prose(
+                str(end)
+            )
+            return
         except KeyboardInterrupt as error:
             kept = (out / trained.CHECKPOINT).exists()
             how = f"the same command with --resume goes on from {out}" if kept else "no epoch was done, nothing is kept"

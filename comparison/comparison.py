@@ -20,7 +20,7 @@ from ..physics.vehicle import Vehicle
 from ..residuals.models.band_record import PredictionBand
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.baselines import baselines
-from ..residuals.models.domain import spanned
+from ..residuals.models.network_inputs import in_box
 from ..residuals.prediction_band import HeldPredictions, held_predictions, prediction_band
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
 from ..residuals.series import series
@@ -176,7 +176,7 @@ def comparison(
     if parts.judge in _FITTED_TO:
         fitted = {*fitted, CALIBRATED}
     # Where all rows judge, no part says what is known.
-    inside = None if parts.judge in WHOLE else spanned(inputs.vehicle, parts.known).inside(parts.judged.motions)
+    inside = None if parts.judge in WHOLE else in_box(inputs.vehicle, parts.known, parts.judged.motions)
     counts = [found for found in judged[1:] if parts.judge == "test" or found.name not in fitted]
     recommended = best([(found.model, found.errors, found.audit) for found in (judged[0], *counts)])
     if inputs.broken:
@@ -265,7 +265,7 @@ def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
         far = distance >= found.model.far
         if far.mean() > _FAR_OUT:
             why = (
-                "its correction is nothing there"
+                "its correction counts there as at the farthest that its log tried"
                 if found.model.fades
                 else "its errors there say little of it elsewhere"
             )

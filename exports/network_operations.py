@@ -18,7 +18,7 @@ from .program.vector_operations import Built, Vector, VectorOperations
 if TYPE_CHECKING:
     from ..residuals.models.network_model import NetworkModel
     from ..residuals.networks.base import Network
-    from ..residuals.networks.fade import Fade
+    from ..residuals.networks.trust import Gain
 
 Weights = Mapping[str, Array]
 _GATES = 4
@@ -34,7 +34,7 @@ class _Layers:
     ----------
     on : operations of the tool
     weights : weights and constants by name
-    left : how much of the correction its fade leaves, once for each axis; None where it does not fade
+    left : gain of the correction on each axis; None where it is said whole
     """
 
     def __init__(self, on: VectorOperations, weights: Weights, left: Vector | None) -> None:
@@ -205,13 +205,14 @@ def _memory_size(kind: str, weights: Weights) -> int:
     return weights["kept"].size if kind == "port_hamiltonian" else 0
 
 
-def _weight(on: VectorOperations, fade: "Fade", standardised: Vector) -> Vector:
-    """How much of a correction is left, see `residuals.networks.fade`, once for each axis."""
-    rows, ends = (fade.get_buffer(name).cpu().numpy().astype(float) for name in ("rows", "ends"))
-    over = on.relu(on.affine(rows, -ends, on.part(standardised, 0, fade.inputs)))
-    lost = np.full((_AXES, ends.size), -1.0 / fade.reach.fade**2)
-    left = on.relu(on.affine(lost, np.ones(_AXES), on.mul(over, over)))
-    return on.mul(left, left)
+def _gain(on: VectorOperations, gain: "Gain", standardised: Vector) -> Vector:
+    """The gain of a correction on each axis, see `residuals.networks.trust`."""
+    names = ("rows", "ends", "steep", "weights")
+    rows, ends, steep, weights = (gain.get_buffer(name).cpu().numpy().astype(float) for name in names)
+    over = on.relu(on.affine(rows, -ends, on.part(standardised, 0, gain.inputs)))
+    lost = np.repeat(-steep[:, None], ends.size, axis=1)
+    left = on.relu(on.affine(lost, np.ones(steep.size), on.mul(over, over)))
+    return on.affine(weights, np.zeros(_AXES), on.mul(left, left))
 
 
 def weights_of(network: "Network") -> dict[str, Array]:
@@ -246,7 +247,7 @@ class CorrectedProgram:
             model.vehicle, model.time_step, corrected="in place" if model.pure else "beside"
         )
         self.seen: Function = network_inputs(self.program.vehicle, model.time_step, model.heading)
-        self._kind, self._weights, self._fade = kind, weights_of(network), network.fade
+        self._kind, self._weights, self._trusted = kind, weights_of(network), network.gain
         self._memory = Group(
             "memory", "what the network remembers", _numbered("memory", _memory_size(kind, self._weights))
         )
@@ -262,7 +263,7 @@ class CorrectedProgram:
         w = self._weights
         shifted = on.add(on.constant(-w["input_mean"]), seen)
         standardised = on.mul(on.constant(1.0 / w["input_scale"]), shifted)
-        layers = _Layers(on, w, None if self._fade is None else _weight(on, self._fade, standardised))
+        layers = _Layers(on, w, None if self._trusted is None else _gain(on, self._trusted, standardised))
         said, after = _KINDS[self._kind](layers, standardised, seen, memory)
         if layers.left is not None:
             said = on.mul(layers.left, said)

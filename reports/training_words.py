@@ -1,6 +1,9 @@
-"""What a training says in words: what there was to learn, how much of it holds, and what the laws took."""
+"""What a training says in words: what there was to learn, how far it is trusted, and what the laws took."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ..comparison.facts import ComparedModel
 from ..physics.frames import AXES
@@ -9,6 +12,8 @@ from ..residuals.left_to_learn import Left
 from ..residuals.scores import ACCELERATION_UNITS
 
 if TYPE_CHECKING:
+    from ..residuals.networks.trust import Trust
+    from ..residuals.training.best_kind import Candidate
     from ..residuals.training.trained import Trained
 
 _DEAR = 0.1
@@ -40,14 +45,36 @@ def what_it_holds(model: ComparedModel) -> list[str]:
     ]
 
 
-def share_in_words(share: float) -> str:
-    """How much of a correction holds where it was not trained."""
-    if share == 0.0:
+def trust_in_words(trust: "Trust") -> str:
+    """By how much of itself a correction counts, and where it ends, as parts of the log tell that it did not know."""
+    gain = trust.gain(np.zeros(()))
+    if not trust.weights.any():
         return (
-            "Nothing learnt that holds: on the validation part no share of the correction predicts better than the "
-            "vehicle alone, so it is taken away. Use the vehicle as it is, or train on more varied logs."
+            "Nothing learnt that holds: on parts of the log that it did not know, no share of the correction is "
+            "better than none, so it says nothing. Use the vehicle as it is, or train on more varied logs."
         )
-    return f"On the validation part {percent(share)} of the correction predicts best, so the rest is taken away."
+    shares = [
+        f"{percent(one)} (standard error {percent(error)}) in {axis}"
+        for axis, one, error in zip(AXES, gain, trust.error[:, 0], strict=True)
+    ]
+    far, beyond = trust.reaches[-1], trust.weights[:, -1]
+    kept = listing([f"{percent(one)} in {axis}" for axis, one in zip(AXES, beyond, strict=True)])
+    left = (
+        "nothing of it is left" if not beyond.any() else f"{kept} of it is left, as at the farthest that its log tried"
+    )
+    return (
+        f"By parts of the log that it did not know, its correction counts by {listing(shares)}. From {far:.2g} "
+        f"standard deviations outside the range of its training inputs on, {left}."
+    )
+
+
+def kinds_in_words(kinds: "Sequence[Candidate]") -> str:
+    """Which kind was chosen, by what the probes of each left of the vehicle's error."""
+    told = listing([f"{one.name} {percent(one.ratio)}" for one in kinds])
+    return (
+        "In predictions of 2 and 10 s over blocks of the log that they did not know, this is what kinds of network "
+        f"leave of the vehicle's error: {told}."
+    )
 
 
 def what_laws_took(found: "Trained") -> list[str]:

@@ -65,11 +65,6 @@ class Left:
         return np.hypot(self.noise, self.preparation)
 
     @property
-    def beyond(self) -> Array:
-        """Root mean square of the error beyond the floor."""
-        return np.sqrt(np.maximum(self.error**2 - self.floor**2, 0.0))
-
-    @property
     def learnable(self) -> np.ndarray:
         """Whether the error is more than the floor on each axis, by more than chance."""
         return self.error**2 > self.floor**2 * (1.0 + _SURE * self.scatter)
@@ -80,12 +75,6 @@ class Left:
         gain = self.position**2 - self.position_floor**2
         rolls = self.horizon == 0.0 or gain > (_WORTH**2 - 1.0) * self.position_preparation**2
         return bool(rolls and self.learnable.any())
-
-    @property
-    def axes(self) -> tuple[bool, bool, bool]:
-        """The learnable axes; all of them where it is not worth it, for whoever trains all the same."""
-        surge, sway, yaw = self.learnable.tolist() if self.worth_it else (True, True, True)
-        return surge, sway, yaw
 
     def to_dict(self) -> dict[str, dict[str, float | bool]]:
         """By axis, and of rollouts."""

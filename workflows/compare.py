@@ -23,6 +23,7 @@ from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run_inputs
 from .run_folder.targets import check_page
 from .run_folder.write import write_comparison
+from .whole_answer import network_of
 
 
 @showing
@@ -109,7 +110,9 @@ def compare_run(
     size = fitted_numbers(folder)
     corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", size, unseen=unseen)
     inputs = inputs.in_folds(folds) if folds else inputs
-    return _compared(inputs, (corrected,), models, folds=folds, progress=progress)[0]
+    network = network_of(folder)
+    middle = (corrected,) if network is None else (corrected, network)
+    return _compared(inputs, middle, models, folds=folds, progress=progress)[0]
 
 
 @single_threaded
@@ -148,6 +151,9 @@ def _compared(
     rows = inputs.parts.judge
     told = [*inputs.repairs, *notes, *fitted_notes(sources, rows)]
     fitted = {one.model.name for one in sources if one.surely_saw(rows)}
+    fitted |= {
+        model.name for model in middle if model.kind == "hybrid"
+    }  # of a run, on most of whose rows it was trained
     done = comparison(judged, inputs, timed=True, notes=told, fitted=fitted)
     return done, inputs, ends(found, done.best.model)
 

@@ -21,13 +21,14 @@ from ..physics.folders import held, put_right
 from ..physics.forces import at_beginning
 from ..physics.in_words import percent
 from ..physics.reading import Plain
-from ..physics.stage import Say
+from ..physics.stage import Say, Stage
 from ..reports.terminal.progress import SHOWN, showing
 from ..reports.terminal.training_progress import epochs_told
 from ..reports.training_words import (
     broken_laws,
+    kinds_in_words,
     left_in_words,
-    share_in_words,
+    trust_in_words,
     what_it_holds,
     what_laws_took,
     why_declined,
@@ -37,19 +38,25 @@ from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, load_network, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
 from ..residuals.scores import evaluate
-from ..residuals.training.training_settings import Choice, TrainingSettings, asks_its_log
+from ..residuals.training.training_settings import Choice, TrainingSettings
 from .run_folder.targets import check_target_folder
 
 if TYPE_CHECKING:
     from ..discovery.distillation.distilled import Distilled
     from ..residuals.models.network_model import NetworkModel
+    from ..residuals.training.best_kind import Candidate
     from ..residuals.training.epochs import Trained
     from ..residuals.training.history import Epoch
 
 TRAIN_SCHEMA = "undertow.train/1"
 _MANY = 0.05
 """Share of the judged rows beyond what a network has seen that is worth a sentence: few rows decide no error."""
-_TRYING = "trying first how far beyond its training a correction holds, where the log is long enough to say"
+BEST = "best"
+"""Stands for the kind that is best in predictions of blocks of the log that it does not know."""
+
+
+class NothingToLearnError(RequestError):
+    """A vehicle leaves nothing that a network could learn: a good end, which the verbs tell as one."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -63,6 +70,7 @@ class TrainRun:
     left : what the vehicle leaves unexplained, beside the noise of the sensors; None of a pure network
     models : errors of the nominal model and of the network on held-out data, as in `comparison.json`
     distilled : what of the correction is a named effect; None where that was not asked for
+    kinds : that were tried, the best first, where the best was asked for
     """
 
     inputs: Inputs
@@ -70,6 +78,7 @@ class TrainRun:
     left: Left | None
     models: tuple[ComparedModel, ...]
     distilled: "Distilled | None" = None
+    kinds: "tuple[Candidate, ...]" = ()
 
     def __repr__(self) -> str:
         return f"TrainRun({' '.join(self.sentences)})"
@@ -94,19 +103,19 @@ class TrainRun:
                 else [f"Kept epoch {found.best_epoch} of {found.epochs[-1].number}: {found.stopped}."]
             ),
             *([] if self.left is None else [f"Without it, {left_in_words(self.left)}."]),
+            *([kinds_in_words(self.kinds)] if self.kinds else []),
         ]
         if found.best_epoch == 0:
             than = "the vehicle alone" if found.start is None else f"the network {found.start} as it was"
             told.append(f"No epoch was better than {than}, so the network is as it began.")
-        elif found.share < 1.0:
-            told.append(share_in_words(found.share))
-        told += [] if found.reaching is None else [found.reaching.sentence]
+        elif model.network.gain is not None:
+            told.append(trust_in_words(model.network.gain.trust))
         told += [*self._beyond(), *what_it_holds(self.models[-1])]
         told += what_laws_took(found)
         return [*told, *broken_laws(self.models[-1])]
 
     def _beyond(self) -> list[str]:
-        """At how many of the judged rows the correction is nothing; nothing where it is at few, or does not fade."""
+        """How many of the judged rows are farther than was tried; nothing where few are, or it has no gain."""
         if not self.model.fades:
             return []
         distance = np.concatenate([self.model.beyond(motion) for motion in self.inputs.parts.judged.motions])
@@ -114,8 +123,8 @@ class TrainRun:
         if share < _MANY:
             return []
         return [
-            f"{percent(share)} of the judged rows lie beyond what it has seen, and its correction fades to nothing "
-            "there: train on logs of such motion, too."
+            f"{percent(share)} of the judged rows lie farther from what it has seen than its log could try: train on "
+            "logs of such motion, too."
         ]
 
     def to_dict(self) -> Plain:
@@ -132,6 +141,7 @@ class TrainRun:
             "logs": list(self.inputs.paths),
             "split": self.inputs.parts.judge,
             "left": None if self.left is None else self.left.to_dict(),
+            "kinds": {kind.name: kind.ratio for kind in self.kinds},
             "models": [model.to_dict() for model in self.models],
             "training": found.to_dict(),
             "distillation": None if self.distilled is None else self.distilled.to_dict(),
@@ -148,16 +158,15 @@ def _left(inputs: Inputs, settings: TrainingSettings) -> Left:
 
     Raises
     ------
-    RequestError
+    NothingToLearnError
         where nothing is, and the settings say to decline then.
     """
     split = inputs.parts.split
     left = left_to_learn(at_beginning(inputs.vehicle), (split.train, split.validation))
     if settings.decline and not left.worth_it:
-        raise RequestError(
-            f"train: expected a vehicle that leaves something to learn, got one {why_declined(left)}: "
-            f"{left_in_words(left)}. A network would add its own error; use the vehicle as it is, or train all the "
-            "same with --set decline=0"
+        raise NothingToLearnError(
+            f"Nothing is left for a network to learn beside a vehicle {why_declined(left)}: {left_in_words(left)}. Use "
+            "the vehicle as it is; train all the same with --set decline=0"
         )
     return left
 
@@ -179,8 +188,8 @@ def train(
     Parameters
     ----------
     inputs : logs and nominal vehicle, see `read_inputs`
-    choice : the network, by a name of `train --residual`, its options, whether it learns all of the motion without the
-        vehicle's physics, and whether it sees the heading; None for an LSTM beside the physics
+    choice : the network, by a name of `train --residual` or `BEST`, its options, whether it learns all of the motion
+        without the vehicle's physics, and whether it sees the heading; None for an LSTM beside the physics
     settings : of the recipe
     out : folder for the network, and for the checkpoint of a training under way; None writes nothing
     resume : go on with the training that was interrupted in `out`
@@ -191,8 +200,9 @@ def train(
     Raises
     ------
     RequestError
-        when torch is missing, the folder cannot be used, nothing is left to learn beside the vehicle (see
-        `TrainingSettings.decline`), or training fails; see `residuals.training.epochs.train`.
+        when torch is missing, the folder cannot be used, or training fails; see `residuals.training.epochs.train`.
+    NothingToLearnError
+        where nothing is left to learn beside the vehicle, see `TrainingSettings.decline`.
     """
     chosen = choice or Choice("lstm")
     expect("train: inputs", inputs, Inputs, INPUTS_CURE)
@@ -200,12 +210,12 @@ def train(
     expect("train: choice", chosen, Choice, 'undertow.Choice("lstm") names a network')
     require_torch()
     from ..residuals.networks.registry import NETWORKS
+    from ..residuals.training.best_kind import candidates
     from ..residuals.training.choosing import Verdict
     from ..residuals.training.epochs import train as train_network
 
     audits: list[Audit] = []
-    grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
-    told = epochs_told(1 if grown else (settings or TrainingSettings()).epochs, progress)
+    recipe, alone = settings or TrainingSettings(), at_beginning(inputs.vehicle)  # a network knows no time
 
     def each(epoch: "Epoch") -> None:
         told(epoch)
@@ -216,32 +226,47 @@ def train(
         audits.append(audit_along(model, inputs.parts))
         return Verdict(audits[-1].verdict == "pass", audits[-1].against)
 
-    left = None if chosen.pure else _left(inputs, settings or TrainingSettings())
-    if progress is not None and not resume and asks_its_log(chosen, settings or TrainingSettings()):
-        progress(_TRYING)
+    left = None if chosen.pure else _left(inputs, recipe)
+    kinds: tuple[Candidate, ...] = ()
+    if chosen.network == BEST:
+        kinds = tuple(candidates(inputs.parts.split, alone, recipe, progress=_trying(progress)))
+        chosen = replace(kinds[0].choice, probes=kinds[0].probes)
+    grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
+    told = epochs_told(1 if grown else recipe.epochs, progress)
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
     with nullcontext() if target is None else _at_work(target):
         found = train_network(
             inputs.parts.split,
-            at_beginning(inputs.vehicle),  # a network knows no time
-            chosen if left is None else replace(chosen, axes=left.axes),
-            settings=settings,
+            alone,
+            chosen,
+            settings=recipe,
             folder=target,
             resume=resume,
             progress=each,
             auditor=judged,
         )
-    if target is not None:
-        logs = [Path(path).name for path in inputs.paths]
-        warned = {"warnings": list(inputs.warnings)} if inputs.warnings else {}
-        digests = [{**item, "path": name} for item, name in zip(log_digests(inputs.paths), logs, strict=True)]
-        training = {"logs": logs, "log_sha256": digests, **warned, **found.to_dict()}
-        save_network(found.model, target, training, force=force)
     nominal = judge(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts)
     kept = audits[-1 if found.lawful else 0]  # where none passed, the best epoch is kept, which was asked first
     errors = evaluate(found.model, inputs.parts.judged)
     network = Judged(found.model, errors, kept, coverage(found.model, errors, inputs.parts.judged))
-    return TrainRun(inputs, found, left, (row(nominal), row(network)))
+    done = TrainRun(inputs, found, left, (row(nominal), row(network)), kinds=kinds)
+    if target is not None:
+        write_network(done, target, force=force)
+    return done
+
+
+def write_network(run: TrainRun, target: Path, *, force: bool = False) -> None:
+    """Write the folder of a trained network, see `save_network`."""
+    inputs = run.inputs
+    logs = [Path(path).name for path in inputs.paths]
+    warned = {"warnings": list(inputs.warnings)} if inputs.warnings else {}
+    digests = [{**item, "path": name} for item, name in zip(log_digests(inputs.paths), logs, strict=True)]
+    training = {"logs": logs, "log_sha256": digests, **warned, **run.trained.to_dict()}
+    save_network(run.model, target, training, force=force)
+
+
+def _trying(progress: Say | None) -> Callable[[str], None] | None:
+    return None if progress is None else lambda kind: progress(Stage(f"trying a network of the kind {kind}"))
 
 
 @showing
@@ -271,6 +296,10 @@ def choice_of(
         when a start is given with a kind of its own, or is no network that can go on learning.
     """
     if start is None:
+        if network == BEST and (options or pure or heading):
+            raise RequestError(
+                "train: --residual best chooses; leave out --option, --pure and --heading, or name a kind"
+            )
         return Choice(network or "lstm", options, pure, heading)
     if network or options or pure or heading:
         raise RequestError(

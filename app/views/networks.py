@@ -15,6 +15,7 @@ from .side_by_side import rivals_table
 from .words import button, line, watching
 
 _NETWORKS = {
+    "best": "the one that predicts best over blocks of the log that it does not know",
     "mlp": "MLP: what the present state tells",
     "lstm": "LSTM: with memory",
     "tcn": "TCN: with a fixed memory",

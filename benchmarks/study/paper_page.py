@@ -89,7 +89,7 @@ def _introduction(seeds: int) -> str:
         "says them; beside them stand those of predictions that went through the filter of the measurement, which is "
         f"the fair comparison. Over {seeds} seed{'s' * (seeds > 1)}, with 95 % intervals of Student's t; on "
         "Gazebo a seed is one of the networks, of the BlueBoat also which third of the logs is held out. The networks "
-        "have a short recipe of 40 epochs, and neither fade nor shrink."
+        "have a short recipe of 40 epochs, and count whole."
     )
 
 

@@ -60,8 +60,8 @@ _SETTINGS = f"""Sources, and what was chosen:
   model of the vehicle leaves. Wang et al. (2024, arXiv:2411.13908) give the net sine and cosine of the heading. Xu et
   al. (2022, doi:10.3390/jmse10020148) train a network together with the coefficients of an equation of motion. The
   papers of Lim and Oh and of Fang et al. were not at hand. All these rows are our reading.
-- Networks of undertow have {EPOCHS} epochs here, not 150. Those called undertow fade beyond their training, are shrunk
-  to what holds, and keep the laws, as `train` makes them.
+- Networks of undertow have {EPOCHS} epochs here, not 150. Those called undertow count by their gain, and
+  keep the laws, as `train` makes them.
 - Perceptrons of others have two layers of 64 tanh, and 800 steps of AdamW over all rows at once (learning rate 0.02,
   falling by a cosine). The weights of the least validation error are kept.
 - The neural ODE and the port-Hamiltonian network have 800 such steps, then 150 through rollouts of 1 s and 100 through

@@ -35,7 +35,7 @@ class Contender:
     settings: tuple[tuple[str, Any], ...] = ()
 
 
-SHORT = (("epochs", 40), ("patience", 40), ("shrink", False))
+SHORT = (("epochs", 40), ("patience", 40))
 """The budget of a network: 350 of them are to be trained in half an hour on two processors."""
 VARIED = Augmentation(thrust_spread=0.1, hull_spread=0.1)
 CONTENDERS = {
@@ -65,7 +65,7 @@ def made(who: Contender, base: Vehicle, inputs: Inputs, seed: int) -> Model:
     """The model, trained where it is a network."""
     if who.network is None:
         return VehicleModel(base, who.base)
-    # Those of the paper neither fade nor shrink, and no audit chooses their epoch.
-    settings = replace(TrainingSettings(seed=seed, fade=0.0), **dict(SHORT), **dict(who.settings))
+    # Those of the paper count whole, and no audit chooses their epoch.
+    settings = replace(TrainingSettings(seed=seed, trust=False), **dict(SHORT), **dict(who.settings))
     choice = Choice(who.network, pure=who.pure, heading=who.heading)
     return train(inputs.parts.split, base, choice, settings=settings).model

@@ -14,7 +14,6 @@ from ...physics.motion import Motion
 from ...physics.simulation import Legs, rollout, rollouts
 from ...physics.vehicle import Vehicle
 from .band_record import PredictionBand
-from .domain import excess
 from .network_inputs import network_inputs
 
 Kind = Literal["physics", "symbolic", "hybrid", "network", "baseline"]
@@ -38,9 +37,9 @@ class Model(ABC):
     time_step : of rollouts, where no motion gives one [s]
     seen : lower and upper ends of u, v, r and the thrusts that it was trained on; None where it does not tell
     band : of its predictions, as the run that it comes from has it; None where it comes from none
-    fades : whether its correction fades to nothing beyond its training
-    far : distance beyond its training from which rows are far from it [standard deviations]; what fades is nothing
-        from there on, and what does not has hardly ever met what lies there
+    fades : whether its correction counts by a gain that falls with the distance from its training
+    far : distance beyond its training from which rows are far from it [standard deviations]: the farthest that its gain
+        knows of, or what other networks have hardly ever met
     """
 
     name: str
@@ -72,7 +71,10 @@ class Model(ABC):
         """How far rows lie beyond what it was trained on, (n,) [standard deviations]; 0 where it does not tell."""
         if self.seen is None:
             return np.zeros(motion.time.size)
-        return excess(network_inputs(self.vehicle, motion, heading=False), *self.seen)
+        seen = network_inputs(self.vehicle, motion, heading=False)
+        low, high = (ends[: seen.shape[1]] for ends in self.seen)  # two deviations to each side
+        over = np.maximum(np.maximum(low - seen, seen - high), 0.0) / (0.25 * (high - low))
+        return np.sqrt((over**2).sum(axis=1))
 
     def margin(self, motion: Motion) -> Array | None:
         """By how much its acceleration may differ from the measured one, (n, 3); None where it does not tell."""

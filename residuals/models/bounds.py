@@ -8,6 +8,7 @@ whose bound is too large is halved; in the end all are small enough, or one viol
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from torch import nn
@@ -44,10 +45,6 @@ class Perceptron:
     lines: Relaxation = relu_lines
 
 
-_NOTHING = Perceptron([(np.zeros((3, 3)), np.zeros(3))])
-"""What is left of a network that has faded."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Bounded:
     """Whether a bound on the power is proved, and the state u, v, r (3,) `against` it, where one was met."""
@@ -59,8 +56,9 @@ class Bounded:
 def bound_power(model: NetworkModel, envelope: Envelope, limit: float, force: Array | None = None) -> Bounded:
     """Prove that the power without thrust is at most `limit` [W] everywhere in an envelope, or meet a state against it.
 
-    With a `force` (3,) [N, N, N m] the limit rises with speed, by its power along each axis. Of a correction that fades
-    the proof is that of the vehicle with all of it and with none: what lies between them has a power between theirs.
+    With a `force` (3,) [N, N, N m] the limit rises with speed, by its power along each axis. Of a correction with
+    a gain on each axis the proof is that of the vehicle with the most of it and with none, axis by axis: the power is
+    linear in each gain, so what lies between has a power between theirs.
 
     The network must be a perceptron of ReLU or tanh that does not see the heading, and the vehicle's water must not
     stream where the network gives the whole acceleration; else there is no proof. No proof is no disproof.
@@ -68,10 +66,24 @@ def bound_power(model: NetworkModel, envelope: Envelope, limit: float, force: Ar
     perceptron = _perceptron(model)
     if perceptron is None:
         return Bounded(False)
-    whole = _bound(model, perceptron, envelope, limit, force)
-    if not whole.proved or model.network.fade is None:
-        return whole
-    return _bound(model, _NOTHING, envelope, limit, force)
+    found = Bounded(True)
+    for gain in _gains(model):
+        head, bias = perceptron.layers[-1]
+        heads = [*perceptron.layers[:-1], (head * gain[:, None], bias * gain)]
+        found = _bound(model, Perceptron(heads, perceptron.lines), envelope, limit, force)
+        if not found.proved:
+            break
+    return found
+
+
+def _gains(model: NetworkModel) -> Array:
+    """The corners (corners, 3) of what the gain may be on the three axes, the largest first."""
+    gain = model.network.gain
+    if gain is None:
+        return np.ones((1, 3))
+    most = gain.trust.gain(np.zeros(()))
+    alike = (gain.trust.weights == gain.trust.weights[0]).all()
+    return np.array([(1.0, 1.0, 1.0), (0.0, 0.0, 0.0)] if alike else list(product((1.0, 0.0), repeat=3))) * most
 
 
 def _bound(

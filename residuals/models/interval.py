@@ -65,11 +65,11 @@ class Interval(BaseModel):
         Parameters
         ----------
         found : (n, sizes) as `sizes` has them
-        weight : (n,) of the correction, 1 within the training
+        weight : (n, 3) gain of the correction
         beyond : (n,) distance beyond it [standard deviations]
         """
         own, base = (found @ np.array(table).T for table in (self.learnt, self.alone))
-        mixed = weight[:, None] * own + (1.0 - weight[:, None]) * base
+        mixed = weight * own + (1.0 - weight) * base
         wider = np.where(beyond[:, None] > 0.0, np.array(self.wider), 1.0)
         return mixed * wider * (1.0 + beyond[:, None])
 
@@ -90,11 +90,11 @@ def sizes(vehicle: Vehicle, motion: Motion, said: Array) -> Array:
 
 
 def least_known(motion: Motion, weight: Array, beyond: Array) -> tuple[Array, Array]:
-    """The least weight (n,) and the largest distance beyond (n,) about each row: the filter carries errors inwards."""
+    """The least gain (n, 3) and the largest distance beyond (n,) about each row: the filter carries errors inwards."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     rows = _rows(motion)
-    return minimum_filter1d(weight, rows, mode="nearest"), maximum_filter1d(beyond, rows, mode="nearest")
+    return minimum_filter1d(weight, rows, axis=0, mode="nearest"), maximum_filter1d(beyond, rows, mode="nearest")
 
 
 def _rows(motion: Motion) -> int:

@@ -25,10 +25,10 @@ from ...physics.printable import listed, shown
 from ...physics.quantities import Number, Positive, complaint, complaints, location, unknown_key
 from ...physics.reading import Plain, parse_json, parse_yaml, read_bytes, read_yaml, reason
 from ...physics.vehicle import Vehicle, vehicle_from_dict
-from .fade_record import FadeRecord
 from .interval import Interval
 from .network_inputs import input_names
 from .neural import CHECKPOINT, SCHEMA, SETTINGS, WEIGHTS, require_torch
+from .trust_record import TrustRecord
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -72,7 +72,8 @@ class _Settings(BaseModel):
     time_step: Positive
     inputs: tuple[_Input, ...]
     output_scale: tuple[Positive, Positive, Positive]
-    fade: FadeRecord | None = None
+    trust: TrustRecord | None = None
+    fade: TrustRecord | None = None  # what older files call it
     interval: Interval | None = None
     vehicle: dict[str, object]
     weights_sha256: str = Field(pattern="^[0-9a-f]{64}$")
@@ -138,8 +139,8 @@ def save_network(
         "output_scale": [float(scale) for scale in scaling.output],
         "vehicle": model.vehicle.to_dict(),
     }
-    if model.network.fade is not None:
-        settings["fade"] = FadeRecord.of(model.network.fade.reach).model_dump(mode="json")
+    if model.network.gain is not None:
+        settings["trust"] = TrustRecord.of(model.network.gain.trust).model_dump(mode="json")
     if model.interval is not None:
         settings["interval"] = model.interval.model_dump(mode="json")
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.network.state_dict().items()}
@@ -187,8 +188,9 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
     _check_scaling(scaling, vehicle, f"{source / SETTINGS}")
     weights, made_for = _weights(source / WEIGHTS, settings.weights_sha256)
     network = _network(settings, scaling, weights, source)
-    if settings.fade is not None:
-        network.fade_beyond(settings.fade.reach(3 + scaling.drives, f"{source / SETTINGS}"))
+    trust = settings.trust or settings.fade
+    if trust is not None:
+        network.trust(trust.trust(3 + scaling.drives, f"{source / SETTINGS}"))
     if settings.interval is not None:
         settings.interval.check(vehicle, f"{source / SETTINGS}")
     if made_for != _digest(read_yaml(source / SETTINGS)):

@@ -1,5 +1,7 @@
 """What a network sees: the paper's s = [u, v, r, T_1 ... T_n], and the heading where it is asked for."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...physics.forces import Triple, actuation, relative_velocity
@@ -21,6 +23,12 @@ def network_inputs(vehicle: Vehicle, motion: Motion, heading: bool) -> Array:
     curve, and cos psi and sin psi if `heading`.
     """
     return stacked_inputs(vehicle, motion.heading, tuple(motion.velocity.T), actuation(vehicle, motion).thrust, heading)
+
+
+def in_box(vehicle: Vehicle, known: Sequence[Motion], asked: Sequence[Motion]) -> np.ndarray:
+    """Whether each row of some motions lies in the box of speeds and thrusts that others span."""
+    box, seen = (np.concatenate([network_inputs(vehicle, m, heading=False) for m in some]) for some in (known, asked))
+    return np.all((seen >= box.min(axis=0)) & (seen <= box.max(axis=0)), axis=1)
 
 
 def stacked_inputs(vehicle: Vehicle, psi: Array, velocity: Triple, thrust: Array, heading: bool) -> Array:

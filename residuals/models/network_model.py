@@ -16,6 +16,7 @@ from ...physics.motion import Motion
 from ...physics.simulation import rollout
 from ...physics.vehicle import Vehicle
 from ..networks.base import Memory, Network, Scaling, through
+from ..networks.trust import Trust
 from .base import Kind, Model
 from .coasting import SETTLE
 from .interval import Interval, least_known, sizes
@@ -69,16 +70,27 @@ class NetworkModel(Model):
         self.interval: Interval | None = None
         with torch.inference_mode():
             self.remembers = bool(network(self.tensor(np.zeros((1, 1, network.width))))[1])
-        self.seen = self._ends()
-        if network.fade is not None:
-            self.fades, self.far = True, network.fade.reach.fade
+        self._tell()
         self.rests_on = "vehicle" if network.rests_on == "itself" and not pure else network.rests_on
 
+    def trust(self, given: Trust | None) -> None:
+        """Let the correction be said by this gain; None: let it be said whole everywhere."""
+        self.network.trust(given)
+        self._tell()
+
+    def _tell(self) -> None:
+        """What follows from the gain."""
+        gain = self.network.gain
+        self.seen, self.fades = self._ends(), gain is not None
+        self.far = type(self).far if gain is None else float(gain.trust.reaches[-1])
+
     def _ends(self) -> tuple[Array, Array]:
-        """See `Model.seen`; what a network that does not fade has seen is known by its standardisation alone."""
-        inputs, fade = self.network.scaling.inputs, self.network.fade
+        """See `Model.seen`; what a network that is said whole has seen is known by its standardisation alone."""
+        inputs, gain = self.network.scaling.inputs, self.network.gain
         known = slice(3 + self.network.scaling.drives)
-        low, high = (-_SPREAD, _SPREAD) if fade is None else fade.box
+        low, high = (
+            (-_SPREAD, _SPREAD) if gain is None else (end[known] for end in (gain.trust.lower, gain.trust.upper))
+        )
         mean, scale = inputs.mean[known], inputs.scale[known]
         return mean + low * scale, mean + high * scale
 
@@ -101,20 +113,20 @@ class NetworkModel(Model):
             return numbers(through(self.network, seen)[0][0])
 
     def beyond(self, motion: Motion) -> Array:
-        """See `Model.beyond`; of a correction that fades, the distance by which it does."""
-        fade = self.network.fade
-        if fade is None:
+        """See `Model.beyond`; of a correction with a gain, the distance that this is a function of."""
+        gain = self.network.gain
+        if gain is None:
             return super().beyond(motion)
         with torch.inference_mode():
-            return np.sqrt(numbers(fade.squared_distance(self._standardised(motion))))
+            return np.sqrt(numbers(gain.squared_distance(self._standardised(motion))))
 
     def weight(self, motion: Motion) -> Array:
-        """How much of its correction is left along a motion (n,); 1 where it does not fade."""
-        fade = self.network.fade
-        if fade is None:
-            return np.ones(motion.time.size)
+        """The gain of its correction along a motion (n, 3); 1 where it is said whole."""
+        gain = self.network.gain
+        if gain is None:
+            return np.ones((motion.time.size, 3))
         with torch.inference_mode():
-            return numbers(fade(self._standardised(motion))[:, 0])
+            return numbers(gain(self._standardised(motion)))
 
     def margin(self, motion: Motion) -> Array | None:
         """See `Model.margin`; raises as `correction` does."""

@@ -6,7 +6,7 @@ memory of the call before goes on exactly where that one ended, whether it takes
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -16,7 +16,7 @@ from torch import Tensor, nn
 
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.frames import Array
-from .fade import Fade, Reach
+from .trust import Gain, Trust
 
 Memory = tuple[Tensor, ...]
 """What a network remembers between calls, first dimension the batch; empty for one without memory.
@@ -72,27 +72,24 @@ class Network(nn.Module, ABC):
     Attributes
     ----------
     name : how the command line and the files call it
-    ends : layers to whose weights and biases the correction is proportional, and by which power of a share of it they
-        shrink
     grown : of a network that is grown and not trained; else None
     rests_on : what makes sure that it dissipates: `itself` by construction, `bounds` that `residuals.models.bounds` may
         find, or `nothing`
     scaling : physical constants
     options : what it was built with, by name
-    fade : of its correction beyond its training; None for one that does not fade
+    gain : by which its correction is multiplied; None for one that is said whole everywhere
     """
 
     name: ClassVar[str]
-    ends: ClassVar[Mapping[str, float]] = {"head": 1.0}
     grown: ClassVar[Grown | None] = None
     rests_on: ClassVar[Literal["itself", "bounds", "nothing"]] = "nothing"
-    fade: Fade | None
+    gain: Gain | None
 
     def __init__(self, scaling: Scaling, options: dict[str, int | float]) -> None:
         super().__init__()
         self.scaling = scaling
         self.options = options
-        self.fade = None
+        self.gain = None
         for label, values in (
             ("input_mean", scaling.inputs.mean),
             ("input_scale", scaling.inputs.scale),
@@ -105,10 +102,10 @@ class Network(nn.Module, ABC):
         """Number of inputs."""
         return len(self.scaling.inputs.names)
 
-    def fade_beyond(self, reach: Reach | None) -> None:
-        """Let the correction fade beyond what training has seen of velocities and thrusts; None: let it not fade."""
+    def trust(self, given: Trust | None) -> None:
+        """Let the correction be said by this gain, of velocities and thrusts; None: let it be said whole everywhere."""
         like = self.get_buffer("input_mean")
-        self.fade = None if reach is None else Fade(reach, 3 + self.scaling.drives).to(like)
+        self.gain = None if given is None else Gain(given, 3 + self.scaling.drives).to(like)
 
     @classmethod
     def alike(cls, rows: Array, reach: Array) -> Array:
@@ -116,22 +113,15 @@ class Network(nn.Module, ABC):
         del reach
         return rows
 
-    def known(self, rows: Array, fade: float) -> Reach:
-        """The reach of a training on inputs (rows, inputs) in standard deviations."""
+    def known(self, rows: Array) -> Array:
+        """What a training on inputs (rows, inputs) in standard deviations knows of velocities and thrusts."""
         inputs, drives = self.scaling.inputs, self.scaling.drives
         told = self.alike(inputs.undo(rows), self.scaling.reach)
-        return Reach.of(np.concatenate([rows, inputs.apply(told[len(rows) :])])[:, : 3 + drives], fade)
+        return np.concatenate([rows, inputs.apply(told[len(rows) :])])[:, : 3 + drives]
 
     def plain(self) -> "Network":
         """The same correction by layers that exports and proofs know; itself, where it consists of these."""
         return self
-
-    @torch.no_grad()
-    def shrink(self, share: float) -> None:
-        """Let the correction be this share of itself from here on."""
-        for name, power in self.ends.items():
-            for parameter in self.get_submodule(name).parameters():
-                parameter.mul_(share**power)
 
     def forward(self, inputs: Tensor, memory: Memory | None = None) -> tuple[Tensor, Memory]:
         """Correction of the acceleration along rows of inputs.
@@ -150,8 +140,8 @@ class Network(nn.Module, ABC):
         mean, scale, size = (self.get_buffer(n) for n in ("input_mean", "input_scale", "output_scale"))
         seen = (inputs - mean) / scale
         said, remembered = self.correct(seen, inputs, memory)
-        if self.fade is not None:
-            said = said * self.fade(seen)
+        if self.gain is not None:
+            said = said * self.gain(seen)
         return said * size, remembered
 
     @abstractmethod

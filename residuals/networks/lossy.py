@@ -1,8 +1,6 @@
 """What corrections that cannot create energy share: -(L L^T + S) nu_r with S skew-symmetric, and a bounded drive."""
 
 from abc import ABC
-from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 import torch
@@ -28,8 +26,6 @@ class Dissipation(Network, ABC):
     """
 
     rests_on = "itself"
-    ends: ClassVar[Mapping[str, float]] = {"factor": 0.5, "skew": 1.0, "drive": 1.0}
-    """L counts by its square; of the drive, which tanh bounds, it holds to first order."""
 
     def __init__(self, scaling: Scaling, units: int, layers: int, gain: float, **more: int) -> None:
         super().__init__(scaling, {"units": units, "layers": layers, "gain": gain, **more})

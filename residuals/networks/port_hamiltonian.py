@@ -1,6 +1,5 @@
 """A port-Hamiltonian correction with a memory: what it takes from the hull it may give back, and never more."""
 
-from collections.abc import Mapping
 from math import exp, log10
 from typing import ClassVar, final
 
@@ -22,15 +21,14 @@ class PortHamiltonian(Dissipation):
     -|L^T nu_r|^2 - |y|^2 <= 0, whatever the weights: hull and stores are joined by a skew-symmetric matrix, which does
     no work (van der Schaft and Jeltsema 2014, doi:10.1561/2600000002). In a state that lasts the stores take the power
     |E^T nu_r|^2. E depends on state and thrust through the layers; Lambda is diagonal, and the same everywhere. Rows
-    are exact for E^T nu_r that is held between them: y_k = a y_(k-1) + (1 - a) E_k^T nu_k. Where the correction fades,
-    stores take as much less as they push less, or they would give back within what they took for nothing beyond.
+    are exact for E^T nu_r that is held between them: y_k = a y_(k-1) + (1 - a) E_k^T nu_k. Where the gain of the
+    correction is small, stores take as much less as they push less, or they would give back within what they took for
+    nothing beyond.
 
     Memory: the stores of the last row, (batch, stores).
     """
 
     name: ClassVar[str] = "port_hamiltonian"
-    ends: ClassVar[Mapping[str, float]] = {**Dissipation.ends, "ports": 0.5}
-    """E counts by its square."""
 
     def __init__(
         self, scaling: Scaling, *, units: int = 128, layers: int = 1, gain: float = 0.5, stores: int = 12
@@ -50,8 +48,8 @@ class PortHamiltonian(Dissipation):
         hidden = self.body(standardised)
         ports = self.ports(hidden).unflatten(-1, (3, self.stores)) * self.get_buffer("factor_scale")[:, None]
         wanted = (ports * inputs[..., :3, None]).sum(dim=-2)
-        if self.fade is not None:
-            wanted = wanted * self.fade(standardised)
+        if self.gain is not None:
+            wanted = wanted * self.gain(standardised)[..., :1]  # the same on all axes, see `training.probes`
         before = wanted[:, 0] if memory is None else memory[0]
         stored = _followed(nn.functional.logsigmoid(self.kept), wanted, before)
         back = (ports * stored[..., None, :]).sum(dim=-1)

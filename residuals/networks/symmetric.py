@@ -26,7 +26,7 @@ class Symmetric(Network):
     with port and starboard exchanged (Fossen 2021, section 6.3), and so is what a vehicle lacks of such a hull, where
     it knows what is not symmetric. Fang et al. give residuals of ships this prior, with rest and a bound, which tanh
     gives. What is said is a force; the vehicle's mass makes an acceleration of it. What is known of a turn is known of
-    its image: means, scales and the fade are those of both.
+    its image: means, scales and the distance from training are those of both.
 
     Raises
     ------
@@ -74,7 +74,7 @@ class Symmetric(Network):
         units, layers = int(self.options["units"]), int(self.options["layers"])
         with torch.random.fork_rng(devices=[]):
             found = MLP(self.scaling, units=2 * units, layers=layers, activation=2).to(self.get_buffer("input_mean"))
-        found.fade = self.fade
+        found.gain = self.gain
         mine, theirs = ([m for m in net.body if isinstance(m, nn.Linear)] for net in (self, found))
         for k, (own, both) in enumerate(zip(mine, theirs, strict=True)):
             weight, bias = own.weight.double(), own.bias.double()

@@ -18,8 +18,6 @@ from ..models.neural import CHECKPOINT
 from .history import Epoch
 
 SCHEMA = "undertow.checkpoint/3"
-REACHING = "reaching"
-"""Key of a recipe that says why a correction fades where it does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,21 +69,11 @@ def write_checkpoint(folder: Path, state: Checkpoint) -> None:
     write_bytes(folder / CHECKPOINT, save(plain, {"undertow": json.dumps(said, allow_nan=False)}))
 
 
-FREE = ("epochs", "patience", "learning_rate", "schedule", "clip", "decline", "shrink")
+FREE = ("epochs", "patience", "learning_rate", "schedule", "clip", "decline")
 """Settings that may change when a training goes on: it is then longer, or more careful, and not another one."""
 
 
 _OTHER = {"data": "the logs, or how they are prepared, are others", "vehicle": "the vehicle is another"}
-
-
-def recipe_of(folder: Path) -> Mapping[str, object]:
-    """The recipe of an interrupted training in `folder`; empty where none can be read, as `read_checkpoint` says."""
-    try:
-        with safe_open(folder / CHECKPOINT, framework="pt") as stream:
-            said: Mapping[str, object] = parse_json(stream.metadata()["undertow"])["recipe"]
-        return said if isinstance(said, Mapping) else {}
-    except (OSError, SafetensorError, ValueError, KeyError, TypeError, AttributeError):
-        return {}
 
 
 def read_checkpoint(folder: Path, recipe: Mapping[str, object]) -> Checkpoint | None:
@@ -128,7 +116,7 @@ def _check_recipe(path: Path, written: Mapping[str, object], wanted: Mapping[str
         settings = recipe.get("settings")
         recipe["settings"] = {k: v for k, v in settings.items() if k not in FREE} if isinstance(settings, dict) else {}
     told = []
-    for key in sorted({**written, **plain}.keys() - {REACHING}):  # its fade stands among the settings
+    for key in sorted({**written, **plain}.keys()):
         before, now = written.get(key), plain.get(key)
         if isinstance(before, dict) and isinstance(now, dict):
             names = [name for name in {**before, **now} if before.get(name) != now.get(name)]

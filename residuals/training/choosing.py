@@ -15,10 +15,11 @@ from torch import Tensor
 from ...measurements.preparation.dataset import DataSet
 from ...physics.errors import RequestError
 from ...physics.frames import Array
+from ..models.base import Model, VehicleModel
 from ..models.network_model import NetworkModel
+from ..scores import rollout_errors
 from .checkpoint import cloned
 from .history import Epoch, best_epochs
-from .holding import rollout_ratio, share_that_holds
 
 _ROUNDS = 5
 """Times that the states of an audit are learnt at most."""
@@ -55,53 +56,45 @@ class Chosen:
     Attributes
     ----------
     epoch : of which they are
-    share : of the correction that is left
     lawful : what the auditor says of them; None where there is none
     """
 
     epoch: int
-    share: float
     lawful: bool | None
 
 
 @final
 class Chooser:
-    """Loads weights into a model, as far as they hold, and puts them before the laws.
+    """Loads weights into a model, and puts it before the laws.
 
     Parameters
     ----------
     model : that takes the weights
-    held_out : validation part, whose rollouts say how much of a correction holds
-    shrink : whether the rest of it is taken away
+    held_out : validation part, whose rollouts rank the epochs
     auditor : None for one who asks nothing
     lawful : whether epochs that break the laws stand behind the others, see `history.best_epochs`
     """
 
-    def __init__(
-        self, model: NetworkModel, held_out: DataSet, shrink: bool, auditor: Auditor | None, lawful: bool
-    ) -> None:
-        self.model, self.held_out, self.shrink, self.auditor, self.lawful = model, held_out, shrink, auditor, lawful
+    def __init__(self, model: NetworkModel, held_out: DataSet, auditor: Auditor | None, lawful: bool) -> None:
+        self.model, self.held_out, self.auditor, self.lawful = model, held_out, auditor, lawful
         self._against: list[Array] = []
         self._silent = True
 
-    def best(self, history: list[Epoch], kept: Weights) -> Chosen:
+    def best(self, ranked: list[int], kept: Weights) -> Chosen:
         """Load the best weights that the auditor passes, or the best.
-
-        The best are those of the least error, of one step and of rollouts alike.
 
         Parameters
         ----------
-        kept : weights of the best epochs by `number/name`
+        ranked : numbers of the best epochs, the best first
+        kept : their weights by `number/name`
         """
-        ranked = self._ranked(history, kept)
-        ranked = (
-            ranked if self.lawful else ranked[:1]
-        )  # what never heard of laws is told of them, and not chosen by them
-        for number in ranked if self.auditor is not None else []:
-            share = self._shrunk(_of(kept, number))
+        asked = ranked if self.lawful else ranked[:1]  # what never heard of laws is not chosen by them
+        for number in asked if self.auditor is not None else []:
+            self.model.network.load_state_dict(_of(kept, number))
             if self._passes():
-                return Chosen(number, share, True)
-        return Chosen(ranked[0], self._shrunk(_of(kept, ranked[0])), None if self.auditor is None else False)
+                return Chosen(number, True)
+        self.model.network.load_state_dict(_of(kept, ranked[0]))
+        return Chosen(ranked[0], None if self.auditor is None else False)
 
     def mended(self, found: Chosen, again: Again) -> Chosen:
         """Where the auditor passed none: train on at the states against the laws until it does, or leave all as it is.
@@ -119,9 +112,9 @@ class Chooser:
                 number, weights = again(np.concatenate(self._against))
             except RequestError:  # a loss that is not finite: what was found before is as good as it was
                 break
-            share = self._shrunk(weights)
+            self.model.network.load_state_dict(weights)
             if self._passes():
-                return Chosen(number, share, True)
+                return Chosen(number, True)
             told = not self._silent
         self.model.network.load_state_dict(before)
         return found
@@ -134,25 +127,34 @@ class Chooser:
             self._against.append(np.resize(said.against, (_ALIKE, said.against.shape[1])))
         return said.lawful
 
-    def _ranked(self, history: list[Epoch], kept: Weights) -> list[int]:
-        """The best epochs, those of the least product of both errors first, and those that break the laws last."""
+    def ranked(self, history: list[Epoch], kept: Weights) -> list[int]:
+        """The best epochs, those of the least product of both errors first, and those that break the laws last.
+
+        The errors are those of one step and of rollouts; the weights of the best are then loaded.
+        """
         told = {epoch.number: epoch for epoch in history}
+        best = best_epochs(history, lawful=self.lawful)
+        alone = VehicleModel(self.model.vehicle, "alone")
+        unit = np.zeros(0) if self.model.pure else np.maximum(_squares(alone, self.held_out), 1e-300)
 
         def error(number: int) -> tuple[bool, float]:
             self.model.network.load_state_dict(_of(kept, number))
             unlawful = self.lawful and told[number].violating > 0.0
-            return unlawful, told[number].rmse * rollout_ratio(self.model, self.held_out)
+            ratio = float((_squares(self.model, self.held_out) / unit).mean()) if unit.size else 1.0
+            return unlawful, told[number].rmse * (np.sqrt(ratio) if np.isfinite(ratio) else np.inf)
 
-        return sorted(best_epochs(history, lawful=self.lawful), key=error)
-
-    def _shrunk(self, weights: Weights) -> float:
-        """Load weights, as far as they hold; the share that does."""
-        self.model.network.load_state_dict(weights)
-        share = share_that_holds(self.model, self.held_out) if self.shrink else 1.0
-        self.model.network.shrink(share)
-        return share
+        found = sorted(best, key=error)
+        self.model.network.load_state_dict(_of(kept, found[0]))
+        return found
 
 
 def _of(kept: Weights, number: int) -> dict[str, Tensor]:
     head = f"{number}/"
     return {label.removeprefix(head): x for label, x in kept.items() if label.startswith(head)}
+
+
+def _squares(model: Model, data: DataSet) -> Array:
+    """Mean square errors of u, v, r and position (4,) of the longest rollouts that fit; none where none does."""
+    found = rollout_errors(model, data, (10.0, 2.0))
+    longest = max(found, key=float, default=None)
+    return np.zeros(0) if longest is None else np.concatenate(found[longest].squares).mean(axis=0)

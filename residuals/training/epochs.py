@@ -1,6 +1,6 @@
 """Training a network: windows in, epochs of Adam, and the best weights that keep the laws out."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
@@ -19,15 +19,14 @@ from ..models.network_model import NetworkModel
 from ..models.neural import CHECKPOINT
 from ..models.threads import one_thread
 from ..networks.base import Network
-from ..networks.fade import NARROW
-from .checkpoint import REACHING, Checkpoint, cloned, read_checkpoint, recipe_of, write_checkpoint
+from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
 from .choosing import Auditor, Chooser
 from .growing import grow
 from .history import Epoch, best_epochs, stale
 from .losses import Objective
 from .margins import interval_of
 from .preparation import Prepared, prepare_training
-from .reaching import Reaching, Why, probe_settings, reaching
+from .probes import Part, Probed, parts, probed, trust_of
 from .trained import Trained
 from .training_settings import Choice, TrainingSettings, asks_its_log
 
@@ -35,6 +34,8 @@ _FOLLOWED = 0.1
 """Epochs of the first, in which the average follows the weights more closely: a start of zeros is soon forgotten."""
 _STEPS = 16
 """Least steps of an epoch: with three, as four minutes in batches of 16 give, no epoch gets far."""
+_EPOCHS = 40
+"""Epochs of a probe, at most: it is to say how a correction goes on, not to be used."""
 _MORE, _GENTLE = 10, 0.1
 """Epochs at states against the laws, after which the average of the weights has left what it was, and the share of the
 learning rate by which they move."""
@@ -77,13 +78,9 @@ def train(
     """
     chosen = settings or TrainingSettings()
     begun = perf_counter()
-    before = _recipe_before(None if folder is None else Path(folder), resume)
-    reaches = _reaching(split, vehicle, choice, chosen, before)
-    used = chosen if reaches is None else replace(chosen, fade=reaches.fade)
+    _check_checkpoint(None if folder is None else Path(folder), resume)
     with _reproducible(chosen.seed):
-        prepared = prepare_training(split, vehicle, choice, used)
-        if reaches is not None:
-            prepared.recipe[REACHING] = reaches.to_dict()
+        prepared = prepare_training(split, vehicle, choice, chosen)
         run = _Run(prepared, chosen, None if folder is None else Path(folder), begun)
         run.start(resume)
         while not (why := run.finished()):
@@ -91,8 +88,11 @@ def train(
             if progress is not None:
                 progress(run.history[-1])
         model = NetworkModel(vehicle, deepcopy(run.network).cpu(), prepared.time_step, pure=choice.pure)
-        chooser = Chooser(model, split.validation, chosen.shrink, auditor, run.learns_laws)
-        kept = chooser.best(run.history, run.kept)
+        chooser = Chooser(model, split.validation, auditor, run.learns_laws)
+        ranked = chooser.ranked(run.history, run.kept)
+        if asks_its_log(choice, chosen):
+            model.trust(trust_of(model, split, choice.probes or probes_of(split, vehicle, choice, chosen)))
+        kept = chooser.best(ranked, run.kept)
         whole = len(run.history)
         if run.learns_laws:
             kept = chooser.mended(kept, partial(run.again, progress))
@@ -100,11 +100,32 @@ def train(
         model.interval = interval_of(model, split)
     start = None if choice.start is None else choice.start.name
     more = len(run.history) - whole
-    return Trained(model, tuple(run.history), more, kept.epoch, kept.share, kept.lawful, why, chosen, start, reaches)
+    return Trained(model, tuple(run.history), more, kept.epoch, kept.lawful, why, chosen, start)
 
 
-def _recipe_before(folder: Path | None, resume: bool) -> Mapping[str, object]:
-    """The recipe of an interrupted training that is to go on; empty for none.
+def probes_of(
+    split: Split, vehicle: Vehicle, choice: Choice, settings: TrainingSettings, asked: Sequence[Part] | None = None
+) -> Probed:
+    """Networks like one to be trained that know parts of the training part alone, and what they say of the rest.
+
+    They begin from fresh weights: a start may have seen what they are to be asked.
+
+    Parameters
+    ----------
+    asked : the parts; None for all of them
+    """
+    fresh, few = replace(choice, start=None, probes=None), probe_settings(settings)
+    every = parts(split.train, vehicle, few.window) if asked is None else asked
+    return probed(split, every, lambda part: train(part, vehicle, fresh, settings=few).model)
+
+
+def probe_settings(settings: TrainingSettings) -> TrainingSettings:
+    """The settings by which a probe is trained: few epochs, and it says everywhere all that it has learnt."""
+    return replace(settings, epochs=min(settings.epochs, _EPOCHS), trust=False)
+
+
+def _check_checkpoint(folder: Path | None, resume: bool) -> None:
+    """Refuse to lose an interrupted training.
 
     Raises
     ------
@@ -114,30 +135,8 @@ def _recipe_before(folder: Path | None, resume: bool) -> Mapping[str, object]:
     if folder is None:
         if resume:
             raise RequestError("training: resume needs the folder of the interrupted training")
-        return {}
-    if not resume and (folder / CHECKPOINT).exists():
+    elif not resume and (folder / CHECKPOINT).exists():
         raise RequestError(f"{folder} holds an interrupted training; resume it (--resume), or remove {CHECKPOINT}")
-    return recipe_of(folder) if resume else {}
-
-
-def _reaching(
-    split: Split,
-    vehicle: Vehicle,
-    choice: Choice,
-    settings: TrainingSettings,
-    before: Mapping[str, object],
-) -> Reaching | None:
-    """Where a correction fades by its log; None where that was asked otherwise, or a network has no vehicle beside.
-
-    `before` is the recipe of an interrupted training, which goes on with what its log said: other steps of a probe
-    would say another thing.
-    """
-    if not asks_its_log(choice, settings):
-        return Reaching(NARROW, Why.BEGUN) if settings.fade is None and not choice.pure else None
-    if REACHING in before:
-        return Reaching.of(before[REACHING])
-    few = probe_settings(settings)
-    return reaching(split, vehicle, settings.window, lambda part: train(part, vehicle, choice, settings=few).model)
 
 
 def one_pass(
@@ -244,7 +243,7 @@ class _Run:
         if self.grown is None:
             self._judge(self._pass(_rate(self.settings, self._next)))
         else:
-            self._judge(grow(network, prepared.table, self.settings.seed))
+            self._judge(grow(network, prepared.table, self.settings.seed, self.settings.epochs))
         if self.folder is not None:
             write_checkpoint(
                 self.folder,

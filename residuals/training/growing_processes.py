@@ -4,9 +4,9 @@ Kernels and their noise come from the marginal likelihood of samples of rows, dr
 Williams 2006, section 5.4.1). It takes noise for independent from row to row, and what neighbours in time share beside
 the inputs (a current, a heading that is not seen) for a function of them. So lengths and noise are raised in steps, and
 that kernel is kept which errs least on blocks of time that its weights have not seen (section 5.4.2; blocks because
-rows depend on their neighbours, Roberts et al. 2017, doi:10.1111/ecog.02881); where none takes a tenth off their error,
-there is none. The weights come from all rows, by the subset of regressors (section 8.3.1, equation 8.14), whose centres
-are the first rows of the same draw. Where all rows are centres that is the whole Gaussian process.
+rows depend on their neighbours, Roberts et al. 2017, doi:10.1111/ecog.02881). The weights come from all rows, by the
+subset of regressors (section 8.3.1, equation 8.14), whose centres are the first rows of the same draw. Where all rows
+are centres that is the whole Gaussian process.
 """
 
 import warnings
@@ -27,8 +27,9 @@ from ..networks.gaussian_process import GaussianProcess
 
 _SAMPLE = 400
 """Rows that a kernel is found on: time grows by the cube, and three kernels of three axes take some ten seconds so."""
-_SAMPLES = 3
-"""Samples that are drawn, as far as there are rows for them: each costs as much time again. See `docs/decisions.md`."""
+_SAMPLES, _EACH = 3, 50
+"""Samples that are drawn at most, as far as there are rows for them, and epochs that a training of networks would have
+for each: each costs as much time again, and a probe of few epochs has one. See `docs/decisions.md`."""
 _SIZE, _LENGTH, _NOISE = (1e-3, 1e2), (0.1, 1e2), (1e-4, 10.0)
 """Bounds of the variance, of lengths in deviations of the inputs, and of the variance of the noise, for a target of
 about 1: less noise than a hundredth would only make weights large, and an input of the greatest length says nothing."""
@@ -39,9 +40,6 @@ _LONGER, _LOUDER = (1.0, 1.5, 2.0, 3.0), (1.0, 10.0, 1e2, 1e3, 1e4)
 """Factors of the lengths and of the variance of the noise that are tried with each kernel."""
 _FOLDS = 5
 """Blocks of time, each predicted from the others."""
-_GAIN = 0.81
-"""Share of the mean square of unseen blocks that what is kept may leave of them: a tenth less of the root, as `holding`
-asks of rollouts, for of sixty that are tried one leaves less of pure noise, too."""
 _FAINT = 1e-18
 """Bells that count for nothing: products of them would leave the normal numbers, with which processors are slow."""
 _ROWS = 2048
@@ -52,19 +50,19 @@ Kernel = tuple[float, Array, float]
 
 
 @single_threaded
-def fit_processes(network: GaussianProcess, table: tuple[Array, Array], seed: int) -> float:
-    """Fit the Gaussian process of each axis; one on which unseen blocks gain nothing gets none. See `growing.grow`."""
+def fit_processes(network: GaussianProcess, table: tuple[Array, Array], seed: int, epochs: int) -> float:
+    """Fit the Gaussian process of each axis, see `growing.grow`."""
     rows, wanted = table[0].astype(np.float32).astype(float), table[1]
     order = np.random.default_rng(seed).permutation(rows.shape[0])
-    starts = range(0, max(len(order) - _SAMPLE, 0) + 1, _SAMPLE)[:_SAMPLES]
+    count = min(_SAMPLES, 1 + epochs // _EACH)
+    starts = range(0, max(len(order) - _SAMPLE, 0) + 1, _SAMPLE)[:count]
     samples = [order[first : first + _SAMPLE] for first in starts]
     centres = rows[order[: network.centres.shape[0]]]
     sharpness, weights = np.zeros(network.sharpness.shape), np.zeros((3, network.centres.shape[0]))
     for axis, target in enumerate(wanted.T):
         if target.any():
             kernel = _holding([_kernel(rows[sample], target[sample]) for sample in samples], rows, target, centres)
-            if kernel is not None:
-                sharpness[axis], weights[axis, : len(centres)] = 1.0 / kernel[1], _fitted(rows, target, centres, kernel)
+            sharpness[axis], weights[axis, : len(centres)] = 1.0 / kernel[1], _fitted(rows, target, centres, kernel)
     with torch.no_grad():
         network.centres[: len(centres)] = torch.as_tensor(centres).to(network.centres)
         network.sharpness.copy_(torch.as_tensor(sharpness))
@@ -92,9 +90,9 @@ def _kernel(rows: Array, target: Array) -> Kernel:
     return found.k1.k1.constant_value, np.broadcast_to(found.k1.k2.length_scale, lengths.shape), found.k2.noise_level
 
 
-def _holding(kernels: Sequence[Kernel], rows: Array, target: Array, centres: Array) -> Kernel | None:
-    """The kernel, of some and what is made of them, that errs least on unseen blocks; None where none is worth it."""
-    best, least = None, _GAIN * float((target**2).sum())
+def _holding(kernels: Sequence[Kernel], rows: Array, target: Array, centres: Array) -> Kernel:
+    """The kernel, of some and what is made of them, that errs least on unseen blocks."""
+    best, least = kernels[0], np.inf
     for (size, lengths, noise), longer in product(kernels, _LONGER):
         errors = _unseen(rows, target, centres, lengths * longer, [noise / size * louder for louder in _LOUDER])
         if min(errors) < least:

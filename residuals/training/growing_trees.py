@@ -20,8 +20,9 @@ _ALIKE = 0.99
 """Share of the rows of which that must hold."""
 
 
-def grow_trees(network: Trees, table: tuple[Array, Array], seed: int) -> float:
+def grow_trees(network: Trees, table: tuple[Array, Array], seed: int, epochs: int) -> float:
     """Grow the trees of each axis by scikit-learn's HistGradientBoostingRegressor, see `growing.grow`."""
+    del epochs
     rows, wanted = table[0].astype(np.float32), table[1]
     learners = [_learner(network.options, seed).fit(rows, column) for column in wanted.T]
     try:

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -23,17 +23,15 @@ from ..models.coasting import Coasting
 from ..models.network_inputs import input_names, network_inputs
 from ..models.network_model import scaling_of
 from ..networks.base import Network, Scaling
-from ..networks.fade import NARROW
 from ..networks.registry import build, default_options, network_named
 from .augment import Augmenter, seen_noise, sister_targets
 from .fine_tuning import scaling_from, take_weights
 from .losses import Objective
+from .probes import WARM_UP
 from .training_settings import Choice, TrainingSettings
 from .validation import Judge
 from .windows import Windows, filter_taps, target_acceleration, windows_of
 
-WARM_UP = 2.0
-"""Rows at the start of a window on which a network with memory is not judged [s]."""
 POOL = 4096
 """States among which each batch draws, a half of them without thrust."""
 JUDGED = (128, 512)
@@ -47,8 +45,7 @@ class Prepared:
 
     Attributes
     ----------
-    network : on its device, with fresh weights or those of a start; of a hybrid it fades beyond the training part
-        already, so that each epoch is judged as the network will be used
+    network : on its device, with fresh weights or those of a start
     objective, judge : loss of a batch, and verdict on an epoch
     asked_at : states u, v, r, heading and commands (n, 4 + thrusters) made ready to be put to the network
     pure : whether the network stands in the place of the physics
@@ -87,13 +84,11 @@ def prepare_training(
     windows = windows_of(
         split.train, vehicle, **chosen, seconds=settings.window, warm_up=warm_up, overlap=settings.overlap
     )
-    kept = np.ones(3) if choice.pure else np.array(choice.axes, dtype=float)
     sisters = sister_targets(split.train, vehicle, settings, windows.target, **chosen, warm_up=warm_up)
     _check_rollouts(settings, windows)
     motions = split.train.motions
     seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
     unit = _unit(windows, motions)
-    windows = replace(windows, target=windows.target * kept)
     if choice.start is None:
         known = network_named(choice.network).alike(seen, thruster_matrix(vehicle))
         scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, choice.heading), known), unit)
@@ -120,8 +115,8 @@ def prepare_training(
         return Coasting(vehicle, states[:, :4], states[:, 4:], **how)
 
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
-    judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen, kept=kept)
-    compared = None if sisters is None else tensor(sisters[:, :, windows.compared] * kept)
+    judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen)
+    compared = None if sisters is None else tensor(sisters[:, :, windows.compared])
     wanted = settings.augmentation
     noise = seen_noise(split.train, settings, remembers)
     varied = wanted.active or bool(noise.any())
@@ -148,11 +143,7 @@ def prepare_training(
     }
     if choice.start is not None:
         recipe["start"] = _digest(*(p.detach().cpu().numpy() for p in choice.start.network.parameters()))
-    inputs, target = _table(split.train, vehicle, choice, scaling)
-    table = inputs, target * kept
-    fade = NARROW if settings.fade is None else settings.fade
-    if fade and not choice.pure:  # where a pure network says nothing, no force at all is left
-        network.fade_beyond(network.known(table[0], fade))
+    table = _table(split.train, vehicle, choice, scaling)
     return Prepared(network, objective, judge, asked_at, choice.pure, table, windows.time_step, recipe)
 
 

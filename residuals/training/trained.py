@@ -4,7 +4,6 @@ from dataclasses import asdict, dataclass
 
 from ..models.network_model import NetworkModel
 from .history import Epoch
-from .reaching import Reaching
 from .training_settings import TrainingSettings
 
 
@@ -18,24 +17,20 @@ class Trained:
     epochs : the history
     more : epochs at the end of it that were trained at states against the laws, too
     best_epoch : the one whose weights were kept: the best that the auditor passed, or the best where it passed none
-    share : of its correction that holds in rollouts of the validation part, see `holding`; the rest is taken away
     lawful : what the auditor says of those weights; None where there was no auditor
     stopped : why training ended
     settings : of the recipe
     start : name of the network that it went on from
-    reaching : where its correction fades by what the log says; None where the settings say it, or nothing fades
     """
 
     model: NetworkModel
     epochs: tuple[Epoch, ...]
     more: int
     best_epoch: int
-    share: float
     lawful: bool | None
     stopped: str
     settings: TrainingSettings
     start: str | None = None
-    reaching: Reaching | None = None
 
     @property
     def violating(self) -> float:
@@ -57,11 +52,9 @@ class Trained:
         return {
             "settings": self.settings.to_dict(),
             **({} if self.start is None else {"start": self.start}),
-            **({} if self.reaching is None else {"reaching": self.reaching.to_dict()}),
             "best_epoch": self.best_epoch,
             "more": self.more,
             "price": self.price,
-            "share": self.share,
             "lawful": self.lawful,
             "violating": self.violating,
             "stopped": self.stopped,

@@ -10,6 +10,7 @@ from ...physics.errors import RequestError
 
 if TYPE_CHECKING:
     from ..models.network_model import NetworkModel
+    from .probes import Probed
 
 Schedule = Literal["fixed", "cosine"]
 Device = Literal["auto", "cpu", "cuda"]
@@ -24,17 +25,16 @@ class Choice:
     network, options : a name and options of `networks.registry`
     pure : it stands in the place of the physics, not beside it
     heading : it sees the heading
-    axes : those on which a hybrid has something to learn, see `left_to_learn`: surge, sway, yaw; on the others its
-        target is nothing, so that it does not learn their noise
     start : a network that it goes on from, see `fine_tuning`; None for fresh weights
+    probes : those of this choice, where they were trained before, see `probes`; None to train them
     """
 
     network: str
     options: Mapping[str, int | float] | None = None
     pure: bool = False
     heading: bool = False
-    axes: tuple[bool, bool, bool] = (True, True, True)
     start: "NetworkModel | None" = None
+    probes: "Probed | None" = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +92,9 @@ class TrainingSettings:
     sensor_noise : multiple of the log's own sensor noise that is drawn anew onto the velocities that a network with
         memory sees in training. Without it the network learns to differentiate them, noise and all: it then "predicts"
         the noise of the measured acceleration better than the true model could, and rolls out worse
-    fade : distance beyond what training has seen at which the correction of a hybrid is nothing [standard deviations];
-        0 for one that does not fade; None for what the training part says, see `reaching`
+    trust : multiply the correction of a hybrid by the gain that parts of the log tell which it does not know, see
+        `networks.trust`; else it is said whole everywhere
     decline : do not train beside a vehicle whose error is no more than the noise of the sensors (`undertow.train`)
-    shrink : take away what of a hybrid's correction does not hold in rollouts of the validation part
     augmentation : of the training data
     seed : decides the weights at the start, the order of windows and all else that is random
     device : "auto" is a GPU where there is one
@@ -123,9 +122,8 @@ class TrainingSettings:
     lambda_rollout: float = 10.0
     rollout_rows: int = 0
     sensor_noise: float = 1.0
-    fade: float | None = None
+    trust: bool = True
     decline: bool = True
-    shrink: bool = True
     augmentation: Augmentation = field(default_factory=Augmentation)
     seed: int = 0
     device: Device = "auto"
@@ -135,14 +133,14 @@ class TrainingSettings:
             value = getattr(self, name)
             if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
                 raise RequestError(f"training: expected a whole number of at least {least} for {name}, got {value!r}")
-        for name in ("decline", "shrink"):
+        for name in ("trust", "decline"):
             if getattr(self, name) not in (False, True):
                 raise RequestError(f"training: expected {name} 0 or 1, got {getattr(self, name)!r}")
         for name in ("window", "learning_rate", "clip"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise RequestError(f"training: expected a positive {name}, got {getattr(self, name)!r}")
         weights = ("weight_decay", "lambda_data", "lambda_phys", "lambda_smooth", "lambda_rollout")
-        for name in (*weights, "sensor_noise", "huber", *(() if self.fade is None else ("fade",))):
+        for name in (*weights, "sensor_noise", "huber"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise RequestError(f"training: expected {name} of 0 or more, got {getattr(self, name)!r}")
         for name in ("overlap", "averaging"):
@@ -158,5 +156,5 @@ class TrainingSettings:
 
 
 def asks_its_log(choice: Choice, settings: TrainingSettings) -> bool:
-    """Whether the training part of a log decides where a correction fades, see `reaching`."""
-    return settings.fade is None and not choice.pure and choice.start is None
+    """Whether parts of the log decide how far a correction is trusted, see `probes`."""
+    return settings.trust and not choice.pure

@@ -24,7 +24,6 @@ class Judge:
     data : validation motions
     coasting : states at which the laws are asked for
     unit : (3,) of the error on each axis [m/s^2, m/s^2, rad/s^2]
-    kept : (3,) 1 for an axis that the network is to learn, 0 for one on which it is to say nothing
     """
 
     def __init__(
@@ -36,10 +35,9 @@ class Judge:
         *,
         pure: bool,
         heading: bool,
-        kept: Array,
     ) -> None:
         self.data, self.coasting, self.unit = data, coasting, unit
-        self.targets = [kept * target_acceleration(vehicle, motion, data, pure) for motion in data.motions]
+        self.targets = [target_acceleration(vehicle, motion, data, pure) for motion in data.motions]
         seen = [network_inputs(vehicle, motion, heading) for motion in data.motions]
         longest = max(see.shape[0] for see in seen)
         # Networks are causal: rows after the end of a shorter motion change nothing before it.

@@ -39,7 +39,7 @@ from undertow.reports.terminal.failures_screen import failures_table
 from undertow.reports.wording import risen, told_of
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.baselines import HoldVelocity, ZeroAcceleration, baselines
-from undertow.residuals.models.domain import spanned
+from undertow.residuals.models.network_inputs import in_box
 from undertow.residuals.scores import Errors, evaluate
 from undertow.residuals.series import series
 from undertow.workflows.compare import compare, compare_run
@@ -167,10 +167,9 @@ def test_domain_errors_add_up_to_those_of_all_rows(found: dict[str, Any]):
 
 def test_the_domain_is_what_the_training_part_spans(inputs: Inputs):
     train = inputs.parts.split.train.motions
-    domain = spanned(HULL, train)
-    assert domain.inside(train).all()
+    assert in_box(HULL, train, train).all()
     fast = replace(MOTION, velocity=MOTION.velocity + np.array([5.0, 0.0, 0.0]))
-    assert not domain.inside([fast]).any()
+    assert not in_box(HULL, train, [fast]).any()
 
 
 def test_a_true_model_is_marked_better_where_it_is_and_nowhere_else(found: dict[str, Any]):

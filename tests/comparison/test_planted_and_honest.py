@@ -119,7 +119,7 @@ def test_a_perceptron_that_fades_is_proved_with_all_of_it_and_with_none(study: M
 
     from undertow.residuals.models.bounds import bound_power
     from undertow.residuals.models.network_model import NetworkModel
-    from undertow.residuals.networks.fade import Reach
+    from undertow.residuals.networks.trust import Trust
 
     driven = HULL.with_values({"X_u": 1.0, "X_uu": 0.0})
     proved = []
@@ -135,6 +135,6 @@ def test_a_perceptron_that_fades_is_proved_with_all_of_it_and_with_none(study: M
                 layers["head.weight"][0, row] = -0.3 * sign * scale
         whole = NetworkModel(boat, network, 0.1)
         proved.append(bound_power(whole, BOX, 0.3).proved)
-        network.fade_beyond(Reach.of(np.zeros((1, 5)), 0.5))
+        network.trust(Trust.within(np.zeros((1, 5)), 0.5))
         proved.append(bound_power(NetworkModel(boat, network, 0.1), BOX, 0.3).proved)
     assert proved == [True, True, True, False]

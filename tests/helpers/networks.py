@@ -19,8 +19,8 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.network_inputs import input_names, stacked_inputs
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
-from undertow.residuals.networks.fade import Reach
 from undertow.residuals.networks.registry import build
+from undertow.residuals.networks.trust import Trust
 
 NETWORKS = [
     ("mlp", {"units": 16, "layers": 2}, True, False),
@@ -53,7 +53,7 @@ def learnt(kind: str, options: dict, heading: bool, pure: bool, double: bool = T
         for parameter in network.parameters():
             parameter.copy_(0.3 * torch.randn(parameter.shape, generator=generator))
     if not pure:
-        network.fade_beyond(Reach.of(rng.normal(0.0, 0.4, (600, 3 + network.scaling.drives)), 1.5))
+        network.trust(Trust.within(rng.normal(0.0, 0.4, (600, 3 + network.scaling.drives)), 1.5))
     return NetworkModel(hull, network, _STEP, pure=pure)
 
 

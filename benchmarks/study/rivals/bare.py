@@ -21,13 +21,13 @@ EPOCHS = 40
 
 
 def bare(choice: Choice, data: Data, vehicle: Vehicle, name: str, seed: int) -> Model:
-    """A hybrid that is fitted to the error of the acceleration alone, and does not fade.
+    """A hybrid that is fitted to the error of the acceleration alone, and counts whole everywhere.
 
     Kept is the average of the weights, as `train` has it, after the epoch of the least validation error. `train` asks
     rollouts, too, and may keep the vehicle alone.
     """
     settings = TrainingSettings(
-        seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu", fade=0.0, lambda_phys=0.0, lambda_smooth=0.0
+        seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu", trust=False, lambda_phys=0.0, lambda_smooth=0.0
     )
     with reproducible(seed) as draw:
         prepared = prepare_training(data.split, vehicle, choice, settings)

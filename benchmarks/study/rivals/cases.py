@@ -8,6 +8,8 @@ from pathlib import Path
 
 from unnamed import SECONDS, WAKE, boats
 
+from study.other_simulators.kinds import with_hulls
+from study.other_simulators.worlds import world_of
 from undertow.measurements.preparation.dataset import PAPER, DataSet
 from undertow.measurements.preparation.split import Split, split
 from undertow.measurements.prepared_logs import Inputs
@@ -25,6 +27,10 @@ PAIRS = {
 """Runs that are trained on, those that judge, and what the nominal vehicle lacks."""
 CAUSE = "thrust lost in turns"
 """No effect of the catalogue is it; a wake that remembers is one, and no calibration of the hull can stand for it."""
+OTHERS = {"otter": "Otter", "wam-v": "WAM-V"}
+"""Boats whose equations are not undertow's, see `other_simulators`."""
+_FOREIGN = 300.0
+"""Length of their logs [s]."""
 _OWN, _OTHER = 1000, 2000
 """Added to a seed, the seed of the log that is fitted to, and of the one that judges."""
 
@@ -88,6 +94,16 @@ def simulated(cause: str, seed: int) -> Data:
         return Data.of(run, read_inputs(other, hull, judge="all", progress=None))
 
 
+def foreign(kind: str, seed: int) -> Data:
+    """A boat of another simulator, with an effect that its file lacks: a log of 300 s, and another run that judges."""
+    world, _ = world_of(kind, with_hulls()[kind], seed)
+    world = replace(world, book=replace(world.book, seconds=_FOREIGN))
+    with tempfile.TemporaryDirectory() as scratch:
+        own, other = (world.written(world.driven(run), Path(scratch) / f"{run}.csv", run) for run in range(2))
+        run = read_inputs(own, world.craft.file, progress=None)
+        return Data.of(run, read_inputs(other, world.craft.file, judge="all", progress=None))
+
+
 def cases(folder: Path | None) -> Mapping[str, Case]:
     """All cases by name; those on Gazebo logs only where their folder is given."""
     found = {}
@@ -98,4 +114,7 @@ def cases(folder: Path | None) -> Mapping[str, Case]:
     for name, cause, kind in (("named", WAKE, "an effect of the catalogue"), ("unnamed", CAUSE, "no effect of it")):
         title = f"A simulated hull that lacks {cause}, {kind}: logs of {SECONDS:g} s, judged on one without noise"
         found[name] = Case(title, partial(simulated, cause), True)
+    for name, boat in OTHERS.items():
+        title = f"{boat} of another simulator, with an effect that its file lacks: 300 s, judged on another run"
+        found[name] = Case(title, partial(foreign, f"{boat}: one effect"), True)
     return found

@@ -5,8 +5,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model, VehicleModel
+from undertow.residuals.training.best_kind import candidates
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
@@ -61,9 +63,22 @@ def _network(choice: Choice, settings: Mapping[str, Any], data: Data, vehicle: V
     return model
 
 
-LAWFUL = {"fade": 0.0, "shrink": False}
-"""Settings of the losses of the laws alone: nothing fades beyond the training, and all of a correction is kept."""
-_AS_BARE = "without laws, fade and shrinking"
+LAWFUL = {"trust": False}
+"""Settings of the losses of the laws alone: all of a correction counts everywhere."""
+_AS_BARE = "without laws and trust"
+KINDS = ("mlp", "symmetric", "lstm", "tcn", "transformer", "dissipative", "trees", "gp")
+"""Of networks, as `train` makes them."""
+
+
+def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Model:
+    """The network that blocks of the training run choose: beside the calibrated vehicle, or what `discover` names."""
+    if whole:
+        vehicle = at_beginning(discover(data.run, progress=None).discovery.corrected)
+    settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")
+    chosen = candidates(data.split, vehicle, settings)[0]
+    model = train(data.split, vehicle, replace(chosen.choice, probes=chosen.probes), settings=settings).model
+    model.name = name
+    return model
 
 
 def _ours(network: str) -> Contender:
@@ -74,7 +89,12 @@ CONTENDERS: dict[str, Contender] = {
     "Fossen as it is": Contender("vehicle", "the nominal vehicle file", _vehicle, random=False),
     "Fossen calibrated": Contender("vehicle", "`fit`", _vehicle, "calibrated", random=False),
     "symbolic": Contender("vehicle", "`discover`, from the nominal vehicle", _symbolic, random=False),
-    **{f"undertow {name}": _ours(name) for name in ("mlp", "lstm", "tcn", "transformer", "dissipative", "trees", "gp")},
+    "the whole answer": Contender("undertow", "`discover --residual best`", partial(_best, True)),
+    "undertow best": Contender("undertow", "`train --residual best`", partial(_best, False), "calibrated"),
+    **{
+        f"undertow {name}": _ours(name)
+        for name in ("mlp", "symmetric", "lstm", "tcn", "transformer", "dissipative", "trees", "gp")
+    },
     "feed-forward residual (Skulstad et al.)": Contender(
         "literature", f"`mlp` {_AS_BARE}", partial(bare, Choice("mlp")), "calibrated"
     ),
@@ -101,13 +121,13 @@ CONTENDERS: dict[str, Contender] = {
     ),
     "LSTM with energy and damping losses": Contender(
         "literature",
-        "`lstm` with the losses of the laws, without fade and shrinking",
+        "`lstm` with the losses of the laws, without trust",
         partial(_network, Choice("lstm"), LAWFUL),
         "calibrated",
     ),
     "TCN with energy and damping losses": Contender(
         "literature",
-        "`tcn` with the losses of the laws, without fade and shrinking",
+        "`tcn` with the losses of the laws, without trust",
         partial(_network, Choice("tcn"), LAWFUL),
         "calibrated",
     ),

@@ -45,7 +45,7 @@ def test_rows_beside_others_beyond_the_training_are_as_little_known() -> None:
 def test_beyond_the_training_the_vehicles_margin_takes_over_and_widens() -> None:
     one, two = ((0.1, 0.0),) * 3, ((0.3, 0.0),) * 3
     interval = Interval(level=0.95, learnt=one, alone=two, wider=(1.0, 1.0, 2.0))
-    margin = interval.margin(np.ones((3, 2)), np.array([1.0, 0.5, 0.0]), np.array([0.0, 0.25, 1.0]))
+    margin = interval.margin(np.ones((3, 2)), np.repeat([[1.0], [0.5], [0.0]], 3, axis=1), np.array([0.0, 0.25, 1.0]))
     assert margin[:, 0] == pytest.approx([0.1, 0.2 * 1.25, 0.3 * 2.0])
     assert margin[:, 2] == pytest.approx([0.1, 0.2 * 1.25 * 2.0, 0.3 * 2.0 * 2.0])
     assert widening(np.full((50, 3), 0.4), np.full((50, 3), 0.2)).tolist() == [2.0, 2.0, 2.0]

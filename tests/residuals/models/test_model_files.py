@@ -23,12 +23,12 @@ from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.interval import Interval
-from undertow.residuals.models.model_files import load_network, own_network, save_network
+from undertow.residuals.models.model_files import _MADE_FOR, _digest, load_network, own_network, save_network
 from undertow.residuals.models.network_inputs import input_names, network_inputs
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
 from undertow.residuals.models.neural import is_network_folder
-from undertow.residuals.networks.fade import Reach
 from undertow.residuals.networks.registry import NETWORKS, build
+from undertow.residuals.networks.trust import Trust
 from undertow.workflows.compare import compare
 from undertow.workflows.inputs import read_inputs
 
@@ -65,7 +65,7 @@ def trained(
         for parameter in filter(torch.is_floating_point, network.parameters()):
             parameter.add_(0.1 * torch.randn(parameter.shape))
     if fade:
-        network.fade_beyond(Reach.of(constants.apply(columns)[: len(columns) // 2, :5], fade))
+        network.trust(Trust.within(constants.apply(columns)[: len(columns) // 2, :5], fade))
     model = NetworkModel(HULL, network, 0.1, **settings)
     if fade:
         margins = tuple(tuple(0.01 * (axis + size + 1.0) for size in range(11)) for axis in range(3))
@@ -118,6 +118,50 @@ def test_a_round_trip_gives_the_same_to_the_last_bit(name: str, settings: dict, 
     assert [getattr(again, key) for key in kept] == [getattr(model, key) for key in kept]
     assert again.name == "net"
     assert sorted(os.listdir(tmp_path / "net")) == ["model.yaml", "weights.safetensors"]
+
+
+def test_a_network_of_an_older_version_fades_as_it_did(motion: Motion, tmp_path: Path):
+    """It has one distance, and is whole within: the weight of its correction was (1 - (d / distance)^2)^2."""
+    model = trained("mlp", motion, fade=0.5)
+    folder = save_network(model, tmp_path / "net", TRAINING)
+
+    def older(content: dict[str, Any]) -> None:
+        trust = content.pop("trust")
+        content["fade"] = {"distance": 0.5, "lower": trust["lower"], "upper": trust["upper"]}
+
+    edit(folder, older)
+    seal(folder)
+    again = load_network(folder)
+    said, distance = again.correction(motion), model.beyond(motion)
+    assert np.array_equal(said, model.correction(motion))
+    assert (distance > 0.0).any()
+    assert again.far == 0.5
+    model.trust(None)
+    weight = np.maximum(1.0 - (distance / 0.5) ** 2, 0.0) ** 2
+    assert said == pytest.approx(weight[:, None] * model.correction(motion), rel=1e-4, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda trust: trust["lower"].pop(), "expected 25 ends below and 25 above"),
+        (lambda trust: trust["weights"][1].append(0.0), "expected for each axis 2 shares"),
+        (lambda trust: trust["weights"][2].__setitem__(0, 1.5), "at most 1 together"),
+    ],
+)
+def test_a_gain_that_is_none_is_refused(change: Callable[[dict], Any], told: str, motion: Motion, tmp_path: Path):
+    folder = save_network(trained("mlp", motion, fade=0.5), tmp_path / "net", TRAINING)
+    edit(folder, lambda content: change(content["trust"]))
+    with pytest.raises(RequestError, match=told):
+        load_network(folder)
+
+
+def seal(folder: Path) -> None:
+    """Write the digest of changed settings into the weights, as the version that wrote them would have."""
+    content = yaml.safe_load((folder / "model.yaml").read_text())
+    data = save(load((folder / "weights.safetensors").read_bytes()), {_MADE_FOR: _digest(content)})
+    (folder / "weights.safetensors").write_bytes(data)
+    edit(folder, lambda c: c.update(weights_sha256=hashlib.sha256(data).hexdigest()))
 
 
 def test_the_settings_are_plain_to_read(folder: Path, motion: Motion):
@@ -215,7 +259,7 @@ def renamed(port: str):
 SETTINGS_DAMAGE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "fade of another size": (
         lambda c: c.update(fade={"distance": 0.5, "lower": [0.0], "upper": [1.0]}),
-        r"model.yaml: fade: expected 25 ends below and 25 above, got 1 and 1; the file is damaged",
+        r"model.yaml: expected 25 ends below and 25 above of what training has seen, got 1 and 1; the file is damaged",
     ),
     "margins of another size": (
         lambda c: c.update(interval={"level": 0.95, "learnt": [[1.0]], "alone": [], "wider": [1.0, 1.0, 1.0]}),
@@ -223,7 +267,7 @@ SETTINGS_DAMAGE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     ),
     "fade at once": (
         lambda c: c.update(fade={"distance": 0.0, "lower": [], "upper": []}),
-        r"fade.distance: .*a number above 0, got 0.0",
+        r"fade.reaches.0: .*a number above 0, got 0.0",
     ),
     "schema": (lambda c: c.update(schema="undertow.network/9"), r"expected schema 'undertow.network/1', got '.*/9'"),
     "no schema": (lambda c: c.pop("schema"), r"expected schema 'undertow.network/1', got None"),

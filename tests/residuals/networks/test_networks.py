@@ -15,8 +15,8 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import scaling_of
 from undertow.residuals.networks.base import Memory, Network, Scaling, quiet_head
-from undertow.residuals.networks.fade import Reach
 from undertow.residuals.networks.registry import NETWORKS, build, default_options
+from undertow.residuals.networks.trust import Trust
 
 HULL = load_vehicle("otter")
 ROWS = 90
@@ -262,21 +262,6 @@ def test_its_drive_is_bounded_and_reaches_the_bound():
     assert (np.abs(force) <= 1.000001 * gain * most * np.abs(thrust).sum(axis=1, keepdims=True)).all()
 
 
-@EVERY_NETWORK
-def test_a_share_of_a_correction_is_that_share_of_it(name: str):
-    network, seen = made(name), inputs()
-    with torch.no_grad():
-        whole, _ = network(seen)
-        network.shrink(0.25)
-        share, _ = network(seen)
-        network.shrink(0.0)
-        nothing, _ = network(seen)
-    assert not nothing.any()
-    if name not in LAWFUL:  # a bound on its drive is no share of it
-        assert share.numpy() == pytest.approx(0.25 * whole.numpy(), rel=1e-9)
-    assert (share.abs().mean() < 0.5 * whole.abs().mean()).item()
-
-
 # The network whose stores give back at most what they took
 
 
@@ -290,7 +275,7 @@ def test_hull_and_stores_together_only_lose_energy(seed: int, fades: bool):
             parameter.zero_()
         network.get_parameter("kept").copy_(torch.linspace(1.5, 4.0, 12))
     if fades:
-        network.fade_beyond(Reach.of(np.random.default_rng(seed).normal(0.0, 0.5, (50, 5)), 2.0))
+        network.trust(Trust.within(np.random.default_rng(seed).normal(0.0, 0.5, (50, 5)), 2.0))
     seen = torch.zeros(3, ROWS, 5, dtype=torch.float64)
     phase = torch.as_tensor(np.random.default_rng(seed).uniform(0.0, 6.0, (3, 1, 3)))
     seen[..., :3] = torch.sin(0.2 * torch.arange(ROWS)[:, None] + phase) * torch.tensor([1.2, 0.4, 0.6])
@@ -344,14 +329,14 @@ def test_it_is_the_same_to_port_and_to_starboard(fades: bool):
     constants = Standardisation.of(names, NETWORKS["symmetric"].alike(rows, thruster_matrix(HULL)))
     network = randomised(build("symmetric", scaling_of(HULL, constants, scaling().output)).double())
     if fades:
-        network.fade_beyond(network.known(constants.apply(rows[:200]), 1.0))
+        network.trust(Trust.within(network.known(constants.apply(rows[:200])), 1.0))
     seen = torch.as_tensor(rows)[None]
     with torch.no_grad():
         said, other = network(seen)[0], network(image(seen))[0]
     assert (said.abs().mean(dim=(0, 1)) > 1e-3).all()
     assert other.numpy() == pytest.approx((said * torch.tensor([1.0, -1.0, -1.0])).numpy(), abs=1e-6)
     if fades:
-        left = network.fade(torch.as_tensor(constants.apply(rows)))  # type: ignore[misc]
+        left = network.gain(torch.as_tensor(constants.apply(rows)))  # type: ignore[misc]
         assert 0.0 < float((left == 1.0).double().mean()) < 1.0
 
 
@@ -373,7 +358,7 @@ def test_it_says_nothing_at_rest():
 @pytest.mark.parametrize("layers", [1, 3])
 def test_it_is_one_perceptron(layers: int):
     network = randomised(build("symmetric", scaling(), {"units": 8, "layers": layers}).double())
-    network.fade_beyond(Reach.of(np.random.default_rng(0).normal(0.0, 0.5, (50, 5)), 2.0))
+    network.trust(Trust.within(np.random.default_rng(0).normal(0.0, 0.5, (50, 5)), 2.0))
     with torch.no_grad():
         whole, plain = network(inputs())[0], network.plain()(inputs())[0]
     assert plain.numpy() == pytest.approx(whole.numpy(), abs=1e-12)

@@ -21,7 +21,7 @@ from undertow.residuals.training.training_settings import Choice, TrainingSettin
 from undertow.workflows.train import choice_of
 
 SISTER = HULL.with_values({"mass": 1.2 * HULL.mass}, "sister")
-QUICK = TrainingSettings(epochs=6, fade=0.0, shrink=False)
+QUICK = TrainingSettings(epochs=6, trust=False)
 LEARNS = [name for name in NETWORKS if NETWORKS[name].grown is None]
 
 
@@ -32,14 +32,14 @@ def dragged() -> Split:
 
 @pytest.fixture(scope="module")
 def trained(dragged: Split) -> Trained:
-    return train(dragged, HULL, Choice("mlp"), settings=TrainingSettings(epochs=40, fade=0.0, shrink=False))
+    return train(dragged, HULL, Choice("mlp"), settings=TrainingSettings(epochs=40, trust=False))
 
 
 @pytest.mark.parametrize("name", LEARNS)
 def test_a_training_of_no_steps_is_its_start_on_the_vehicle_of_the_log(dragged: Split, name: str) -> None:
     start = train(dragged, HULL, Choice(name), settings=replace(QUICK, epochs=1)).model
     start.name = "before"
-    still = TrainingSettings(epochs=1, learning_rate=1e-12, fade=0.0, shrink=False)
+    still = TrainingSettings(epochs=1, learning_rate=1e-12, trust=False)
     found = train(dragged, SISTER, going_on_from(start), settings=still)
     assert found.start == "before"
     assert found.to_dict()["start"] == "before"

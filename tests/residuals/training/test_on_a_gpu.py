@@ -23,7 +23,7 @@ def dragged() -> Split:
 def test_a_gpu_trains_the_network_that_a_processor_trains(name: str, dragged: Split):
     found = []
     for device in ("cpu", "cuda"):
-        settings = TrainingSettings(epochs=3, fade=0.5, device=device)
+        settings = TrainingSettings(epochs=3, trust=False, device=device)
         model = train(dragged, HULL, Choice(name), settings=settings).model
         found.append(np.concatenate([model.correction(motion) for motion in dragged.test.motions]))
     size = np.abs(found[0]).max(axis=0)

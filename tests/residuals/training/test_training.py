@@ -228,15 +228,13 @@ def test_windows_say_what_is_too_short(dragged: Split) -> None:
 
 
 def test_what_the_nominal_model_lacks_is_learnt(dragged: Split) -> None:
-    # Half of the end of so short a log lies beyond its training, where a correction fades.
-    settings = TrainingSettings(epochs=60, learning_rate=1e-2, fade=0.0)
+    settings = TrainingSettings(epochs=60, learning_rate=1e-2, trust=False)
     found = train(dragged, HULL, Choice("mlp"), settings=settings)
     before = acceleration_score(VehicleModel(HULL, "nominal"), dragged.test).rmse
     after = acceleration_score(found.model, dragged.test).rmse
     assert (after[:2] < 0.5 * before[:2]).all()
     assert found.lawful is None, "nobody asked an auditor"
     assert found.best_epoch in best_epochs(list(found.epochs))
-    assert found.share == 1.0
 
 
 def test_no_gain_is_invented_where_nothing_is_missing() -> None:
@@ -249,7 +247,7 @@ def test_no_gain_is_invented_where_nothing_is_missing() -> None:
 
 @pytest.mark.parametrize("name", ["lstm", "tcn", "port_hamiltonian", "mlp"])
 def test_rows_that_warm_a_memory_up_count_and_teach_nothing(name: str, dragged: Split) -> None:
-    made = preparation.prepare_training(dragged, HULL, Choice(name), replace(QUICK, fade=0.5))
+    made = preparation.prepare_training(dragged, HULL, Choice(name), QUICK)
     objective, network = made.objective, made.network
     with torch.no_grad():
         for parameter in network.parameters():
@@ -273,7 +271,7 @@ def test_a_network_with_memory_learns_the_boat_and_not_the_noise_of_its_sensors(
     worlds = [simulate_world(otter, {}, duration=240.0, seed=k).motion(0.1) for k in range(2)]
     raw = tuple(replace(world, source=str(k)) for k, world in enumerate(worlds))
     parts = split(DataSet(tuple(smooth(motion, 1.2) for motion in raw), (), PAPER, raw))
-    settings = TrainingSettings(epochs=100, learning_rate=5e-3, seed=2, shrink=False)  # nothing of either holds
+    settings = TrainingSettings(epochs=100, learning_rate=5e-3, seed=2, trust=False)  # nothing of either holds
     blind, seeing = (
         train(
             parts, otter, Choice("tcn", {"units": 16, "layers": 2}), settings=replace(settings, sensor_noise=share)
@@ -523,17 +521,18 @@ def test_the_envelope_of_the_penalty_is_that_of_training(dragged: Split) -> None
 
 
 @pytest.mark.parametrize("name", ["mlp", "lstm"])
-def test_a_hybrid_fades_beyond_its_training_and_not_on_it(dragged: Split, name: str) -> None:
-    few = TrainingSettings(epochs=1, shrink=False, fade=0.5)
+def test_a_hybrid_is_trusted_by_its_log_and_a_pure_network_wholly(dragged: Split, name: str) -> None:
+    few = TrainingSettings(epochs=3)
     model = train(dragged, HULL, Choice(name), settings=few).model
     (motion,) = dragged.train.motions
     assert model.fades
     assert model.beyond(motion) == pytest.approx(0.0, abs=0.0)
-    fast = replace(motion, velocity=3.0 * motion.velocity)
-    assert (model.correction(fast)[model.beyond(fast) > model.far] == 0.0).all()
+    fast = replace(motion, velocity=30.0 * motion.velocity)
     assert (model.beyond(fast) > model.far).mean() > 0.5
-    faded = model.correction(motion)
-    model.network.fade_beyond(None)
-    np.testing.assert_array_equal(model.correction(motion), faded)
-    assert not train(dragged, HULL, Choice(name), settings=replace(few, fade=0.0)).model.fades
+    assert (model.correction(fast)[model.beyond(fast) > model.far] == 0.0).all()
+    gain, said = model.weight(motion), model.correction(motion)
+    assert (gain == gain[0]).all()
+    model.trust(None)
+    np.testing.assert_allclose(said, gain * model.correction(motion), rtol=1e-4, atol=1e-9)
+    assert not train(dragged, HULL, Choice(name), settings=replace(few, trust=False)).model.fades
     assert not train(dragged, HULL, Choice(name, pure=True), settings=few).model.fades

@@ -1,0 +1,176 @@
+"""What networks of one kind say of parts of a log that they do not know: by this a correction is trusted.
+
+Parts are held out in time, and in the space of states: the lively half of a log, which a probe of the calm half does
+not know, and both ends of the direction along which its stretches differ most. So a gain is asked at distances from
+training, not only within it (Roberts et al. 2017, doi:10.1111/ecog.02881, of blocks in time and in predictors).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...measurements.preparation.dataset import DataSet
+from ...measurements.preparation.split import Split
+from ...physics.errors import RequestError
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from ..models.base import VehicleModel
+from ..models.network_inputs import network_inputs
+from ..models.network_model import NetworkModel
+from ..networks.trust import Tried, Trust, stacked
+from ..scores import rollout_errors
+from .windows import target_acceleration
+
+WARM_UP = 2.0
+"""Rows at the start of a window on which a network with memory is not judged [s]."""
+_SUMMED = 2.0
+"""Time over which corrections and what they correct are added up [s], see `networks.trust`."""
+_LEAST = 8
+"""Stretches that a training part must have, so that a third of it is more than a manoeuvre or two."""
+_BLOCKS = 3
+"""Blocks of time, each held out once."""
+_STRETCH = 10.0
+"""What happens within so long a stretch of a log tells of itself alone [s]."""
+Probe = Callable[[Split], NetworkModel]
+"""Trains a network on the training part of a split."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """Motions that a probe knows, others of the same log that it is asked, and whether these are a block of time."""
+
+    known: DataSet
+    asked: DataSet
+    block: bool
+
+
+def parts(data: DataSet, vehicle: Vehicle, seconds: float) -> list[Part]:
+    """The ways in which a training part is parted; none where it is too short.
+
+    Parameters
+    ----------
+    seconds : length of the stretches of which parts consist; the last of a motion is longer [s]
+    """
+    rows = [network_inputs(vehicle, motion, False) for motion in data.motions]
+    every = np.concatenate(rows)
+    mean, scale = every.mean(axis=0), np.maximum(every.std(axis=0), 1e-12)
+    size = max(1, round(seconds / data.motions[0].time_step))
+    pieces: list[tuple[int, int, int]] = []
+    for k, seen in enumerate(rows):
+        starts = range(0, len(seen) - size + 1, size)
+        pieces += [(k, *ends) for ends in zip(starts, [*starts[1:], len(seen)], strict=False)]  # none of a short one
+    if len(pieces) < _LEAST:
+        return []
+    apart = [(rows[k][start:stop] - mean) / scale for k, start, stop in pieces]
+    lively = np.argsort([np.abs(some).max() for some in apart], kind="stable")[len(pieces) // 2 :]
+    means = np.array([some.mean(axis=0) for some in apart])
+    main = np.linalg.svd(means - means.mean(axis=0), full_matrices=False)[2][0]
+    order, third = np.argsort(means @ main, kind="stable"), len(pieces) // _BLOCKS
+    blocks = np.array_split(np.arange(len(pieces)), _BLOCKS)
+    every_part = [*((part, True) for part in blocks), *((r, False) for r in (lively, order[:third], order[-third:]))]
+    return [_parted(data, pieces, set(asked.tolist()), block=block) for asked, block in every_part]
+
+
+def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], *, block: bool) -> Part:
+    """The part whose stretches of these numbers are asked; neighbours are joined."""
+    both: tuple[list[tuple[int, int, int]], ...] = ([], [])
+    for n, (k, start, stop) in enumerate(pieces):
+        joined = both[n in asked]
+        before = joined.pop() if joined and joined[-1][::2] == (k, start) else (k, start, start)
+        joined.append((k, before[1], stop))
+
+    def cut(motions: tuple[Motion, ...], where: list[tuple[int, int, int]]) -> tuple[Motion, ...]:
+        return tuple(motions[k].slice(start, stop) for k, start, stop in where)
+
+    raw = data.unfiltered
+    known, held = (
+        replace(data, motions=cut(data.motions, where), unfiltered=None if raw is None else cut(raw, where))
+        for where in both
+    )
+    return Part(known, held, block)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Probed:
+    """What probes of one kind say of the parts that they do not know.
+
+    Attributes
+    ----------
+    tried : stretch by stretch
+    blocks : the probes of the blocks of time, each with its block and the stretches that this consists of
+    """
+
+    tried: tuple[Tried, ...] = ()
+    blocks: tuple[tuple[NetworkModel, DataSet, frozenset[int]], ...] = ()
+
+    def __add__(self, other: "Probed") -> "Probed":
+        """What both say."""
+        return Probed((*self.tried, *other.tried), (*self.blocks, *other.blocks))
+
+
+def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
+    """Train the probes of one kind, one for each of some parts of the training part of a split."""
+    tried: list[Tried] = []
+    blocks = []
+    for part in asked:
+        try:
+            model = probe(replace(split, train=part.known))
+            said = told(model, part.known, part.asked)
+        except RequestError:  # a loss that is not finite, perhaps, or too few rows for a window: it tells nothing
+            continue
+        tried += said
+        if part.block:
+            blocks.append((model, part.asked, frozenset(one.stretch for one in said)))
+    return Probed(tuple(tried), tuple(blocks))
+
+
+def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
+    """What a network that learnt some motions says of others, stretch by stretch; its gain is 1 everywhere then."""
+    seen = np.concatenate([network_inputs(model.vehicle, motion, model.heading) for motion in known.motions])
+    model.trust(Trust.within(model.network.known(model.network.scaling.inputs.apply(seen))))
+    first = round(WARM_UP / model.time_step) if model.remembers else 0
+    found = []
+    for motion in asked.motions:
+        lacking = target_acceleration(model.vehicle, motion, asked, False)
+        said, distance = model.correction(motion), model.beyond(motion)
+        stretch = (motion.time // _STRETCH).astype(int)
+        for one in np.unique(stretch[first:]).tolist():
+            rows = np.flatnonzero(stretch == one)
+            rows = rows[rows >= first]
+            found.append(Tried(lacking[rows], said[rows], distance[rows], one))
+    return found
+
+
+def trust_of(model: NetworkModel, split: Split, found: Probed) -> Trust:
+    """How far a trained network is trusted, by probes along the training part, and by itself on the validation part."""
+    return trusted(model, (*found.tried, *told(model, split.train, split.validation)))
+
+
+def trusted(model: NetworkModel, tried: Sequence[Tried]) -> Trust:
+    """The gain of a network that knows its distances, by what was tried."""
+    gain = model.network.gain
+    assert gain is not None, "`told` has measured from where distances are"
+    rows = round(_SUMMED / model.time_step)
+    reaches, weights, error = stacked(tried, rows, common=model.network.rests_on == "itself")
+    return replace(gain.trust, reaches=reaches, weights=weights, error=error)
+
+
+def rollout_ratio_of(found: Probed) -> float:
+    """Error of rollouts of probes in that of the vehicle alone, over blocks that neither a probe nor its gain knows.
+
+    Geometric mean over horizons of 2 and 10 s, and speeds and position; 1 where no rollout fits.
+    """
+    own, alone = ({name: [] for name in ("2", "10")} for _ in range(2))
+    for model, asked, stretches in found.blocks:
+        others = [one for one in found.tried if one.stretch not in stretches]
+        model.trust(trusted(model, others or found.tried))  # a first block has nothing else to tell its gain
+        for kept, one in ((own, model), (alone, VehicleModel(model.vehicle, "alone"))):
+            for name, errors in rollout_errors(one, asked, (2.0, 10.0)).items():
+                kept[name] += errors.squares
+    ratios = [
+        np.log(np.concatenate(own[name]).mean(axis=0) / np.maximum(np.concatenate(alone[name]).mean(axis=0), 1e-300))
+        for name in own
+        if own[name]
+    ]
+    return float(np.exp(0.5 * np.mean(ratios))) if ratios else 1.0

@@ -1,0 +1,122 @@
+"""Parts of a log that probes do not know, in time and in the space of states, and what they say of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from training_parts import HULL, fresh, parts_of
+
+from undertow.measurements.preparation.split import Split
+from undertow.physics.errors import RequestError
+from undertow.physics.matrices import mass_matrix
+from undertow.residuals.models.network_inputs import network_inputs
+from undertow.residuals.models.network_model import NetworkModel
+from undertow.residuals.training.best_kind import candidates
+from undertow.residuals.training.epochs import probe_settings, train
+from undertow.residuals.training.probes import parts, probed, rollout_ratio_of, trust_of
+from undertow.residuals.training.training_settings import Choice, TrainingSettings
+
+SHORT = TrainingSettings(epochs=2)
+PUSH = 6.0
+"""What is missing [N], the same everywhere: what is learnt of a part holds wherever the boat goes."""
+
+
+@pytest.fixture(scope="module")
+def pushed() -> Split:
+    """A world with a push ahead that the nominal model lacks."""
+    return parts_of({"surge_trim": PUSH})
+
+
+def saying(split: Split, times: float) -> NetworkModel:
+    """A perceptron that says so many times the push, wherever it is."""
+    network = fresh("mlp", split).float()
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.zero_()
+        network.head.bias[0] = times * PUSH / mass_matrix(HULL)[0, 0] / 0.1  # type: ignore[union-attr, index]
+    return NetworkModel(HULL, network, 0.1)
+
+
+def test_every_row_is_held_out_once_in_time_and_the_ends_of_states_once_more(pushed: Split) -> None:
+    (motion,) = pushed.train.motions
+    found = parts(pushed.train, HULL, 10.0)
+    blocks, regions = found[:3], found[3:]
+    assert ([part.block for part in blocks], [part.block for part in regions]) == ([True] * 3, [False] * 3)
+    asked = np.concatenate([m.time for part in blocks for m in part.asked.motions])
+    assert sorted(asked.tolist()) == motion.time.tolist()
+    for part in found:
+        both = np.concatenate([m.time for some in (part.known, part.asked) for m in some.motions])
+        assert sorted(both.tolist()) == motion.time.tolist(), "what is not asked is known, and nothing is both"
+        assert part.known.unfiltered is not None
+        assert [m.time.tolist() for m in part.known.unfiltered] == [m.time.tolist() for m in part.known.motions]
+
+    def reach(some: object) -> float:
+        rows = np.concatenate([network_inputs(HULL, m, False) for m in some.motions])  # type: ignore[attr-defined]
+        every = network_inputs(HULL, motion, False)
+        return float(np.abs((rows - every.mean(axis=0)) / every.std(axis=0)).max())
+
+    calm = regions[0]
+    assert reach(calm.known) < reach(calm.asked)
+
+
+def test_a_log_that_is_too_short_is_not_parted(pushed: Split) -> None:
+    (motion,) = pushed.train.motions
+    short = replace(pushed.train, motions=(motion.slice(0, 790),), unfiltered=None)
+    assert parts(short, HULL, 10.0) == []
+    pieces = tuple(motion.slice(k, k + 50) for k in range(0, 800, 50))
+    assert parts(replace(pushed.train, motions=pieces, unfiltered=None), HULL, 10.0) == []
+
+
+@pytest.mark.parametrize(
+    ("times", "gain", "ratio"), [(1.0, 1.0, (0.0, 0.2)), (2.0, 0.5, (0.0, 0.2)), (-1.0, 0.0, (1.0, 1.0))]
+)
+def test_a_correction_counts_by_what_probes_were_right_in(
+    pushed: Split, times: float, gain: float, ratio: tuple[float, float]
+) -> None:
+    found = probed(pushed, parts(pushed.train, HULL, 10.0), lambda part: saying(part, times))
+    trust = trust_of(saying(pushed, times), pushed, found)
+    assert trust.gain(np.array([0.0, 50.0]))[:, 0] == pytest.approx(gain, abs=0.1), "a push is the same everywhere"
+    assert trust.error[0].max() < 0.1
+    least, most = ratio
+    assert least <= rollout_ratio_of(found) <= most + 1e-9
+
+
+def test_probes_that_cannot_be_trained_tell_nothing(pushed: Split) -> None:
+    def fails(part: Split) -> NetworkModel:
+        raise RequestError("training: the loss is nan")
+
+    found = probed(pushed, parts(pushed.train, HULL, 10.0), fails)
+    assert (found.tried, found.blocks) == ((), ())
+    assert rollout_ratio_of(found) == 1.0
+    own = trust_of(saying(pushed, 1.0), pushed, found)
+    assert own.gain(np.zeros(()))[0] == pytest.approx(1.0, abs=0.05), "the validation part tells of the network itself"
+
+
+def test_a_probe_has_few_epochs_and_is_said_whole() -> None:
+    assert probe_settings(TrainingSettings()) == TrainingSettings(epochs=40, trust=False)
+    assert probe_settings(SHORT) == replace(SHORT, trust=False)
+
+
+def test_the_same_log_gives_the_same_gain(pushed: Split) -> None:
+    one, other = (train(pushed, HULL, Choice("mlp", {"units": 8}), settings=SHORT).model for _ in range(2))
+    assert one.network.gain is not None
+    assert other.network.gain is not None
+    assert np.array_equal(one.network.gain.trust.weights, other.network.gain.trust.weights)
+
+
+def test_the_kind_is_that_whose_probes_err_least(pushed: Split) -> None:
+    few, told = replace(SHORT, epochs=20), []
+    kinds = (Choice("mlp", {"units": 8}), Choice("gp", {"units": 60}))
+    found = candidates(pushed, HULL, few, kinds, told.append)
+    assert told[:2] == ["mlp", "gp"]
+    assert told[2:] == [found[0].name], "the better half of two is one, which is tried on all blocks"
+    assert len(found[0].probes.blocks) == 3
+    assert found[0].ratio < 0.5, "a push that lasts is learnt by either"
+    whole = train(pushed, HULL, replace(found[0].choice, probes=found[0].probes), settings=few).model
+    anew = train(pushed, HULL, found[0].choice, settings=few).model
+    assert np.allclose(whole.network.gain.trust.weights, anew.network.gain.trust.weights)  # type: ignore[union-attr]
+    (motion,) = pushed.train.motions
+    short = replace(pushed, train=replace(pushed.train, motions=(motion.slice(0, 400),), unfiltered=None))
+    with pytest.raises(RequestError, match="no kind of network could be tried"):
+        candidates(short, HULL, few, kinds)

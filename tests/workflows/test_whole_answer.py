@@ -1,0 +1,71 @@
+"""A discovery with a network beside the corrected model: its row, what it says, and its place in the run's folder."""
+
+from pathlib import Path
+
+import pytest
+
+from undertow.discovery.settings import DiscoverySettings
+from undertow.physics.errors import RequestError
+from undertow.physics.forces import at_beginning
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.model_files import load_network
+from undertow.residuals.training.training_settings import TrainingSettings
+from undertow.workflows.compare import compare_run
+from undertow.workflows.discover_and_add import add
+from undertow.workflows.inputs import read_inputs
+from undertow.workflows.run_folder.run import Run
+from undertow.workflows.run_folder.write import write_run
+from undertow.workflows.train import write_network
+from undertow.workflows.whole_answer import NETWORK, check_kind, network_of, with_network
+
+HULL = load_vehicle("blueboat")
+LACKING = {"surge_quadratic_damping": -10.0, "sway_lift": 20.0}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """A run that has named one of two effects: the other is left for a network."""
+    log = tmp_path_factory.mktemp("whole") / "log.csv"
+    simulate_world(HULL, LACKING, duration=150.0, seed=3, noise="clean").write(log)
+    return add(["surge_quadratic_damping"], read_inputs(log, HULL, progress=None), DiscoverySettings(), progress=None)
+
+
+def test_what_names_leave_a_network_learns_and_both_are_one_answer(run: Run, tmp_path: Path) -> None:
+    few = TrainingSettings(epochs=20, device="cpu")
+    whole, done = with_network(run, "mlp", settings=few, progress=None)
+    assert done is not None
+    assert done.model.vehicle == at_beginning(run.discovery.corrected)
+    *before, last = whole.comparison.models
+    assert before == list(run.comparison.models)
+    assert (last.name, last.kind, last.fitted_here) == ("corrected + mlp", "hybrid", True)
+    named = next(model for model in before if model.name == "corrected")
+    assert last.rollout["10"].sway < named.rollout["10"].sway
+    note = whole.comparison.notes[-1]
+    assert note.startswith("Of the nominal model's error of position over ")
+    assert "; a network (mlp) of what has no name takes " in note
+    folder = write_run(whole, tmp_path / "run", report=False, progress=None)
+    assert network_of(folder) is None
+    write_network(done, folder / NETWORK)
+    assert load_network(folder / NETWORK).vehicle == at_beginning(load_vehicle(folder / "model.yaml"))
+    again = compare_run(folder, progress=None)
+    row = next(model for model in again.models if model.name == "corrected + mlp")
+    assert row.fitted_here
+    assert row.rollout["10"].position == pytest.approx(last.rollout["10"].position, rel=1e-3)
+    HULL.save(folder / "model.yaml")
+    assert network_of(folder) is None, "beside another model it is no part of the answer"
+
+
+def test_a_model_that_leaves_nothing_ends_with_a_line(run: Run) -> None:
+    inputs = run.inputs
+    exact = add([*LACKING], read_inputs(list(inputs.paths), HULL, progress=None), DiscoverySettings(), progress=None)
+    whole, done = with_network(exact, "mlp", settings=TrainingSettings(epochs=2), progress=None)
+    assert done is None
+    assert whole.comparison.models == exact.comparison.models
+    assert whole.comparison.notes[-1].startswith("Nothing is left for a network to learn beside a vehicle")
+
+
+def test_an_unknown_kind_is_refused_before_the_work() -> None:
+    check_kind("best")
+    with pytest.raises(RequestError, match="did you mean 'lstm'"):
+        check_kind("lstn")
