@@ -168,6 +168,7 @@ def init(
     told_bytes = megabytes(progress)
     read = [*(read_log(path, reading, progress=told_bytes, mend=True) for path in paths), *ready]
     told = Pace(progress, "checks of the log", even=False).told
+    _check_vessels(read, reading)
     examined = [examine(log, progress=told) for log in read]
     records = [_moving(log, one) for log, one in zip(read, examined, strict=True)]
     _check_commands(read, records)
@@ -241,6 +242,15 @@ def _of_map(logs: Sequence[Log]) -> list[str]:
     idle = set.intersection(*(set(log.idle) for log in logs))
     known = listing([name for name in logs[0].channels if command_kind(name)])
     return [f"'{name}: null' leaves nothing out: no log has it. The commands are {known}." for name in sorted(idle)]
+
+
+def _check_vessels(logs: Sequence[Log], reading: Reading) -> None:
+    for log in logs:
+        if log.craft is not None and not log.craft.craft.floats and not reading.as_is:
+            raise LogError(
+                f"{log.path}: {log.craft.sentence}; expected the log of a boat, whose thrusters push along the water. "
+                "Give another log, or say --as-is if it is a boat all the same"
+            )
 
 
 def _check_commands(logs: Sequence[Log], records: Sequence[Record]) -> None:

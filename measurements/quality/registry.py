@@ -19,9 +19,11 @@ from .checks.stuck import Stuck
 from .checks.swapped_channels import Exchanged
 from .checks.tilt import Tilt
 from .checks.units import Units
+from .checks.vessel import Vessel
 from .finding import Check
 
 CHECKS: tuple[Check, ...] = (
+    Vessel(),
     Stamps(),
     Resampled(),
     Rates(),
