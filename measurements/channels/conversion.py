@@ -25,6 +25,10 @@ _FROM_ENU = {
 """ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
 _RATES = ("x_dot", "y_dot")
 _AXES = {"x": "north", "y": "east"}
+_FEWEST = 50
+"""Rows of a heading from which its usual step can be told."""
+_SPINS, _ALL_ROUND = 5.0, 0.75
+"""Times the step that 95 % of rows stay below, and share of a full turn, that a line through the wrap has."""
 _WHOLE = 1e4
 """No angle in degrees is as large as this; a latitude in 1e-7 degrees is, unless it is within 110 m of the equator."""
 
@@ -78,6 +82,8 @@ def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -
     for channel in channels.values():
         check_limits(channel, where)
     _heading(channels, sources, where, notes)
+    if "psi" in channels:
+        channels["psi"] = _wrapped(channels["psi"], notes)
     _position(channels, where, notes)
     _velocity(channels, notes)
     for name in ("x", "y"):
@@ -152,6 +158,33 @@ def _heading(channels: dict[str, Channel], sources: Mapping[str, Source], where:
         heading = heading_from_enu(heading)
     channels["psi"] = Channel("psi", time[known], heading, origin, parts[0].lost)
     notes.append(f"psi: heading of the {origin}")
+
+
+def _wrapped(heading: Channel, notes: list[str]) -> Channel:
+    """A heading without the rows that straight lines drew through its wrap, from one end of its range to the other.
+
+    Who resamples an angle without unwrapping it makes such rows: for a moment the boat spins once round, backwards.
+    """
+    value = heading.value
+    turn = next((full for full in (2.0 * np.pi, 360.0) if 0.9 * full < np.ptp(value) <= 1.001 * full), None)
+    if turn is None or value.size < _FEWEST:
+        return heading
+    steps = np.diff(value)
+    usual = float(np.quantile(np.abs((steps + 0.5 * turn) % turn - 0.5 * turn), 0.95))
+    quick = (np.abs(steps) > _SPINS * usual) & (np.abs(steps) < 0.75 * turn)
+    drawn = np.zeros(value.size, dtype=bool)
+    for begin, end in np.flatnonzero(np.diff(quick, prepend=False, append=False)).reshape(-1, 2).tolist():
+        total, one_way = value[end] - value[begin], np.ptp(np.sign(steps[begin:end])) == 0.0
+        if one_way and _ALL_ROUND * turn < abs(total):
+            drawn[begin + 1 : end] = True
+    if not drawn.any():
+        return heading
+    times = int(np.count_nonzero(np.diff(drawn, prepend=False) & drawn))
+    notes.append(
+        f"psi: {np.count_nonzero(drawn)} rows left out that lines drew through the wrap of the heading, {times} times: "
+        "it was resampled without being unwrapped"
+    )
+    return replace(heading, time=heading.time[~drawn], value=value[~drawn])
 
 
 def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> None:

@@ -6,6 +6,7 @@ from .checks.compass_deviation import Deviation
 from .checks.drive import Drive
 from .checks.excitation import Excitation
 from .checks.held import HeldFixes
+from .checks.jumps import Jumps
 from .checks.late import LateFixes
 from .checks.limited import Limited
 from .checks.neutral import Neutral
@@ -30,6 +31,7 @@ CHECKS: tuple[Check, ...] = (
     Gaps(),
     Stuck(),
     Spikes(),
+    Jumps(),
     Exchanged(),
     Units(),
     HeldFixes(),
