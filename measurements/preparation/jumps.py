@@ -17,6 +17,8 @@ _NOISE = 10.0
 _FIXES, _SECONDS = 3.0, 1.0
 """A jump is farther than the boat goes at its top speed in three fixes, and in a second: noise and a late fix move it
 by one fix, and what it goes in a second is less than the way over which speeds are told."""
+_NEAR = 10
+"""Steps before and after one that tell how fast the boat goes."""
 _WINDOW = 4.0
 """Time over which the boat's own speed is told [s]: long beside the noise of a fix."""
 _BACK = 60.0
@@ -81,8 +83,14 @@ def jumps_of(channels: Mapping[str, Channel]) -> tuple[Jump, ...]:
     noise = float(np.median(np.hypot(*np.diff(steps, axis=0).T)))
     top = _top_speed(time, place)
     far = size > np.maximum(_NOISE * noise, top * np.maximum(_SECONDS, _FIXES * taken))
-    at = np.flatnonzero(far & (taken <= gap_limit(x, None)))
-    return tuple(_told(at.tolist(), steps, time))
+    at = [row for row in np.flatnonzero(far & (taken <= gap_limit(x, None))).tolist() if _alone(size / taken, row)]
+    return tuple(_told(at, steps, time))
+
+
+def _alone(speed: Array, row: int) -> bool:
+    """Whether a step is far quicker than those beside it: a boat that mostly drifts may go as fast for a while."""
+    near = np.concatenate([speed[max(row - _NEAR, 0) : row], speed[row + 1 : row + 1 + _NEAR]])
+    return bool(speed[row] > _FIXES * np.median(near))
 
 
 def _top_speed(time: Array, place: Array) -> float:
