@@ -244,7 +244,7 @@ def read_log(
 
 def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:
     """Choose what the channel map names, and in the namespace what may be guessed to be a channel."""
-    named = {entry.source for entry in entries.values() if entry is not None}
+    named = {source for entry in entries.values() if entry is not None for source in entry.sources}
     topics = {source.rpartition(":")[0] for source in named if ":" in source}
     # An element of a sequence, `channels[2]` or `port_joint.velocity`, is offered as `channels[]` or `velocity[]`.
     fields = (
@@ -263,7 +263,8 @@ def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Call
 
 def _check_map_of_repaired(path: Path, entries: Mapping[str, Entry | None], names: Container[str]) -> None:
     """Refuse the channel map of the log that was repaired: what it would do is done."""
-    wanted = next((entry.source for entry in entries.values() if entry and entry.source not in names), None)
+    sources = [source for entry in entries.values() if entry for source in entry.sources]
+    wanted = next((source for source in sources if source not in names), None)
     if wanted is not None:
         raise LogError(
             f"{path}: the channel map takes '{wanted}', which is not in this log: 'undertow inspect --fix' wrote it, "

@@ -7,11 +7,13 @@ import numpy as np
 
 from ...physics.errors import LogError
 from ...physics.frames import Array, earth_to_body, heading_from_enu, heading_from_quaternion
+from ...physics.thrusters import side_named
 from ..canonical import PLACE, QUATERNION, RATES, UNITS, Channel, check_limits, command_kind
 from ..formats.base import Stream
 from ..geodesy import local_metres
 from .channel_map import Entry
 from .cleaning import Cleaner
+from .mixing import mixed
 
 _FROM_ENU = {
     "x": ("y", 1.0),
@@ -45,6 +47,7 @@ class Source:
     scale, offset : applied to the values first
     how : for the notes; empty when there is nothing to say
     within : values outside mean "nothing"
+    steering : stream and entry of the steering that the command of a side is mixed of; else None
     """
 
     role: str
@@ -54,6 +57,7 @@ class Source:
     offset: float = 0.0
     how: str = ""
     within: tuple[float, float] | None = None
+    steering: tuple[Stream, Entry] | None = None
 
     @property
     def target(self) -> str:
@@ -64,7 +68,13 @@ class Source:
     def entry(self) -> Entry:
         """The line of a channel map that says the same; commands and places have no frame."""
         framed = command_kind(self.role) is None and self.role not in PLACE
-        return Entry(self.stream.name, self.scale, self.offset, self.frame if framed else None)
+        steering = self.steering and replace(self.steering[1], source=self.steering[0].name)
+        return Entry(self.stream.name, self.scale, self.offset, self.frame if framed else None, steering)
+
+    @property
+    def streams(self) -> tuple[Stream, ...]:
+        """All streams that it takes."""
+        return (self.stream, *(self.steering[:1] if self.steering else ()))
 
 
 def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -> tuple[dict[str, Channel], list[str]]:
@@ -134,7 +144,13 @@ def _channel(name: str, source: Source, cleaner: Cleaner) -> Channel:
         if source.frame == "enu" and name not in QUATERNION:
             sign = _FROM_ENU.get(source.role, (name, 1.0))[1]
             value = heading_from_enu(value) if name == "psi" else value if sign == 1.0 else sign * value
+        if source.steering is not None:
+            stream, entry = source.steering
+            value = mixed(name, (source.stream.time, value), (stream.time, entry.scale * stream.value + entry.offset))
     channel, output = cleaner.channel(name, source.stream, value), source.stream.output
+    if source.steering is not None:
+        sign = "+" if side_named((command_kind(name) or ("", ""))[1]) == "port" else "-"
+        channel = replace(channel, origin=f"{source.stream.name} {sign} {source.steering[0].name}")
     return channel if output is None else replace(channel, output=output.mapped(source.scale, source.offset))
 
 

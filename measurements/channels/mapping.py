@@ -70,7 +70,7 @@ def map_channels(
     notes: list[str] = []
     ours = [stream for stream in streams if namespace is None or is_under(stream.topic, namespace)]
     sources = _mapped((ours, streams), frame, entries, where, unread)
-    mapped, given = tuple(sources), {id(source.stream) for source in sources.values()}
+    mapped, given = tuple(sources), {id(stream) for source in sources.values() for stream in source.streams}
     guessed = _guessed(ours, frame, notes)
     # A command has one name in the log and, where that is a number, another in the vehicle file: both are shown.
     left_out = {in_vehicle_file(name): name for name, entry in entries.items() if entry is None}
@@ -93,7 +93,7 @@ def map_channels(
     _drop(sources, has_speed, RATES, "u and v are channels of their own; velocities in earth axes are not used", notes)
     notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
     channels, told = channels_of(sources, where, mend)
-    used = {id(source.stream) for source in sources.values()}
+    used = {id(stream) for source in sources.values() for stream in source.streams}
     unused = [stream.name for stream in streams if id(stream) not in used] + [name.name for name in unread]
     in_use: dict[str, Entry | None] = {source.role: source.entry for source in sources.values()}
     in_use |= dict.fromkeys(left_out.values())
@@ -137,7 +137,11 @@ def _mapped(
             axes = entry.frame or frame or "ned"
         within = own.within if own else None
         how = f"from {stream.name} by the channel map"
-        source = Source(name, stream, axes, entry.scale, entry.offset, how, within)
+        steering = None
+        if entry.steering is not None:
+            steering = _find(streams, entry.steering.source, name, where, unread), entry.steering
+            how = f"mixed of throttle {stream.name} and steering {steering[0].name} by the channel map (mix: skid)"
+        source = Source(name, stream, axes, entry.scale, entry.offset, how, within, steering)
         if source.target in sources:
             raise LogError(f"{where}: the channel map gives {source.target} twice; give x and y the same frame.")
         sources[source.target] = source

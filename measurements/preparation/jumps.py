@@ -112,7 +112,10 @@ def _told(at: Sequence[int], steps: Array, time: Array) -> list[Jump]:
         if open_row is not None and time[row] - time[open_row] <= _BACK:
             left = np.hypot(*(steps[row] + steps[open_row]))
             if left < _HALF * found[-1].size:
-                found[-1] = replace(found[-1], after=one.after, returns=True)
+                if row == open_row + 1:
+                    found.pop()  # a single value: no jump, but a spike
+                else:
+                    found[-1] = replace(found[-1], after=one.after, returns=True)
                 open_row = None
                 continue
         found.append(one)

@@ -38,8 +38,13 @@ _MANY = 20
 _STRAIGHT = 0.9
 """Concentration of the doubled heading from which a log holds one course: there, a current or a wind may be what turns
 the track."""
+_GENTLE = np.radians(10.0)
+"""Turning over a piece [rad] up to which a boat hardly drifts outwards."""
 _TURNED, _ACROSS = np.radians(20.0), np.radians(60.0)
-"""Mean angle between bow and track up to which a boat drifts, on many courses and on one [rad]."""
+"""Mean angle between bow and track up to which a boat drifts, while it hardly turns, and in a turn or where it holds
+one course in a current [rad]."""
+_QUARTER = np.radians(15.0)
+"""Distance from a quarter turn up to which that is what is meant, as in `axes` [rad]."""
 _ASTERN = np.radians(120.0)
 """Angle from which a boat goes astern [rad]."""
 
@@ -55,6 +60,7 @@ class Course:
     kept : concentration of the doubled angle, in the better reading
     other : the same in the other one
     straight : whether the log holds one course
+    gentle : whether the angle is that of pieces in which the boat hardly turns
     driven : share of the way that is made while the commands push ahead, less that while they push astern; None where
         no command is known
     pieces : under way
@@ -65,6 +71,7 @@ class Course:
     kept: float
     other: float
     straight: bool
+    gentle: bool
     driven: float | None
     pieces: int
 
@@ -74,7 +81,7 @@ def course_of(logs: Sequence[Log]) -> Course | None:
     found = [piece for log in logs if {"x", "y", "psi"} <= set(log.channels) for piece in [_under_way(log)] if piece]
     if not found:
         return None
-    way, heading, push = (np.concatenate([part[k] for part in found]) for k in range(3))
+    way, heading, turning, push = (np.concatenate([part[k] for part in found]) for k in range(4))
     if way.size < _LEAST:
         return None
     size = np.abs(way)
@@ -83,11 +90,13 @@ def course_of(logs: Sequence[Log]) -> Course | None:
     kept = {turn: _kept(one, size) for turn, one in ((1, ahead), (-1, mirrored))}
     left = {turn: max(1.0 - one, _SLACK) for turn, one in kept.items()}
     turn = -1 if left[1] > _BETTER * left[-1] and kept[-1] > _KEEPS else 1
-    mean = complex((ahead if turn == 1 else mirrored).sum())
+    angles, calm = ahead if turn == 1 else mirrored, np.abs(turning) < _GENTLE
+    gentle = int(np.count_nonzero(calm)) >= _LEAST
+    mean = complex((angles[calm] if gentle else angles).sum())
     straight = _kept(size * np.exp(1j * heading), size) > _STRAIGHT
     known = np.isfinite(push).all()
     driven = float((size * np.sign(push)).sum() / size.sum()) if known else None
-    return Course(turn, float(np.angle(mean)), kept[turn], kept[-turn], straight, driven, way.size)
+    return Course(turn, float(np.angle(mean)), kept[turn], kept[-turn], straight, gentle, driven, way.size)
 
 
 def _kept(angles: Array, weight: Array) -> float:
@@ -95,16 +104,16 @@ def _kept(angles: Array, weight: Array) -> float:
     return float(np.abs((weight * np.exp(2j * np.angle(angles))).sum()) / weight.sum())
 
 
-def _under_way(log: Log) -> tuple[Array, Array, Array] | None:
-    """Ways (m,) [m], north and east as one complex number, headings [rad], and the sign of the push of each."""
+def _under_way(log: Log) -> tuple[Array, Array, Array, Array] | None:
+    """Ways (m,) [m], north and east as one complex number, headings and turning [rad], and the push of each."""
     cut = courses(log)
     if cut is None:
         return None
-    way, heading, begins, ends = cut
+    way, heading, turning, begins, ends = cut
     noise = [noise_level(log.channels[name].value) or 0.0 for name in ("x", "y")]
     usual = float(np.quantile(np.abs(way), 0.9))
     fast = np.abs(way) > max(_FAST * usual, _NOISE * float(np.hypot(*noise)), 1e-9)
-    return way[fast], heading[fast], _push(log, begins[fast], ends[fast])
+    return way[fast], heading[fast], turning[fast], _push(log, begins[fast], ends[fast])
 
 
 def _push(log: Log, begins: Array, ends: Array) -> Array:
@@ -141,9 +150,10 @@ def off_course(course: Course, opposed: bool | None, surveyed: bool) -> tuple[Mi
     """
     if course.kept < _KEEPS:
         return None
-    angle = course.angle
+    quarter = 0.5 * np.pi * round(course.angle / (0.5 * np.pi))
+    angle = quarter if abs(course.angle - quarter) <= _QUARTER else course.angle
     if course.turn == 1:
-        if abs(angle) <= (_ACROSS if course.straight else _TURNED):
+        if abs(angle) <= (_TURNED if course.gentle and not course.straight else _ACROSS):
             return None
         if abs(angle) > _ASTERN and (course.driven is None or course.driven < 0.0):
             return None  # it is driven astern, or may be

@@ -95,13 +95,14 @@ def ways(log: Log, turn: float, side: float) -> Pieces | None:
     return _kept(target, [np.concatenate(pair) for pair in columns], np.tile(np.arange(span.size), 2))
 
 
-def courses(log: Log) -> tuple[Array, Array, Array, Array] | None:
-    """Way made good over pieces, north and east as one complex number [m], and the mean heading of each [rad].
+def courses(log: Log) -> tuple[Array, Array, Array, Array, Array] | None:
+    """Way made good over pieces, north and east as one complex number [m], and the heading of each [rad].
 
     Returns
     -------
-    (way, heading, begin, end) or None
-        (m,) each, the ends of the pieces in [s]; None where the positions do not come together or are too few.
+    (way, heading, turning, begin, end) or None
+        (m,) each: the heading is the mean, the turning its change [rad], the ends are in [s]. None where the positions
+        do not come together or are too few.
     """
     x, y, psi = (log.channels[name] for name in ("x", "y", "psi"))
     if x.time.size != y.time.size:
@@ -110,12 +111,15 @@ def courses(log: Log) -> tuple[Array, Array, Array, Array] | None:
     if cut is None:
         return None
     first, last, _ = cut
-    ahead = np.exp(1j * np.unwrap(psi.value))
+    angle = np.unwrap(psi.value)
+    ahead, turned = np.exp(1j * angle), np.interp(x.time, psi.time, angle)
     mean = [_integral(psi, part, x.time) for part in (ahead.real, ahead.imag)]
     heading = np.arctan2(*(total[last] - total[first] for total in reversed(mean)))
     way = (x.value[last] - x.value[first]) + 1j * (y.value[last] - y.value[first])
     known = np.isfinite(heading)
-    return way[known], heading[known], x.time[first][known], x.time[last][known]
+    parts = (way, heading, turned[last] - turned[first], x.time[first], x.time[last])
+    way, heading, turning, begin, end = (part[known] for part in parts)
+    return way, heading, turning, begin, end
 
 
 def fit_pieces(found: Sequence[Pieces | None]) -> Fit | None:

@@ -210,7 +210,7 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
 
 
 def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
-    """How the course over ground goes with the heading, where no speed was measured; nothing where it is as it should."""
+    """How the course over ground goes with the heading, where no speed was measured; nothing where it is sound."""
     course = course_of(logs)
     if course is None:
         return []
