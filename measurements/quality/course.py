@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...physics.frames import Array
 from ..canonical import command_kind
@@ -38,9 +39,10 @@ _MANY = 20
 _STRAIGHT = 0.9
 """Concentration of the doubled heading from which a log holds one course: there, a current or a wind may be what turns
 the track."""
-_GENTLE = np.radians(10.0)
-"""Turning over a piece [rad] up to which a boat hardly drifts outwards."""
-_TURNED, _ACROSS = np.radians(20.0), np.radians(60.0)
+_GENTLE, _LITTLE = np.radians(10.0), 0.25
+"""Turning over a piece [rad], and share of the log's usual sharp turning, up to which a boat hardly drifts outwards: a
+slow ship drifts in turns that are gentle for a boat."""
+_TURNED, _ACROSS = np.radians(30.0), np.radians(60.0)
 """Mean angle between bow and track up to which a boat drifts, while it hardly turns, and in a turn or where it holds
 one course in a current [rad]."""
 _QUARTER = np.radians(15.0)
@@ -81,7 +83,8 @@ def course_of(logs: Sequence[Log]) -> Course | None:
     found = [piece for log in logs if {"x", "y", "psi"} <= set(log.channels) for piece in [_under_way(log)] if piece]
     if not found:
         return None
-    way, heading, turning, push = (np.concatenate([part[k] for part in found]) for k in range(4))
+    way = np.concatenate([part[0] for part in found])
+    heading, turning, push = (np.concatenate([part[k] for part in found]) for k in (1, 2, 3))
     if way.size < _LEAST:
         return None
     size = np.abs(way)
@@ -90,7 +93,7 @@ def course_of(logs: Sequence[Log]) -> Course | None:
     kept = {turn: _kept(one, size) for turn, one in ((1, ahead), (-1, mirrored))}
     left = {turn: max(1.0 - one, _SLACK) for turn, one in kept.items()}
     turn = -1 if left[1] > _BETTER * left[-1] and kept[-1] > _KEEPS else 1
-    angles, calm = ahead if turn == 1 else mirrored, np.abs(turning) < _GENTLE
+    angles, calm = ahead if turn == 1 else mirrored, np.abs(turning) < _gentle(turning)
     gentle = int(np.count_nonzero(calm)) >= _LEAST
     mean = complex((angles[calm] if gentle else angles).sum())
     straight = _kept(size * np.exp(1j * heading), size) > _STRAIGHT
@@ -99,20 +102,24 @@ def course_of(logs: Sequence[Log]) -> Course | None:
     return Course(turn, float(np.angle(mean)), kept[turn], kept[-turn], straight, gentle, driven, way.size)
 
 
-def _kept(angles: Array, weight: Array) -> float:
+def _gentle(turning: Array) -> float:
+    return min(_GENTLE, _LITTLE * float(np.quantile(np.abs(turning), 0.9)))
+
+
+def _kept(angles: NDArray[np.complex128], weight: Array) -> float:
     """Concentration of doubled angles (n,) of complex numbers, by weight."""
     return float(np.abs((weight * np.exp(2j * np.angle(angles))).sum()) / weight.sum())
 
 
-def _under_way(log: Log) -> tuple[Array, Array, Array, Array] | None:
+def _under_way(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array] | None:
     """Ways (m,) [m], north and east as one complex number, headings and turning [rad], and the push of each."""
     cut = courses(log)
     if cut is None:
         return None
     way, heading, turning, begins, ends = cut
-    noise = [noise_level(log.channels[name].value) or 0.0 for name in ("x", "y")]
+    noise = float(np.hypot(*(noise_level(log.channels[name].value) or 0.0 for name in ("x", "y"))))
     usual = float(np.quantile(np.abs(way), 0.9))
-    fast = np.abs(way) > max(_FAST * usual, _NOISE * float(np.hypot(*noise)), 1e-9)
+    fast = np.abs(way) > max(_FAST * usual, _NOISE * noise, 1e-9)
     return way[fast], heading[fast], turning[fast], _push(log, begins[fast], ends[fast])
 
 

@@ -95,7 +95,7 @@ def ways(log: Log, turn: float, side: float) -> Pieces | None:
     return _kept(target, [np.concatenate(pair) for pair in columns], np.tile(np.arange(span.size), 2))
 
 
-def courses(log: Log) -> tuple[Array, Array, Array, Array, Array] | None:
+def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Array] | None:
     """Way made good over pieces, north and east as one complex number [m], and the heading of each [rad].
 
     Returns
@@ -112,14 +112,13 @@ def courses(log: Log) -> tuple[Array, Array, Array, Array, Array] | None:
         return None
     first, last, _ = cut
     angle = np.unwrap(psi.value)
-    ahead, turned = np.exp(1j * angle), np.interp(x.time, psi.time, angle)
-    mean = [_integral(psi, part, x.time) for part in (ahead.real, ahead.imag)]
+    turned = np.interp(x.time, psi.time, angle)
+    mean = [_integral(psi, part, x.time) for part in (np.cos(angle), np.sin(angle))]
     heading = np.arctan2(*(total[last] - total[first] for total in reversed(mean)))
     way = (x.value[last] - x.value[first]) + 1j * (y.value[last] - y.value[first])
     known = np.isfinite(heading)
-    parts = (way, heading, turned[last] - turned[first], x.time[first], x.time[last])
-    way, heading, turning, begin, end = (part[known] for part in parts)
-    return way, heading, turning, begin, end
+    turning = turned[last] - turned[first]
+    return way[known], heading[known], turning[known], x.time[first][known], x.time[last][known]
 
 
 def fit_pieces(found: Sequence[Pieces | None]) -> Fit | None:

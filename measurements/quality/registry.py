@@ -1,6 +1,7 @@
 """The table of all checks, in the order in which they are made; a new check is one file and one entry here."""
 
 from .checks.clocks import Clocks
+from .checks.command_range import CommandRange
 from .checks.commands import Commands
 from .checks.compass_deviation import Deviation
 from .checks.drive import Drive
@@ -9,6 +10,7 @@ from .checks.held import HeldFixes
 from .checks.jumps import Jumps
 from .checks.late import LateFixes
 from .checks.limited import Limited
+from .checks.mixed_commands import MixedCommands
 from .checks.neutral import Neutral
 from .checks.rates import Gaps, Rates
 from .checks.resampled import Resampled
@@ -37,6 +39,8 @@ CHECKS: tuple[Check, ...] = (
     HeldFixes(),
     LateFixes(),
     Commands(),
+    CommandRange(),
+    MixedCommands(),
     Sides(),
     Clocks(),
     Neutral(),
