@@ -42,6 +42,9 @@ the track."""
 _GENTLE, _LITTLE = np.radians(10.0), 0.25
 """Turning over a piece [rad], and share of the log's usual sharp turning, up to which a boat hardly drifts outwards: a
 slow ship drifts in turns that are gentle for a boat."""
+_EVEN = 0.3
+"""Share of all turning that is more to one side than to the other, up to which outward drift all but cancels: a boat
+drifts by 40 degrees in a sharp turn, and by a third of that here."""
 _TURNED, _ACROSS = np.radians(30.0), np.radians(60.0)
 """Mean angle between bow and track up to which a boat drifts, while it hardly turns, and in a turn or where it holds
 one course in a current [rad]."""
@@ -62,7 +65,7 @@ class Course:
     kept : concentration of the doubled angle, in the better reading
     other : the same in the other one
     straight : whether the log holds one course
-    gentle : whether the angle is that of pieces in which the boat hardly turns
+    gentle : whether the angle is that of pieces in which the boat hardly turns, or turns as much to either side
     driven : share of the way that is made while the commands push ahead, less that while they push astern; None where
         no command is known
     pieces : under way
@@ -99,6 +102,7 @@ def course_of(logs: Sequence[Log]) -> Course | None:
     straight = _kept(size * np.exp(1j * heading), size) > _STRAIGHT
     known = np.isfinite(push).all()
     driven = float((size * np.sign(push)).sum() / size.sum()) if known else None
+    gentle |= abs(float(turning.sum())) < _EVEN * float(np.abs(turning).sum())
     return Course(turn, float(np.angle(mean)), kept[turn], kept[-turn], straight, gentle, driven, way.size)
 
 
