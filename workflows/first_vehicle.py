@@ -157,6 +157,9 @@ def like_another(base: Vehicle, thrusters: Sequence[FoundThruster], hull: Hull, 
         one = one if one.shaped or not min(back, ahead) > 0.0 else one.unlike(float(f"{ahead / back:.4g}"))
         y = model.y if hull.spacing is None else 0.5 * hull.spacing * _SIDE.get(one.side, 0.0)
         built.append(_thruster(one, (model.x, y, model.angle), full))
+        if one.kind == "tau":
+            sources[one.name] = f"command: {one.output.source}; force: {_shape(one)}"
+            continue
         who = _GIVEN if hull.thrust else f"of thruster {model.name} of {base.name}"
         sources[one.name] = (
             f"command: {one.output.source}; force: full {full:.4g} N {who}, {_shape(one)}; place: as thruster "

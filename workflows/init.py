@@ -287,10 +287,10 @@ def _turned(entry: Entry | None, one: FoundThruster) -> Entry | None:
 
 
 def _doubts(thrusters: Sequence[FoundThruster], hull: Hull, like: bool, astern: bool) -> tuple[Doubt, ...]:
-    found = []
-    if len(thrusters) > 1 and not any(one.side for one in thrusters):
+    found, sided = [], [one for one in thrusters if one.kind != "tau"]
+    if len(sided) > 1 and not any(one.side for one in sided):
         found.append(Doubt.SIDES)
-    elif len(thrusters) > 1 and not all(one.by_log for one in thrusters):
+    elif len(sided) > 1 and not all(one.by_log for one in sided):
         found.append(Doubt.SIGNS)
     if not all(one.rested for one in thrusters):
         found.append(Doubt.NEUTRAL)

@@ -30,6 +30,8 @@ _UNITS = {
 """Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
 _SAME: dict[str, str] = dict.fromkeys(("kn", "kt", "kts"), "knots")
 """Other names of these units: ISO 80000 has kn, pilots and most receivers have kt."""
+Parts = dict[str, str | float | dict[str, str | float]]
+"""What a line of a channel map says, as plain values; a steering that is mixed in has its own."""
 _MOST_UNUSED = 40
 """Names that a remark lists: a bag has hundreds, and whoever maps channels asks `inspect --json`."""
 _LONGEST = 300
@@ -155,13 +157,12 @@ def entry_of(path: Path, key: str, value: Any) -> Entry:
             f"{path}: channel map entry '{key}' is a channel in {unit_of(key)}; expected a unit that fits it "
             f"({', '.join(fitting) or 'there is none here'}), or a scale; got {shown(unit)}."
         )
-    steering = _steering(path, key, value)
+    steering = _steering(path, key, value.get("mix"), value.get("steering"))
     return Entry(value["from"], factor * numbers[0], factor * numbers[1], frame, steering)
 
 
-def _steering(path: Path, key: str, value: Mapping[str, Any]) -> Entry | None:
+def _steering(path: Path, key: str, mix: object, steering: object) -> Entry | None:
     """The steering of an entry that is mixed."""
-    mix, steering = value.get("mix"), value.get("steering")
     if mix is None and steering is None:
         return None
     if mix != "skid" or steering is None:
@@ -177,23 +178,28 @@ def _steering(path: Path, key: str, value: Mapping[str, Any]) -> Entry | None:
     return entry_of(path, key, steering)
 
 
-def map_dict(entries: Mapping[str, Entry | None]) -> dict[str, dict[str, Any]]:
+def map_dict(entries: Mapping[str, Entry | None]) -> dict[str, Parts]:
     """The channels of the same map as plain values, without what is usual (scale 1, offset 0, the frame of the log)."""
     found = {}
     for name, entry in entries.items():
         if entry is None:
             continue
-        parts: dict[str, Any] = {"from": entry.source}
-        if entry.scale != 1.0:
-            parts["scale"] = entry.scale
-        if entry.offset != 0.0:
-            parts["offset"] = entry.offset
-        if entry.frame is not None:
-            parts["frame"] = entry.frame
+        parts: Parts = {**_plain(entry)}
         if entry.steering is not None:
-            parts |= {"mix": "skid", "steering": map_dict({name: entry.steering})[name]}
+            parts |= {"mix": "skid", "steering": _plain(entry.steering)}
         found[name] = parts
     return found
+
+
+def _plain(entry: Entry) -> dict[str, str | float]:
+    parts: dict[str, str | float] = {"from": entry.source}
+    if entry.scale != 1.0:
+        parts["scale"] = entry.scale
+    if entry.offset != 0.0:
+        parts["offset"] = entry.offset
+    if entry.frame is not None:
+        parts["frame"] = entry.frame
+    return parts
 
 
 def map_text(entries: Mapping[str, Entry | None], unused: Sequence[str] = ()) -> str:

@@ -86,8 +86,7 @@ def course_of(logs: Sequence[Log]) -> Course | None:
     found = [piece for log in logs if {"x", "y", "psi"} <= set(log.channels) for piece in [_under_way(log)] if piece]
     if not found:
         return None
-    way = np.concatenate([part[0] for part in found])
-    heading, turning, push = (np.concatenate([part[k] for part in found]) for k in (1, 2, 3))
+    way, heading, turning, push = map(np.concatenate, zip(*found, strict=True))
     if way.size < _LEAST:
         return None
     size = np.abs(way)
@@ -121,9 +120,9 @@ def _under_way(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array] |
     if cut is None:
         return None
     way, heading, turning, begins, ends = cut
-    noise = float(np.hypot(*(noise_level(log.channels[name].value) or 0.0 for name in ("x", "y"))))
+    north, east = (noise_level(log.channels[name].value) or 0.0 for name in ("x", "y"))
     usual = float(np.quantile(np.abs(way), 0.9))
-    fast = np.abs(way) > max(_FAST * usual, _NOISE * noise, 1e-9)
+    fast = np.abs(way) > max(_FAST * usual, _NOISE * float(np.hypot(north, east)), 1e-9)
     return way[fast], heading[fast], turning[fast], _push(log, begins[fast], ends[fast])
 
 

@@ -7,7 +7,7 @@ from .checks.compass_deviation import Deviation
 from .checks.drive import Drive
 from .checks.excitation import Excitation
 from .checks.held import HeldFixes
-from .checks.jumps import Jumps
+from .checks.jumping import Jumps
 from .checks.late import LateFixes
 from .checks.limited import Limited
 from .checks.mixed_commands import MixedCommands
