@@ -93,8 +93,7 @@ def _craft(reader: "_Reader", numbers: Mapping[str, int]) -> CraftTold | None:
         reader.rows((vehicle.system, vehicle.component, numbers[name]) if name in numbers else None)
         for name in ("HEARTBEAT", "STATUSTEXT")
     )
-    found = [by_mav_type(int(number), "HEARTBEAT") for number in np.unique(beats["type"])] if len(beats) else []
-    told = next((craft for craft in found if craft is not None), None)
+    told = by_mav_type(int(np.bincount(beats["type"]).argmax()), "HEARTBEAT") if len(beats) else None
     words = [text.decode("latin-1") for text in texts["text"].tolist()] if len(texts) else []
     return told or by_firmware(words, "STATUSTEXT")
 
