@@ -6,6 +6,7 @@ import ulog_files
 from dataflash_files import dataflash_of
 from log_samples import small_world
 from pymavlink.dialects.v20 import ardupilotmega
+from round_trip import world
 from telemetry_files import BOOT, telemetry_of
 from telemetry_files import Writer as Telemetry
 
