@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...physics.frames import Array
 from ..canonical import command_kind
 from ..log import Log
+from ..statistics.robust import CI, robust_fit
 from ..statistics.white_noise import noise_level
 from .axes import Mixed, Track, mixed_up, other_places
 from .pieces import courses
@@ -39,15 +40,9 @@ _MANY = 20
 _STRAIGHT = 0.9
 """Concentration of the doubled heading from which a log holds one course: there, a current or a wind may be what turns
 the track."""
-_GENTLE, _LITTLE = np.radians(10.0), 0.25
-"""Turning over a piece [rad], and share of the log's usual sharp turning, up to which a boat hardly drifts outwards: a
-slow ship drifts in turns that are gentle for a boat."""
-_EVEN = 0.3
-"""Share of all turning that is more to one side than to the other, up to which outward drift all but cancels: a boat
-drifts by 40 degrees in a sharp turn, and by a third of that here."""
-_TURNED, _ACROSS = np.radians(30.0), np.radians(60.0)
-"""Mean angle between bow and track up to which a boat drifts, while it hardly turns, and in a turn or where it holds
-one course in a current [rad]."""
+_TURNED, _ACROSS = np.radians(20.0), np.radians(60.0)
+"""Angle between bow and track up to which a boat drifts that does not turn, as in `axes`, and one that holds one course
+in a current or a wind [rad]."""
 _QUARTER = np.radians(15.0)
 """Distance from a quarter turn up to which that is what is meant, as in `axes` [rad]."""
 _ASTERN = np.radians(120.0)
@@ -61,11 +56,12 @@ class Course:
     Attributes
     ----------
     turn : -1 where course plus heading keeps to one angle, else 1
-    angle : that angle, from bow to track, clockwise [rad]
+    angle, error : that angle, from bow to track, clockwise, where the boat does not turn, and its standard error [rad]:
+        outward drift grows with the turning, and is taken off
     kept : concentration of the doubled angle, in the better reading
     other : the same in the other one
-    straight : whether the log holds one course
-    gentle : whether the angle is that of pieces in which the boat hardly turns, or turns as much to either side
+    one_sided : whether the log holds one course, or turns to one side alone: it does not show what drift is left
+        without a current, or without a turn
     driven : share of the way that is made while the commands push ahead, less that while they push astern; None where
         no command is known
     pieces : under way
@@ -73,10 +69,10 @@ class Course:
 
     turn: int
     angle: float
+    error: float
     kept: float
     other: float
-    straight: bool
-    gentle: bool
+    one_sided: bool
     driven: float | None
     pieces: int
 
@@ -95,18 +91,25 @@ def course_of(logs: Sequence[Log]) -> Course | None:
     kept = {turn: _kept(one, size) for turn, one in ((1, ahead), (-1, mirrored))}
     left = {turn: max(1.0 - one, _SLACK) for turn, one in kept.items()}
     turn = -1 if left[1] > _BETTER * left[-1] and kept[-1] > _KEEPS else 1
-    angles, calm = ahead if turn == 1 else mirrored, np.abs(turning) < _gentle(turning)
-    gentle = int(np.count_nonzero(calm)) >= _LEAST
-    mean = complex((angles[calm] if gentle else angles).sum())
-    straight = _kept(size * np.exp(1j * heading), size) > _STRAIGHT
+    angle, error = _angle(ahead if turn == 1 else mirrored, turning)
+    low, high = np.quantile(turning, [0.1, 0.9])
+    one_sided = _kept(size * np.exp(1j * heading), size) > _STRAIGHT or not low < 0.0 < high
     known = np.isfinite(push).all()
     driven = float((size * np.sign(push)).sum() / size.sum()) if known else None
-    gentle |= abs(float(turning.sum())) < _EVEN * float(np.abs(turning).sum())
-    return Course(turn, float(np.angle(mean)), kept[turn], kept[-turn], straight, gentle, driven, way.size)
+    return Course(turn, angle, error, kept[turn], kept[-turn], bool(one_sided), driven, way.size)
 
 
-def _gentle(turning: Array) -> float:
-    return min(_GENTLE, _LITTLE * float(np.quantile(np.abs(turning), 0.9)))
+def _angle(angles: NDArray[np.complex128], turning: Array) -> tuple[float, float]:
+    """Angle of complex numbers (n,) where the turning (n,) is zero, on a line over it, and its standard error [rad].
+
+    What goes the other way round is turned about: the boat goes astern there, or ahead if it mostly goes astern.
+    """
+    axis = 0.5 * float(np.angle((np.abs(angles) * np.exp(2j * np.angle(angles))).sum()))
+    axis += np.pi * float((angles * np.exp(-1j * axis)).sum().real < 0.0)
+    left = np.angle(angles * np.exp(-1j * axis))
+    left = (left + 0.5 * np.pi) % np.pi - 0.5 * np.pi
+    fit = robust_fit(np.column_stack([np.ones(left.size), turning]), left, np.arange(left.size))
+    return float(np.angle(np.exp(1j * (axis + fit.values[0])))), float(fit.errors[0])
 
 
 def _kept(angles: NDArray[np.complex128], weight: Array) -> float:
@@ -163,7 +166,8 @@ def off_course(course: Course, opposed: bool | None, surveyed: bool) -> tuple[Mi
     quarter = 0.5 * np.pi * round(course.angle / (0.5 * np.pi))
     angle = quarter if abs(course.angle - quarter) <= _QUARTER else course.angle
     if course.turn == 1:
-        if abs(angle) <= (_TURNED if course.gentle and not course.straight else _ACROSS):
+        least = _ACROSS if course.one_sided else _TURNED
+        if not abs(angle) - CI * course.error > least:
             return None
         if abs(angle) > _ASTERN and (course.driven is None or course.driven < 0.0):
             return None  # it is driven astern, or may be
@@ -184,4 +188,4 @@ def off_course(course: Course, opposed: bool | None, surveyed: bool) -> tuple[Mi
     known = f"course and heading go together to {course.kept:.2f}, as they are to {course.other:.2f}"
     if course.turn == 1:
         known = f"course and heading keep to this angle, to {course.kept:.2f}"
-    return replace(mixed, sentence=f"{mixed.sentence} ({known})"), not course.straight
+    return replace(mixed, sentence=f"{mixed.sentence} ({known})"), not course.one_sided

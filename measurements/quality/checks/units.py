@@ -222,7 +222,8 @@ def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
         )
         remedy = "one of them is of another thing or another run: find out which, and map the boat's own (--map)"
         return [_off("defect", text, course.kept, None, channels, wrong, remedy)]
-    off = off_course(course, opposed, surveyed(logs))
+    rated = any("r" in log.channels for log in logs)  # else the heading alone can be turned
+    off = off_course(course, opposed if rated else True, surveyed(logs))
     if off is None:
         return []
     mixed, sure = off
@@ -230,7 +231,9 @@ def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
         Finding(
             check="units",
             verdict="defect" if sure else "warning",
-            sentence=mixed.sentence if sure else f"{mixed.sentence}, on one course: a strong current does as much",
+            sentence=mixed.sentence
+            if sure
+            else f"{mixed.sentence}, on one course or in turns to one side: a strong current or much drift does so, too",
             value=float(np.degrees(course.angle)),
             unit="deg",
             channels=mixed.channels,
