@@ -233,7 +233,7 @@ def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
             verdict="defect" if sure else "warning",
             sentence=mixed.sentence
             if sure
-            else f"{mixed.sentence}, on one course or in turns to one side: a strong current or much drift does so, too",
+            else f"{mixed.sentence}, on one course or in turns to one side: a current or much drift does so, too",
             value=float(np.degrees(course.angle)),
             unit="deg",
             channels=mixed.channels,
