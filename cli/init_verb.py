@@ -8,7 +8,7 @@ import typer
 
 from ..measurements.log_options import Reading
 from .console import failing_clearly, progress, prose, say, show, tell_replaced
-from .options import FEW_LOGS, ForceOption, FrameOption, Logs, MapOption, NamespaceOption, earlier_files
+from .options import FEW_LOGS, AsIsOption, ForceOption, FrameOption, Logs, MapOption, NamespaceOption, earlier_files
 
 _VEHICLE, _CHANNELS = Path("vehicle.yaml"), Path("channels.yaml")
 """Files that are written unless an option names others."""
@@ -41,6 +41,7 @@ def init(
     frame: FrameOption = None,
     channels: MapOption = None,
     namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
     force: ForceOption = False,
 ) -> None:
     """Make a vehicle file and a channel map of a log, every number with its source."""
@@ -55,7 +56,7 @@ def init(
         given = {"length": length, "mass": mass, "spacing": spacing, "thrust": thrust}
         if like is None and _on_a_terminal():
             given = {name: _ask(name) if value is None else value for name, value in given.items()}
-        draft = draft_of(logs, Hull(**given), like, Reading(frame, channels, namespace), progress=progress)
+        draft = draft_of(logs, Hull(**given), like, Reading(frame, channels, namespace, as_is), progress=progress)
         draft.write(out, channels_out)
         tell_replaced(earlier)
         show(*init_screen(draft.vehicle, draft.thrusters, draft.to_look_at))

@@ -12,7 +12,7 @@ from .known_facts import KnownFacts
 UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
 WIDE = 3
 """Terms of an equation in a line."""
-_COMMANDS = {"pwm": " in us", "normalized": "", "rad_s": " in rad/s", "newton": " in N"}
+_COMMANDS = {"pwm": " in us", "normalized": "", "rad_s": " in rad/s", "newton": " in N", "tau": " in N or N m"}
 """Units of commands."""
 _DIGITS = 12
 """Of a number: of forces of some hundred newtons, well under a micronewton is lost."""

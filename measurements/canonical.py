@@ -37,8 +37,9 @@ QUATERNION = ("qx", "qy", "qz", "qw")
 PLACE = ("lat", "lon")
 RATES = ("x_dot", "y_dot")
 
-COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"}
-"""Kinds of thruster command and their units; a command channel is named `<kind>_<thruster>`."""
+COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N", "tau": "N"}
+"""Kinds of thruster command and their units; a command channel is named `<kind>_<thruster>`. Generalised forces are
+`tau_surge`, `tau_sway` [N] and `tau_yaw` [N m]."""
 
 LIMITS = {
     "x": (-1e8, 1e8),
@@ -59,10 +60,12 @@ LIMITS = {
     "normalized": (-1.05, 1.05),
     "rad_s": (-1e5, 1e5),
     "newton": (-1e7, 1e7),
+    "tau": (-1e9, 1e9),
 }
 """What a channel of motion, or a command of a kind, may be [its unit]; anything else is another unit or kind."""
 
-_COMMAND = re.compile(rf"({'|'.join(COMMAND_UNITS)})_(\w+)")
+_PLACED = "|".join(kind for kind in COMMAND_UNITS if kind != "tau")
+_COMMAND = re.compile(rf"({_PLACED}|tau(?=_(?:surge|sway|yaw)$))_(\w+)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +190,8 @@ def unit_of(name: str) -> str:
     ('rad/s', 'us')
     """
     command = command_kind(name)
+    if command == ("tau", "yaw"):
+        return "N m"
     return COMMAND_UNITS[command[0]] if command else UNITS[name]
 
 
@@ -207,6 +212,8 @@ def check_limits(channel: Channel, where: str) -> None:
     if outside.size:
         first = int(outside[0])
         unit = " Is it in degrees per second?" if channel.name == "r" else ""
+        if command and command[0] == "normalized" and np.abs(channel.value).max() <= 100.0 * high:
+            unit = f" Is it in percent? Map it with '{channel.name}: {{from: {channel.origin}, unit: percent}}'."
         raise LogError(
             f"{where}: {channel.name} ({channel.origin}) must lie within {low:g} to {high:g} [{channel.unit}], got "
             f"{channel.value[first]:g} at t = {channel.time[first]:.3f} s ({outside.size} such values).{unit} Cut "

@@ -100,7 +100,7 @@ class Inspection(Card, Record):
     excitation: Excitation | None = None
     plan: Plan
     notes: tuple[str, ...] = ()
-    map: Mapping[str, Mapping[str, str | float]] = {}
+    map: Mapping[str, Mapping[str, str | float | Mapping[str, str | float]]] = {}
     fixed: Fixed | None = absent()
     curable: Flag = Field(default=False, exclude=True)
 

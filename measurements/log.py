@@ -23,6 +23,7 @@ from .formats.base import Name, Request, Stream
 from .formats.registry import read_recording
 from .log_options import AS_GUESSED, Reading
 from .tables_in_memory import streams_of
+from .vehicle_types import CraftTold
 
 __all__ = ["Channel", "Log", "read_log"]
 
@@ -47,6 +48,7 @@ class Log(Card):
         count from its first stamp; 0 where they have the file's own time
     out_of_step : by how much its channels may be out of step with each other, as far as its reader can tell [s]
     idle : what the channel map leaves out, though nothing in the log would have become it
+    craft : what kind of vehicle it is of, as its autopilot says; None where it does not
     lacks : of a log in memory, what a search needs and is not there, with the columns that look like it
     """
 
@@ -59,6 +61,7 @@ class Log(Card):
     out_of_step: float = 0.0
     idle: tuple[str, ...] = ()
     lacks: tuple[str, ...] = ()
+    craft: CraftTold | None = None
 
     @property
     def name(self) -> str:
@@ -234,12 +237,14 @@ def read_log(
     mapped = map_channels(recording.streams, reading.frame, entries, str(path), recording.unread, namespace, mend)
     notes = (*recording.notes, *told, *mapped.notes)
     told_of = (recording.start_ns, recording.out_of_step)
-    return Log(path, mapped.channels, notes, mapped.unused, mapped.entries, *told_of, mapped.idle)
+    own = [told for prefix, told in recording.crafts.items() if namespace is None or is_under(prefix, namespace)]
+    craft = own[0] if own else None
+    return Log(path, mapped.channels, notes, mapped.unused, mapped.entries, *told_of, mapped.idle, craft=craft)
 
 
 def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:
     """Choose what the channel map names, and in the namespace what may be guessed to be a channel."""
-    named = {entry.source for entry in entries.values() if entry is not None}
+    named = {source for entry in entries.values() if entry is not None for source in entry.sources}
     topics = {source.rpartition(":")[0] for source in named if ":" in source}
     # An element of a sequence, `channels[2]` or `port_joint.velocity`, is offered as `channels[]` or `velocity[]`.
     fields = (
@@ -258,7 +263,8 @@ def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Call
 
 def _check_map_of_repaired(path: Path, entries: Mapping[str, Entry | None], names: Container[str]) -> None:
     """Refuse the channel map of the log that was repaired: what it would do is done."""
-    wanted = next((entry.source for entry in entries.values() if entry and entry.source not in names), None)
+    sources = [source for entry in entries.values() if entry for source in entry.sources]
+    wanted = next((source for source in sources if source not in names), None)
     if wanted is not None:
         raise LogError(
             f"{path}: the channel map takes '{wanted}', which is not in this log: 'undertow inspect --fix' wrote it, "

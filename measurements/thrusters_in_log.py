@@ -16,7 +16,7 @@ from .quality.resting import neutral_of, stands_still
 
 _PULSES = (1100.0, 1500.0, 1900.0)
 """Full astern, neutral and full ahead of a speed controller [us], where neither the log nor its parameters tell."""
-_NEAREST = ("newton", "rad_s", "pwm", "normalized")
+_NEAREST = ("newton", "tau", "rad_s", "pwm", "normalized")
 """Kinds of commands, the nearest to the thrust first: between the others and the water lie curves that nobody knows."""
 _POINTS = 8
 """Steps of a bent curve to either side: lines between them keep a square within 0.4 % of full thrust."""
@@ -173,7 +173,11 @@ def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | N
     told_by_file = any(record.log.channels[name].output is not None for record in records)
     pulses = (command_kind(name) or ("",))[0] == "pwm"
     rested = not pulses or told_by_file or neutral_of(records, name) is not None
-    shaped = output.asymmetry != 1.0 or (command_kind(name) or ("",))[0] == "newton" or output.astern >= output.neutral
+    shaped = (
+        output.asymmetry != 1.0
+        or (command_kind(name) or ("",))[0] in ("newton", "tau")
+        or output.astern >= output.neutral
+    )
     return FoundThruster(right, name, output, side_of(right), turned, by_log, rested, shaped)
 
 
@@ -187,10 +191,10 @@ def _output(records: Sequence[Record], name: str) -> Output:
     low, high = min(float(c.value.min()) for c in channels), max(float(c.value.max()) for c in channels)
     if kind == "normalized":
         return Output(0.0, -1.0, 1.0, "a share of full command by its kind", expo=1.0)
-    if kind in ("newton", "rad_s"):
+    if kind in ("newton", "tau", "rad_s"):
         reach = max(abs(low), abs(high), 1e-6)
         source = f"the largest command in the log, {reach:.4g}, either way"
-        return Output(0.0, -reach, reach, source, expo=0.0 if kind == "newton" else 1.0)
+        return Output(0.0, -reach, reach, source, expo=1.0 if kind == "rad_s" else 0.0)
     rest = neutral_of(records, name)
     neutral = _PULSES[1] if rest is None else rest
     where = "usual; the boat is never seen at rest" if rest is None else "while the boat lies at rest in the log"
@@ -273,7 +277,7 @@ def drag_at_speed(
     axis : 0 for surge [s/m], where rows ahead are looked at; 2 for yaw [m s/rad], where turns to both sides are
     """
     speeds, pushes = [], []
-    weights = np.ones(len(arms)) if axis == 0 else -np.asarray(arms)
+    weights = np.array([_weight(one, arm, axis, thrusters) for one, arm in zip(thrusters, arms, strict=True)])
     for record in records:
         for stretch in record.stretches:
             push = _push(record, stretch, thrusters, weights)
@@ -288,6 +292,14 @@ def drag_at_speed(
     fast = speed >= _FAST * top
     pushed = float(push[fast].mean())
     return pushed / float(speed[fast].mean()) if pushed > _PUSHES * np.abs(weights).sum() else None
+
+
+def _weight(one: FoundThruster, arm: float, axis: int, among: Sequence[FoundThruster]) -> float:
+    """What full command does in surge (axis 0) or yaw (2), over the full thrust of the strongest [1 or m]."""
+    if one.kind == "tau":
+        most = max(other.output.ahead for other in among)
+        return one.output.ahead / most if one.name == {0: "surge", 2: "yaw"}[axis] else 0.0
+    return 1.0 if axis == 0 else -arm
 
 
 def top_speed(records: Sequence[Record]) -> float:

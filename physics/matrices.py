@@ -1,7 +1,5 @@
 """The matrices of the model: mass M, Coriolis C and damping D, in Fossen's parametrisation."""
 
-from functools import cache
-
 import numpy as np
 
 from .cross_flow import cross_flow_matrix
@@ -95,10 +93,5 @@ def thruster_matrix(vehicle: Vehicle) -> Array:
 
 def push_of(thruster: Thruster) -> tuple[float, float, float]:
     """What a newton of a thruster does ahead, to starboard and in yaw [N, N, N m]: its column of B."""
-    ahead, aside = _direction(thruster.angle)
-    return ahead, aside, thruster.arm_scale * (thruster.x * aside - thruster.y * ahead)
-
-
-@cache
-def _direction(angle: float) -> tuple[float, float]:
-    return float(np.cos(angle)), float(np.sin(angle))
+    ahead, aside, arm = thruster.push
+    return ahead, aside, thruster.arm_scale * arm

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from operator import attrgetter
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
@@ -16,7 +16,10 @@ _SIDES = {"port": "port", "left": "port", "stbd": "starboard", "starboard": "sta
 """Words in a thruster's name that say on which side it sits."""
 _SLIGHT = 0.1
 """Share of a thruster's force, or of its arm, below which its sign says nothing: it is lost in what the file rounds."""
-CommandKind = Literal["pwm", "normalized", "rad_s", "newton"]
+CommandKind = Literal["pwm", "normalized", "rad_s", "newton", "tau"]
+_GENERALISED = {"surge": (1.0, 0.0, 0.0), "sway": (0.0, 1.0, 0.0), "yaw": (0.0, 0.0, 1.0)}
+"""Columns of B of actuators that are a force ahead, one to starboard, and a moment: generalised forces, as control
+papers command them (Fossen 2021, eq. 9.1), whatever makes them."""
 _NEUTRAL_PWM, _HALF_RANGE_PWM = 1500.0, 500.0
 """Pulse at rest, and from there to full thrust [us]: servos and speed controllers take 1000 to 2000."""
 _MOST_POINTS = 10_000
@@ -132,7 +135,9 @@ def _of_the_log(seconds: float) -> float:
 class Thruster(BaseModel):
     """One thruster: where it sits, how its command becomes force, and what may be wrong with it.
 
-    `x`, `y` [m] in body axes, `angle` [rad] (0 pushes ahead, positive turns the push to starboard); the faults are the
+    `x`, `y` [m] in body axes, `angle` [rad] (0 pushes ahead, positive turns the push to starboard). A `tau` command is
+    a generalised force: an actuator named `surge`, `sway` or `yaw` is a force [N], or the moment [N m], of the whole
+    vessel, with a table and without a place. The faults are the
     parameters of the catalogue's thruster effects, at their null values when absent. `response` says in which order
     they act.
 
@@ -171,8 +176,21 @@ class Thruster(BaseModel):
     gain_ahead_67: Number = Field(default=1.0, ge=0)
     gain_ahead_100: Number = Field(default=1.0, ge=0)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_the_whole_vessel(cls, data: Any) -> Any:
+        return {"x": 0.0, "y": 0.0, **data} if isinstance(data, dict) and data.get("command") == "tau" else data
+
     @model_validator(mode="after")
     def _consistent(self) -> "Thruster":
+        if self.command == "tau" and self.name not in _GENERALISED:
+            raise ValueError(f"a tau command is a force or moment: name it surge, sway or yaw, got {self.name!r}")
+        if self.command == "tau" and (self.x, self.y, self.angle) != (0.0, 0.0, 0.0):
+            raise ValueError(
+                "a tau command acts on the whole vessel: it has no place and no angle; leave x, y, angle out"
+            )
+        if self.command == "tau" and self.curve.kind == "propeller":
+            raise ValueError("a tau command is a force or moment already; give a table curve")
         if self.command == "newton" and self.curve.kind == "propeller":
             raise ValueError("a newton command is a force already; give a table curve, or another kind of command")
         return self
@@ -181,6 +199,14 @@ class Thruster(BaseModel):
     def channel(self) -> str:
         """Name of the log channel that carries this thruster's command, for example `pwm_port`."""
         return f"{self.command}_{self.name}"
+
+    @property
+    def push(self) -> tuple[float, float, float]:
+        """What a newton of it does ahead, to starboard and in yaw [N, N, N m], its lever arm as the file has it."""
+        if self.command == "tau":
+            return _GENERALISED[self.name]
+        ahead, aside = float(np.cos(self.angle)), float(np.sin(self.angle))
+        return ahead, aside, self.x * aside - self.y * ahead
 
     @property
     def gain(self) -> float:
@@ -341,8 +367,7 @@ def push_and_turn(thruster: Thruster) -> tuple[int, int]:
     """
     ends = np.sort(command_of(thruster, np.array([-1.0, 1.0])))
     low, high = thruster.curve.thrust(ends, thruster.command).tolist()
-    ahead, aside = np.cos(thruster.angle), np.sin(thruster.angle)
-    arm = thruster.x * aside - thruster.y * ahead
+    ahead, _, arm = thruster.push
     turns = abs(arm) > _SLIGHT * np.hypot(thruster.x, thruster.y)
     rises = int(np.sign(high - low))
     return rises * int(np.sign(ahead) if abs(ahead) > _SLIGHT else 0), rises * int(np.sign(arm) if turns else 0)

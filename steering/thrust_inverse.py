@@ -108,4 +108,5 @@ def _straight(thruster: Thruster, most: float) -> Thruster:
         name: getattr(thruster, name) for name in ("name", "x", "y", "angle", "lag", "delay", "arm_scale")
     }
     curve = TableCurve(kind="table", command=(-wide, wide), force=(-wide, wide))
-    return Thruster(**kept, command="newton", curve=curve, advance_loss=_WIDE * thruster.advance_loss)
+    command = "tau" if thruster.command == "tau" else "newton"
+    return Thruster(**kept, command=command, curve=curve, advance_loss=_WIDE * thruster.advance_loss)

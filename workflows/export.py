@@ -215,7 +215,11 @@ def _numbers(
             KnownNumber(symbol, amount(vehicle, symbol, 9, parameter.unit), ends, source, sure.get(symbol, ""))
         )
     for thruster in vehicle.thrusters:
-        place = f"x {number(thruster.x)} m, y {number(thruster.y)} m, angle {number(thruster.angle)} rad"
+        place = (
+            "of the whole vessel"
+            if thruster.command == "tau"
+            else f"x {number(thruster.x)} m, y {number(thruster.y)} m, angle {number(thruster.angle)} rad"
+        )
         notes.append(f"thruster {thruster.name}: {place}, command {thruster.channel}, {thruster.curve.kind} curve")
     whole = sources.pop(ALL, None)
     rest = ([("source", whole)] if whole else []) + [(f"source of {key}", text) for key, text in sources.items()]

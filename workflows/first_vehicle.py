@@ -97,10 +97,10 @@ def on_typical_hull(records: Sequence[Record], thrusters: Sequence[FoundThruster
     for one, y in zip(thrusters, arms, strict=True):
         built.append(_thruster(one, (x, y, 0.0), thrust.value))
         where = f"y: half of {spacing.value:g} m ({spacing.source})" if y else "y: 0, on the centre line"
-        sources[one.name] = (
-            f"command: {one.output.source}; force: full {thrust.value:g} N {thrust.source}, {_shape(one)}; {where}; x: "
-            f"-{_AHEAD_OF_STERN:g} length, without effect on a thruster that pushes straight ahead"
-        )
+        where += f"; x: -{_AHEAD_OF_STERN:g} length, without effect on a thruster that pushes straight ahead"
+        full = f"full {thrust.value:g} N {thrust.source}, {_shape(one)}; {where}"
+        whole = one.kind == "tau"
+        sources[one.name] = f"command: {one.output.source}; force: {_shape(one) if whole else full}"
     content = {
         "name": name,
         "mass": mass.value,
@@ -157,6 +157,9 @@ def like_another(base: Vehicle, thrusters: Sequence[FoundThruster], hull: Hull, 
         one = one if one.shaped or not min(back, ahead) > 0.0 else one.unlike(float(f"{ahead / back:.4g}"))
         y = model.y if hull.spacing is None else 0.5 * hull.spacing * _SIDE.get(one.side, 0.0)
         built.append(_thruster(one, (model.x, y, model.angle), full))
+        if one.kind == "tau":
+            sources[one.name] = f"command: {one.output.source}; force: {_shape(one)}"
+            continue
         who = _GIVEN if hull.thrust else f"of thruster {model.name} of {base.name}"
         sources[one.name] = (
             f"command: {one.output.source}; force: full {full:.4g} N {who}, {_shape(one)}; place: as thruster "
@@ -175,6 +178,8 @@ def _told(given: float | None, typical: Estimate) -> Estimate:
 
 def _arms(thrusters: Sequence[FoundThruster], spacing: float) -> list[float]:
     """Places to starboard [m]: by the sides, or two of unknown side one to each."""
+    if any(one.kind == "tau" for one in thrusters):
+        return [0.0] * len(thrusters)
     if len(thrusters) == 2 and not any(one.side for one in thrusters):
         return [-0.5 * spacing, 0.5 * spacing]
     return [0.5 * spacing * _SIDE.get(one.side, 0.0) for one in thrusters]
@@ -184,7 +189,7 @@ def _thrust(
     records: Sequence[Record], thrusters: Sequence[FoundThruster], hull: Hull, mass: float, moved: float
 ) -> Estimate:
     """Full thrust ahead of each thruster [N]."""
-    if all(one.kind == "newton" for one in thrusters):
+    if all(one.kind in ("newton", "tau") for one in thrusters):
         return Estimate(max(one.output.ahead for one in thrusters), "the command itself")
     if hull.thrust is not None:
         return Estimate(hull.thrust, _GIVEN)
@@ -210,15 +215,15 @@ def _thrust(
 
 def _thruster(one: FoundThruster, place: tuple[float, float, float], thrust: float) -> Plain:
     command, force = one.curve(thrust)
-    if one.kind == "newton":
+    if one.kind in ("newton", "tau"):
         force = command
-    x, y, angle = place
+    x, y, angle = place if one.kind != "tau" else (0.0, 0.0, 0.0)
     curve = {"kind": "table", "command": command, "force": force}
     return {"name": one.name, "x": x, "y": y, "angle": angle, "command": one.kind, "curve": curve}
 
 
 def _shape(one: FoundThruster) -> str:
-    if one.kind == "newton":
+    if one.kind in ("newton", "tau"):
         return "the command is the force"
     astern = "" if one.output.asymmetry == 1.0 else f", astern its {1.0 / one.output.asymmetry:.2g}-fold"
     if one.output.expo == 1.0:

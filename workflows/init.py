@@ -168,6 +168,7 @@ def init(
     told_bytes = megabytes(progress)
     read = [*(read_log(path, reading, progress=told_bytes, mend=True) for path in paths), *ready]
     told = Pace(progress, "checks of the log", even=False).told
+    _check_vessels(read, reading)
     examined = [examine(log, progress=told) for log in read]
     records = [_moving(log, one) for log, one in zip(read, examined, strict=True)]
     _check_commands(read, records)
@@ -243,6 +244,15 @@ def _of_map(logs: Sequence[Log]) -> list[str]:
     return [f"'{name}: null' leaves nothing out: no log has it. The commands are {known}." for name in sorted(idle)]
 
 
+def _check_vessels(logs: Sequence[Log], reading: Reading) -> None:
+    for log in logs:
+        if log.craft is not None and not log.craft.craft.floats and not reading.as_is:
+            raise LogError(
+                f"{log.path}: {log.craft.sentence}; expected the log of a boat, whose thrusters push along the water. "
+                "Give another log, or say --as-is if it is a boat all the same"
+            )
+
+
 def _check_commands(logs: Sequence[Log], records: Sequence[Record]) -> None:
     for log, record in zip(logs, records, strict=True):
         if not record.stretches:
@@ -277,10 +287,10 @@ def _turned(entry: Entry | None, one: FoundThruster) -> Entry | None:
 
 
 def _doubts(thrusters: Sequence[FoundThruster], hull: Hull, like: bool, astern: bool) -> tuple[Doubt, ...]:
-    found = []
-    if len(thrusters) > 1 and not any(one.side for one in thrusters):
+    found, sided = [], [one for one in thrusters if one.kind != "tau"]
+    if len(sided) > 1 and not any(one.side for one in sided):
         found.append(Doubt.SIDES)
-    elif len(thrusters) > 1 and not all(one.by_log for one in thrusters):
+    elif len(sided) > 1 and not all(one.by_log for one in sided):
         found.append(Doubt.SIGNS)
     if not all(one.rested for one in thrusters):
         found.append(Doubt.NEUTRAL)

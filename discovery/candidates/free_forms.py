@@ -155,11 +155,10 @@ def _lost_by_turns(vehicle: Vehicle, speeds: Sequence[Array], thrusts: Sequence[
     The force ahead and the moment; that abeam, of thrusters that are turned, is none of them.
     """
     u, v, r = speeds
-    takes = "uvr" if any(np.sin(unit.angle) for unit in vehicle.thrusters) else "ur"
+    takes = "uvr" if any(unit.push[1] for unit in vehicle.thrusters) else "ur"
     ahead, turning = np.zeros_like(u), np.zeros_like(u)
     for unit, thrust in zip(vehicle.thrusters, thrusts, strict=True):
-        along, aside = np.cos(unit.angle), np.sin(unit.angle)
-        arm = unit.x * aside - unit.y * along
+        along, aside, arm = unit.push
         lost = np.sqrt(np.abs(thrust)) * (along * u + aside * v + arm * r)
         ahead, turning = ahead + along * lost, turning + arm * lost
     yield "the turns of the propellers times what they meet", ahead, takes

@@ -20,7 +20,7 @@ from .base import Export, Given
 from .to_c import header
 
 _UNITS = {"north": "m", "east": "m", "psi": "rad", "u": "m/s", "v": "m/s", "r": "rad/s"}
-_OF_COMMAND = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"}
+_OF_COMMAND = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N", "tau": "N"}
 _STAMP = (1980, 1, 1, 0, 0, 0)
 """Time of all files in the archive, the earliest that one can have: equal models give equal bytes."""
 
@@ -57,7 +57,7 @@ def source(program: Program, name: str, token: str) -> str:
 def _inputs(program: Program) -> tuple[list[tuple[str, str]], list[float]]:
     """Names and units of the inputs, and their values at the start."""
     thrusters = program.vehicle.thrusters
-    named = [(t.channel, _OF_COMMAND[t.command]) for t in thrusters]
+    named = [(t.channel, "N.m" if t.push[:2] == (0.0, 0.0) else _OF_COMMAND[t.command]) for t in thrusters]
     begun = [neutral_command(t) for t in thrusters]
     if any(group.name == "air" for group in program.step.inputs):
         return [*named, ("air_north", "m/s"), ("air_east", "m/s")], [*begun, 0.0, 0.0]

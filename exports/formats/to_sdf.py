@@ -212,8 +212,26 @@ def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
     return {path: f'<?xml version="1.0"?>\n{text}\n'.encode()}
 
 
+def _placed(vehicle: Vehicle) -> None:
+    """Refuse forces and moments that have no place: the plugin Thruster is a propeller.
+
+    Raises
+    ------
+    RequestError
+        which names them.
+    """
+    names = [thruster.channel for thruster in vehicle.thrusters if thruster.command == "tau"]
+    if names:
+        raise RequestError(
+            f"export --to sdf: expected thrusters with a place, got {' and '.join(names)}, which are a force or "
+            "moment of the whole vessel; Gazebo's Thruster cannot express them. Give the model its thrusters, or "
+            "export it to python, c, casadi or fmi"
+        )
+
+
 def _document(given: Given, name: str, inertial: bool) -> ElementTree.Element:
     vehicle, choices = given.vehicle, given.choices
+    _placed(vehicle)
     library, namespace = _NAMESPACES[choices.gz]
     root = ElementTree.Element("sdf", version="1.10" if inertial else "1.9")
     facts = "\n".join(re.sub(r"-(?=-)", "- ", line) for line in given.facts.lines())

@@ -12,7 +12,7 @@ from ...physics.vehicle import Vehicle
 from ...physics.worlds.manoeuvres import COMMAND_STEP, hold, thruster_commands
 from ...physics.worlds.trials import REST, Step
 
-_DECIMALS = {"pwm": 0, "normalized": 3, "rad_s": 2, "newton": 2}
+_DECIMALS = {"pwm": 0, "normalized": 3, "rad_s": 2, "newton": 2, "tau": 2}
 """To what commands are rounded: pulses are whole microseconds to every servo output."""
 
 

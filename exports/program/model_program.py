@@ -106,7 +106,7 @@ def _motion(equation: ForceEquation) -> Group:
 
 
 def _command(vehicle: Vehicle, told: str = "") -> Group:
-    units = {"pwm": "us", "normalized": "-1 to 1", "rad_s": "rad/s", "newton": "N"}
+    units = {"pwm": "us", "normalized": "-1 to 1", "rad_s": "rad/s", "newton": "N", "tau": "N or N m"}
     named = ", ".join(f"{t.channel} [{units[t.command]}]" for t in vehicle.thrusters)
     return Group("command", f"{named}{told}", tuple(t.channel for t in vehicle.thrusters))
 

@@ -11,9 +11,10 @@ from ...physics.files import yaml_text
 from ...physics.frames import GRAVITY
 from ...physics.printable import shown
 from ...physics.reading import read_yaml, reason
-from ..canonical import COMMAND_UNITS, UNITS, is_canonical, unit_of
+from ...physics.thrusters import side_named
+from ..canonical import COMMAND_UNITS, UNITS, command_kind, is_canonical, unit_of
 
-_KEYS = {"from", "scale", "offset", "frame", "unit"}
+_KEYS = {"from", "scale", "offset", "frame", "unit", "mix", "steering"}
 _UNITS = {
     "deg": {"rad": math.pi / 180.0, "deg": 1.0},
     "deg/s": {"rad/s": math.pi / 180.0},
@@ -29,6 +30,8 @@ _UNITS = {
 """Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
 _SAME: dict[str, str] = dict.fromkeys(("kn", "kt", "kts"), "knots")
 """Other names of these units: ISO 80000 has kn, pilots and most receivers have kt."""
+Parts = dict[str, str | float | dict[str, str | float]]
+"""What a line of a channel map says, as plain values; a steering that is mixed in has its own."""
 _MOST_UNUSED = 40
 """Names that a remark lists: a bag has hundreds, and whoever maps channels asks `inspect --json`."""
 _LONGEST = 300
@@ -44,12 +47,19 @@ class Entry:
     source : `topic:field`, or a column (or a field that only one topic has)
     scale, offset : applied to the file's values, before any change of axes
     frame : "ned", "enu", or None for the frame of the log
+    steering : of the command of a side that is mixed of throttle and steering (`mix: skid`), the steering; else None
     """
 
     source: str
     scale: float = 1.0
     offset: float = 0.0
     frame: str | None = None
+    steering: "Entry | None" = None
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """All streams that it takes."""
+        return (self.source, *(self.steering.sources if self.steering else ()))
 
 
 def read_channel_map(path: Path) -> dict[str, Entry | None]:
@@ -61,13 +71,15 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
         psi: {from: heading_deg, unit: deg}                 # a column, degrees to radians
         v: {from: sway_to_port, frame: enu}                 # body FLU instead of FRD
         newton_port: "/thrusters/1:data"
+        normalized_port: {from: throttle, mix: skid, steering: steering}   # of a boat steered by its two sides
         pwm_port: null                                      # leave this channel out
 
     The channel is `scale * stream + offset` (1 and 0 when absent); with a `unit` (deg, deg/s, 1e-7 deg, knots or kn or
     kt, km/h, cm/s, cm, g, rpm, percent) that fits the channel, both are turned into the channel's own. `frame: enu`
     says that the entry is the ENU/FLU channel of that name (x east, y north, psi counter-clockwise from east, v and r
     to port); without it a ROS-style field mapped to its own channel (`x` from `pose.position.x`) is ENU/FLU, and
-    everything else is in the frame of the log.
+    everything else is in the frame of the log. `mix: skid` makes the command of a side of throttle and steering as
+    ArduPilot does, see `mixing`; the steering is a stream, or has a scale and an offset of its own.
 
     Raises
     ------
@@ -145,24 +157,49 @@ def entry_of(path: Path, key: str, value: Any) -> Entry:
             f"{path}: channel map entry '{key}' is a channel in {unit_of(key)}; expected a unit that fits it "
             f"({', '.join(fitting) or 'there is none here'}), or a scale; got {shown(unit)}."
         )
-    return Entry(value["from"], factor * numbers[0], factor * numbers[1], frame)
+    steering = _steering(path, key, value.get("mix"), value.get("steering"))
+    return Entry(value["from"], factor * numbers[0], factor * numbers[1], frame, steering)
 
 
-def map_dict(entries: Mapping[str, Entry | None]) -> dict[str, dict[str, str | float]]:
+def _steering(path: Path, key: str, mix: object, steering: object) -> Entry | None:
+    """The steering of an entry that is mixed."""
+    if mix is None and steering is None:
+        return None
+    if mix != "skid" or steering is None:
+        raise LogError(
+            f"{path}: channel map entry '{key}' needs both 'mix: skid' and 'steering: STREAM' to make a side's command "
+            f"of throttle ('from') and steering; got mix {shown(mix)} and steering {shown(steering)}."
+        )
+    if not side_named((command_kind(key) or ("", ""))[1]):
+        raise LogError(
+            f"{path}: channel map entry '{key}' is mixed of throttle and steering, but its name tells no side; "
+            "expected a command such as pwm_port and pwm_stbd."
+        )
+    return entry_of(path, key, steering)
+
+
+def map_dict(entries: Mapping[str, Entry | None]) -> dict[str, Parts]:
     """The channels of the same map as plain values, without what is usual (scale 1, offset 0, the frame of the log)."""
     found = {}
     for name, entry in entries.items():
         if entry is None:
             continue
-        parts: dict[str, str | float] = {"from": entry.source}
-        if entry.scale != 1.0:
-            parts["scale"] = entry.scale
-        if entry.offset != 0.0:
-            parts["offset"] = entry.offset
-        if entry.frame is not None:
-            parts["frame"] = entry.frame
+        parts: Parts = {**_plain(entry)}
+        if entry.steering is not None:
+            parts |= {"mix": "skid", "steering": _plain(entry.steering)}
         found[name] = parts
     return found
+
+
+def _plain(entry: Entry) -> dict[str, str | float]:
+    parts: dict[str, str | float] = {"from": entry.source}
+    if entry.scale != 1.0:
+        parts["scale"] = entry.scale
+    if entry.offset != 0.0:
+        parts["offset"] = entry.offset
+    if entry.frame is not None:
+        parts["frame"] = entry.frame
+    return parts
 
 
 def map_text(entries: Mapping[str, Entry | None], unused: Sequence[str] = ()) -> str:

@@ -7,11 +7,13 @@ import numpy as np
 
 from ...physics.errors import LogError
 from ...physics.frames import Array, earth_to_body, heading_from_enu, heading_from_quaternion
+from ...physics.thrusters import side_named
 from ..canonical import PLACE, QUATERNION, RATES, UNITS, Channel, check_limits, command_kind
 from ..formats.base import Stream
 from ..geodesy import local_metres
 from .channel_map import Entry
 from .cleaning import Cleaner
+from .mixing import mixed
 
 _FROM_ENU = {
     "x": ("y", 1.0),
@@ -25,6 +27,10 @@ _FROM_ENU = {
 """ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
 _RATES = ("x_dot", "y_dot")
 _AXES = {"x": "north", "y": "east"}
+_FEWEST = 50
+"""Rows of a heading from which its usual step can be told."""
+_SPINS, _ALL_ROUND = 5.0, 0.75
+"""Times the step that 95 % of rows stay below, and share of a full turn, that a line through the wrap has."""
 _WHOLE = 1e4
 """No angle in degrees is as large as this; a latitude in 1e-7 degrees is, unless it is within 110 m of the equator."""
 
@@ -41,6 +47,7 @@ class Source:
     scale, offset : applied to the values first
     how : for the notes; empty when there is nothing to say
     within : values outside mean "nothing"
+    steering : stream and entry of the steering that the command of a side is mixed of; else None
     """
 
     role: str
@@ -50,6 +57,7 @@ class Source:
     offset: float = 0.0
     how: str = ""
     within: tuple[float, float] | None = None
+    steering: tuple[Stream, Entry] | None = None
 
     @property
     def target(self) -> str:
@@ -60,7 +68,13 @@ class Source:
     def entry(self) -> Entry:
         """The line of a channel map that says the same; commands and places have no frame."""
         framed = command_kind(self.role) is None and self.role not in PLACE
-        return Entry(self.stream.name, self.scale, self.offset, self.frame if framed else None)
+        steering = self.steering and replace(self.steering[1], source=self.steering[0].name)
+        return Entry(self.stream.name, self.scale, self.offset, self.frame if framed else None, steering)
+
+    @property
+    def streams(self) -> tuple[Stream, ...]:
+        """All streams that it takes."""
+        return (self.stream, *(self.steering[:1] if self.steering else ()))
 
 
 def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -> tuple[dict[str, Channel], list[str]]:
@@ -78,6 +92,8 @@ def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -
     for channel in channels.values():
         check_limits(channel, where)
     _heading(channels, sources, where, notes)
+    if "psi" in channels:
+        channels["psi"] = _wrapped(channels["psi"], notes)
     _position(channels, where, notes)
     _velocity(channels, notes)
     for name in ("x", "y"):
@@ -128,7 +144,13 @@ def _channel(name: str, source: Source, cleaner: Cleaner) -> Channel:
         if source.frame == "enu" and name not in QUATERNION:
             sign = _FROM_ENU.get(source.role, (name, 1.0))[1]
             value = heading_from_enu(value) if name == "psi" else value if sign == 1.0 else sign * value
+        if source.steering is not None:
+            stream, entry = source.steering
+            value = mixed(name, (source.stream.time, value), (stream.time, entry.scale * stream.value + entry.offset))
     channel, output = cleaner.channel(name, source.stream, value), source.stream.output
+    if source.steering is not None:
+        sign = "+" if side_named((command_kind(name) or ("", ""))[1]) == "port" else "-"
+        channel = replace(channel, origin=f"{source.stream.name} {sign} {source.steering[0].name}")
     return channel if output is None else replace(channel, output=output.mapped(source.scale, source.offset))
 
 
@@ -152,6 +174,33 @@ def _heading(channels: dict[str, Channel], sources: Mapping[str, Source], where:
         heading = heading_from_enu(heading)
     channels["psi"] = Channel("psi", time[known], heading, origin, parts[0].lost)
     notes.append(f"psi: heading of the {origin}")
+
+
+def _wrapped(heading: Channel, notes: list[str]) -> Channel:
+    """A heading without the rows that straight lines drew through its wrap, from one end of its range to the other.
+
+    Who resamples an angle without unwrapping it makes such rows: for a moment the boat spins once round, backwards.
+    """
+    value = heading.value
+    turn = next((full for full in (2.0 * np.pi, 360.0) if 0.9 * full < np.ptp(value) <= 1.001 * full), None)
+    if turn is None or value.size < _FEWEST:
+        return heading
+    steps = np.diff(value)
+    usual = float(np.quantile(np.abs((steps + 0.5 * turn) % turn - 0.5 * turn), 0.95))
+    quick = (np.abs(steps) > _SPINS * usual) & (np.abs(steps) < 0.75 * turn)
+    drawn = np.zeros(value.size, dtype=bool)
+    for begin, end in np.flatnonzero(np.diff(quick, prepend=False, append=False)).reshape(-1, 2).tolist():
+        total, one_way = value[end] - value[begin], np.ptp(np.sign(steps[begin:end])) == 0.0
+        if one_way and _ALL_ROUND * turn < abs(total):
+            drawn[begin + 1 : end] = True
+    if not drawn.any():
+        return heading
+    times = int(np.count_nonzero(np.diff(drawn, prepend=False) & drawn))
+    notes.append(
+        f"psi: {np.count_nonzero(drawn)} rows left out that lines drew through the wrap of the heading, {times} times: "
+        "it was resampled without being unwrapped"
+    )
+    return replace(heading, time=heading.time[~drawn], value=value[~drawn])
 
 
 def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> None:

@@ -15,6 +15,7 @@ from .channel_map import Entry
 from .conversion import Source, channels_of
 from .message_types import NOT_MEASURED, PREDICTED, is_earth_velocity
 from .namespaces import is_under
+from .owners import colours, others, unneeded
 from .recognition import Guess, is_vertical_acceleration, recognise, says_command
 
 _GROUPS = (("x", "y"), ("psi",), QUATERNION, ("u", "v"), RATES, ("r",), ("ax", "ay"), ("wind_u", "wind_v"), PLACE)
@@ -69,7 +70,7 @@ def map_channels(
     notes: list[str] = []
     ours = [stream for stream in streams if namespace is None or is_under(stream.topic, namespace)]
     sources = _mapped((ours, streams), frame, entries, where, unread)
-    mapped, given = tuple(sources), {id(source.stream) for source in sources.values()}
+    mapped, given = tuple(sources), {id(stream) for source in sources.values() for stream in source.streams}
     guessed = _guessed(ours, frame, notes)
     # A command has one name in the log and, where that is a number, another in the vehicle file: both are shown.
     left_out = {in_vehicle_file(name): name for name, entry in entries.items() if entry is None}
@@ -92,7 +93,7 @@ def map_channels(
     _drop(sources, has_speed, RATES, "u and v are channels of their own; velocities in earth axes are not used", notes)
     notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
     channels, told = channels_of(sources, where, mend)
-    used = {id(source.stream) for source in sources.values()}
+    used = {id(stream) for source in sources.values() for stream in source.streams}
     unused = [stream.name for stream in streams if id(stream) not in used] + [name.name for name in unread]
     in_use: dict[str, Entry | None] = {source.role: source.entry for source in sources.values()}
     in_use |= dict.fromkeys(left_out.values())
@@ -136,7 +137,11 @@ def _mapped(
             axes = entry.frame or frame or "ned"
         within = own.within if own else None
         how = f"from {stream.name} by the channel map"
-        source = Source(name, stream, axes, entry.scale, entry.offset, how, within)
+        steering = None
+        if entry.steering is not None:
+            steering = _find(streams, entry.steering.source, name, where, unread), entry.steering
+            how = f"mixed of throttle {stream.name} and steering {steering[0].name} by the channel map (mix: skid)"
+        source = Source(name, stream, axes, entry.scale, entry.offset, how, within, steering)
         if source.target in sources:
             raise LogError(f"{where}: the channel map gives {source.target} twice; give x and y the same frame.")
         sources[source.target] = source
@@ -172,25 +177,45 @@ def _guessed(streams: Sequence[Stream], frame: str | None, notes: list[str]) -> 
         if is_vertical_acceleration(stream.label) and np.nanmean(_finite(stream.value)) < 0
     }
     bearers = Counter(stream.topic for named in found.values() for guess, stream in named if guess.rank == 0)
+    foreign = others([stream for named in found.values() for _, stream in named])
     sources = []
     passed: dict[tuple[str, ...], list[str]] = defaultdict(list)
     for roles in (*_GROUPS, *((role,) for role in sorted(found) if command_kind(role))):
-        group = _best_group(roles, found)
+        group = _best_group(roles, found, foreign)
         for role in roles:
             candidates = [(guess, stream) for guess, stream in found.get(role, []) if guess.group == group]
             if not candidates:
                 continue
-            guess, stream = min(candidates, key=lambda item: _behind(item[0].role, item[1], bearers))
-            others = [other for _, other in found[role] if other is not stream]
-            if others and all(other.field == stream.field == role for other in others):
-                passed[(stream.topic, *sorted(other.topic for other in others))].append(role)
-            elif others:
-                notes.append(f"{role}: taken from {stream.name}, not from {some([other.name for other in others])}")
+            guess, stream = min(
+                candidates, key=lambda item: (item[1].topic in foreign, _behind(item[0].role, item[1], bearers))
+            )
+            rivals = [other for _, other in found[role] if other is not stream]
+            if rivals and all(other.field == stream.field == role for other in rivals):
+                passed[(stream.topic, *sorted(other.topic for other in rivals))].append(role)
+            elif rivals:
+                notes.append(f"{role}: taken from {stream.name}, not from {some([other.name for other in rivals])}")
             sources.append(_placed(guess, stream, frame, stream.topic in upside_down, notes))
     notes += [
-        f"{' '.join(roles)}: taken from {topic}, not from {some(others)}" for (topic, *others), roles in passed.items()
+        f"{' '.join(roles)}: taken from {topic}, not from {some(rest)}" for (topic, *rest), roles in passed.items()
     ]
-    return sources
+    return _own(sources, foreign, notes)
+
+
+def _own(sources: list[Source], foreign: Mapping[str, str], notes: list[str]) -> list[Source]:
+    """The sources without what other things say of themselves, where the boat's own messages say enough."""
+    own = {source.role for source in sources if source.stream.topic not in foreign}
+    theirs = {source.role for source in sources} - own
+    left = unneeded(own, theirs)
+    for topic, why in foreign.items():
+        roles = [source.role for source in sources if source.stream.topic == topic]
+        for verb, part in (
+            ("not taken", [r for r in roles if r in left]),
+            ("taken", [r for r in roles if r not in left]),
+        ):
+            if part:
+                more = "" if verb == "not taken" else ", because no other message tells them"
+                notes.append(f"{' '.join(part)} of {topic} {verb}{more}: by {why} it is of another thing than the boat")
+    return [source for source in sources if source.role not in left]
 
 
 def _behind(role: str, stream: Stream, bearers: Mapping[str, int]) -> tuple[bool, int, str]:
@@ -206,8 +231,12 @@ def _candidates(streams: Sequence[Stream], notes: list[str]) -> dict[str, list[t
     """What every stream may be, by role; a stream of a known type that never says anything is no candidate."""
     found: dict[str, list[tuple[Guess, Stream]]] = defaultdict(list)
     silent: dict[str, list[str]] = defaultdict(list)
+    coloured = colours(streams)
+    if coloured:
+        topics = sorted({stream.topic or stream.name for stream in streams if id(stream) in coloured})
+        notes.append(f"{some(topics)}: r, g and b together are a colour; this r is no yaw rate")
     for stream in streams:
-        guess = recognise(stream.label, stream.frame)
+        guess = None if id(stream) in coloured else recognise(stream.label, stream.frame)
         if guess is None:
             if stream.kind and stream.field.endswith("linear.x") and is_earth_velocity(stream.label, stream.frame):
                 notes.append(
@@ -232,26 +261,38 @@ def _finite(values: Array) -> Array:
     return finite if finite.size else np.zeros(1)
 
 
-def _best_group(roles: tuple[str, ...], found: Mapping[str, list[tuple[Guess, Stream]]]) -> str:
-    """Choose the message that has most of the roles, then the best rank, then one that is not sparse, then odometry.
+def _best_group(
+    roles: tuple[str, ...], found: Mapping[str, list[tuple[Guess, Stream]]], foreign: Mapping[str, str]
+) -> str:
+    """Choose the boat's own message, then the one that has most of the roles, then the best rank, then a full one.
 
-    Sparse is one with less than half of the fullest's numbers. What is still equal goes by name, so that the logs of
-    one boat give the same choice; commands that say so go before those that do not.
+    Sparse is one with less than half of the fullest's numbers; then odometry goes first. What is still equal goes by
+    name, so that the logs of one boat give the same choice; commands that say so go before those that do not.
     """
     has: dict[str, set[str]] = defaultdict(set)
     rank: dict[str, int] = {}
+    own: set[str] = set()
     count: Counter[str] = Counter()
     for role in roles:
         for guess, stream in found.get(role, []):
             has[guess.group].add(role)
             rank[guess.group] = guess.rank
+            own |= {guess.group} if stream.topic not in foreign else set()
             count[guess.group] = max(count[guess.group], int(np.count_nonzero(np.isfinite(stream.value))))
     fullest = max(count.values(), default=0)
     command = any(command_kind(role) for role in roles)
 
-    def order(group: str) -> tuple[int, int, bool, bool, bool, str]:
+    def order(group: str) -> tuple[bool, int, int, bool, bool, bool, str]:
         unsaid = command and not says_command(group)
-        return -len(has[group]), rank[group], 2 * count[group] < fullest, unsaid, "odom" not in group, group
+        return (
+            group not in own,
+            -len(has[group]),
+            rank[group],
+            2 * count[group] < fullest,
+            unsaid,
+            "odom" not in group,
+            group,
+        )
 
     return min(rank, key=order, default="")
 

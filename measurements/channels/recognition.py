@@ -36,6 +36,11 @@ _ARDUPILOT = {
 """`MESSAGE.Field` of ArduPilot in a table: the channel, NED/FRD, and its scale. Outputs 1 and 3 drive the left and the
 right thruster in its usual setting for two (`SERVO1_FUNCTION` 73, `SERVO3_FUNCTION` 74); whether that is so, only a
 log's parameters or the boat's answer tell."""
+_OUTPUT = re.compile(r"servo_output_raw\W(?:.*\W)?servo(?P<number>\d+)_raw$")
+_BANK = re.compile(r"(?:servo_output_raw|rc_channels_(?:raw|scaled))\W(?:.*\W)?port$")
+"""MAVLink messages in a table: an output by its number [us], and the number of the bank of outputs, no port side."""
+_PULSES = (800.0, 2200.0)
+"""An output is 0 or 65535 where it is not driven (MAVLink, common.xml)."""
 _PLACE = re.compile(r"(?:^|\.)(?P<axis>latitude|longitude)$")
 
 _SIDES = {
@@ -115,6 +120,9 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
     if autopilot is not None:
         role, scale = autopilot
         return Guess(role, "log" if role.startswith("pwm") else "ned", 2, name.name.partition(".")[0], scale)
+    output = _OUTPUT.search(name.name.lower())
+    if output:
+        return Guess(f"pwm_{output['number']}", "log", 2, name.name, within=_PULSES)
     # What stands in a list of things (the poses of a path) is not the vehicle's own.
     if not NOT_MEASURED.search(name.name.lower()) and "]." not in field:
         for pattern, roles, rank in _ROS:
@@ -155,7 +163,7 @@ def _propeller(field: str) -> str | None:
 
 def _command(name: Name) -> str | None:
     words = _words(name.name)
-    if _NOT_COMMANDS & set(words) or "joint_state" in name.name.lower():
+    if _BANK.search(name.name.lower()) or _NOT_COMMANDS & set(words) or "joint_state" in name.name.lower():
         return None
     kind = next((kind for kind, marks in _KINDS if marks & set(words)), None)
     side = _side(words)

@@ -2,9 +2,9 @@
 
 import gzip
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...physics.errors import LogError
 from ...physics.frames import Array
 from ..canonical import Output
+from ..vehicle_types import CraftTold
 
 TIME_COLUMNS = {
     "t": 1.0,
@@ -109,6 +110,7 @@ class Recording:
     unread : what the file holds beside, which nobody asked for
     start_ns : the file's own stamp of time zero of the streams [ns]; 0 where their time is that of the file
     out_of_step : by how much the streams may be out of step with each other, as far as the reader can tell [s]
+    crafts : what kind of vehicle the log says it is of, by how its topics begin; empty where it says nothing
     """
 
     streams: tuple[Stream, ...]
@@ -116,6 +118,7 @@ class Recording:
     unread: tuple[Name, ...] = ()
     start_ns: int = 0
     out_of_step: float = 0.0
+    crafts: Mapping[str, CraftTold] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,11 +1,13 @@
 """Which channels a vehicle needs of a log, and what to say when one is not there."""
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
 
 from ...physics.errors import LogError
 from ...physics.frames import Array
+from ...physics.thrusters import side_named
 from ...physics.vehicle import Vehicle
 from ..canonical import COMMAND_UNITS, Channel, command_kind, unit_of
 from ..channels.channel_map import Entry, map_text
@@ -39,7 +41,7 @@ def problems(log: Log, vehicle: Vehicle | None) -> list[str]:
             f"missing; got {_listed(log)}. Map them with a channel map."
         )
     missing = [name for name in command_channels(vehicle) if name not in have]
-    told = _numbered(log, missing)
+    told = _numbered(log, missing) or _mixed(log, missing) or _generalised(log, missing)
     found += [told] if told else [_command_problem(log, name) for name in missing]
     found += [
         f"{name} has one sample in {channel.period:g} s (at least one in 2 s is needed). Is the time column in seconds?"
@@ -84,6 +86,38 @@ def _numbered(log: Log, missing: Sequence[str]) -> str:
         "which thruster each one drives. Say so in a channel map (--map channels.yaml), a line for each, such as "
         f"{' and '.join(lines.splitlines())} (if these are the outputs); 'undertow inspect' with that map then tells "
         "whether sides and directions are right."
+    )
+
+
+_THROTTLE, _STEERING = (re.compile(word, re.IGNORECASE) for word in ("throttle|thr_?out", "steer"))
+"""Words in the names of the two demands of a boat that is steered by its sides."""
+
+
+def _mixed(log: Log, missing: Sequence[str]) -> str:
+    """What to say where commands of two sides are missing and the log has throttle and steering; else empty."""
+    sides = {side_named((command_kind(name) or ("", ""))[1]) for name in missing}
+    demands = [next((name for name in log.unused if word.search(name)), None) for word in (_THROTTLE, _STEERING)]
+    throttle, steering = demands
+    if sides != {"port", "starboard"} or throttle is None or steering is None:
+        return ""
+    lines = map_text({name: Entry(throttle, steering=Entry(steering)) for name in missing})
+    return (
+        f"missing command channel {' '.join(missing)}; the log has throttle and steering, {throttle} and {steering}. "
+        f"Mix them into the two sides in a channel map (--map channels.yaml): {' and '.join(lines.splitlines())}, each "
+        "with the scale that makes it the command's unit, such as 'scale: 0.01' for percent."
+    )
+
+
+def _generalised(log: Log, missing: Sequence[str]) -> str:
+    """What to say where commands are missing and the log has forces and moments in their place; else empty."""
+    taus = [name for name in log.channels if (command_kind(name) or ("",))[0] == "tau"]
+    if not missing or not taus:
+        return ""
+    actuators = "; ".join(f"{{name: {name.removeprefix('tau_')}, command: tau, curve: ...}}" for name in taus)
+    return (
+        f"missing command channel {' '.join(missing)}; the log has {' and '.join(taus)}, force and moment of the whole "
+        f"vessel, and not the commands of its thrusters. Give a vehicle with such actuators (thrusters: {actuators}); "
+        "'undertow init LOG' writes one."
     )
 
 

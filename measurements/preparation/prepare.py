@@ -14,6 +14,7 @@ from ..canonical import Channel
 from ..log import Log
 from .dataset import PAPER, WEAK, DataSet, Recipe
 from .derive import smooth
+from .jumps import holes_of, in_words, jumps_of
 from .needs import command_channels, require
 from .resampling import (
     Span,
@@ -135,6 +136,10 @@ def usable_spans(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> tuple[lis
             notes.append(f"{channel.name}: {len(found)} gaps, the longest {back - at:.2f} s at t = {at:.2f} s")
         holes += found
         end = min(end, float(channel.time[-1]) + (channel.period if command else 0.0))
+    jumps = jumps_of(log.channels)
+    if jumps:
+        notes.append(f"{in_words(jumps)}; the log is cut there")
+        holes += holes_of(jumps)
     spans = segments(start, end, holes) if start < end else []
     kept = [span for span in spans if span[1] - span[0] >= LEAST_SEGMENT]
     if len(kept) < len(spans):

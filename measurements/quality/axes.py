@@ -73,6 +73,12 @@ class Mixed:
     fix: Fix | None = None
 
 
+def surveyed(logs: Sequence[Log]) -> bool:
+    """Whether positions came from latitude and longitude, which fix the handedness of the axes."""
+    origins = [log.channels["x"].origin.lower() for log in logs if "x" in log.channels]
+    return bool(origins) and all("lat" in origin for origin in origins)
+
+
 def track_of(logs: Sequence[Log]) -> Track | None:
     """The rule that explains the tracks of logs best; the right one where no other is clearly better.
 
@@ -121,6 +127,12 @@ def mixed_up(track: Track, opposed: bool | None) -> Mixed | None:
     if track.side == -1:
         return _PLACES[quarter]
     return _turned(track, degrees, opposed)
+
+
+def other_places(angle: float) -> Mixed | None:
+    """What positions may be mixed up where the heading seems mirrored by this angle [rad]; None off a quarter turn."""
+    quarter = round(angle / (0.5 * np.pi))
+    return _PLACES[quarter % 4] if abs(angle - 0.5 * np.pi * quarter) <= _QUARTER else None
 
 
 def _turned(track: Track, degrees: float, opposed: bool | None) -> Mixed:

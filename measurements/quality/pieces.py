@@ -13,6 +13,15 @@ from ..statistics.robust import Fit, robust_fit
 
 _WINDOW = 4.0
 """Length of the pieces over which changes are compared [s]: long beside the noise of a position, short beside drift."""
+_LATEST, _LAG = 5.0, 0.5
+"""Delays of heading and rate against each other that are tried, both ways, and their step [s]."""
+_MANY = 20
+"""Pieces from which heading and rate may be said to have nothing in common: chance gives two records a squared
+correlation of 0.3 in one of a hundred."""
+_SHARED = 0.3
+"""That correlation."""
+_TURNS = 0.2
+"""Spread of the turning over pieces [rad] that is no noise of a compass or drift of a gyro."""
 _LEAST_PIECES = 6
 """Pieces that are needed: each has two ways, and a track has four unknowns."""
 
@@ -26,16 +35,40 @@ class Pieces:
     piece: NDArray[np.int64]
 
 
-def turns(log: Log, scale: float) -> Pieces | None:
-    """Turning of the heading, times `scale`, and that by the yaw rate; a bias of the rate is a constant."""
+def turns(log: Log, scale: float, late: float = 0.0) -> Pieces | None:
+    """Turning of the heading, times `scale`, and that by the yaw rate; a bias of the rate is a constant.
+
+    The heading is read as if it were `late` [s].
+    """
     heading, rate = log.channels["psi"], log.channels["r"]
     angle = np.unwrap(scale * heading.value)
-    total = _integral(rate, rate.value, heading.time)
+    total = _integral(rate, rate.value, heading.time - late)
     cut = _cut(heading.time, max(heading.period, rate.period))
     if cut is None:
         return None
     first, last, span = cut
     return _kept(angle[last] - angle[first], [total[last] - total[first], span], np.arange(span.size))
+
+
+def apart(logs: Sequence[Log]) -> float | None:
+    """Share of the turning of the heading that the yaw rate does not explain, whichever of them is how late.
+
+    None where they go together, or where neither turns.
+    """
+    both = [log for log in logs if {"psi", "r"} <= set(log.channels)]
+    lags = np.arange(-_LATEST, _LATEST + 0.5 * _LAG, _LAG)
+    best, turned = 0.0, 0.0
+    for lag in lags.tolist():
+        tables = [turns(log, 1.0, lag) for log in both]
+        known = [one for one in tables if one is not None]
+        if sum(one.target.size for one in known) < _MANY:
+            return None
+        target = np.concatenate([one.target for one in known])
+        rate = np.concatenate([one.columns[:, 0] for one in known])
+        turned = max(turned, float(target.std()), float(rate.std()))
+        if target.std() > 0.0 and rate.std() > 0.0:
+            best = max(best, float(np.corrcoef(target, rate)[0, 1] ** 2))
+    return 1.0 - best if turned > _TURNS and best < _SHARED else None
 
 
 def ways(log: Log, turn: float, side: float) -> Pieces | None:
@@ -60,6 +93,32 @@ def ways(log: Log, turn: float, side: float) -> Pieces | None:
     nothing = np.zeros(span.size)
     columns = [(north, east), (-east, north), (span, nothing), (nothing, span)]
     return _kept(target, [np.concatenate(pair) for pair in columns], np.tile(np.arange(span.size), 2))
+
+
+def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Array] | None:
+    """Way made good over pieces, north and east as one complex number [m], and the heading of each [rad].
+
+    Returns
+    -------
+    (way, heading, turning, begin, end) or None
+        (m,) each: the heading is the mean, the turning its change [rad], the ends are in [s]. None where the positions
+        do not come together or are too few.
+    """
+    x, y, psi = (log.channels[name] for name in ("x", "y", "psi"))
+    if x.time.size != y.time.size:
+        return None
+    cut = _cut(x.time, max(x.period, psi.period))
+    if cut is None:
+        return None
+    first, last, _ = cut
+    angle = np.unwrap(psi.value)
+    turned = np.interp(x.time, psi.time, angle)
+    mean = [_integral(psi, part, x.time) for part in (np.cos(angle), np.sin(angle))]
+    heading = np.arctan2(*(total[last] - total[first] for total in reversed(mean)))
+    way = (x.value[last] - x.value[first]) + 1j * (y.value[last] - y.value[first])
+    known = np.isfinite(heading)
+    turning = turned[last] - turned[first]
+    return way[known], heading[known], turning[known], x.time[first][known], x.time[last][known]
 
 
 def fit_pieces(found: Sequence[Pieces | None]) -> Fit | None:

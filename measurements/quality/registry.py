@@ -1,13 +1,16 @@
 """The table of all checks, in the order in which they are made; a new check is one file and one entry here."""
 
 from .checks.clocks import Clocks
+from .checks.command_range import CommandRange
 from .checks.commands import Commands
 from .checks.compass_deviation import Deviation
 from .checks.drive import Drive
 from .checks.excitation import Excitation
 from .checks.held import HeldFixes
+from .checks.jumping import Jumps
 from .checks.late import LateFixes
 from .checks.limited import Limited
+from .checks.mixed_commands import MixedCommands
 from .checks.neutral import Neutral
 from .checks.rates import Gaps, Rates
 from .checks.resampled import Resampled
@@ -19,20 +22,25 @@ from .checks.stuck import Stuck
 from .checks.swapped_channels import Exchanged
 from .checks.tilt import Tilt
 from .checks.units import Units
+from .checks.vessel import Vessel
 from .finding import Check
 
 CHECKS: tuple[Check, ...] = (
+    Vessel(),
     Stamps(),
     Resampled(),
     Rates(),
     Gaps(),
     Stuck(),
+    Jumps(),
     Spikes(),
     Exchanged(),
     Units(),
     HeldFixes(),
     LateFixes(),
     Commands(),
+    CommandRange(),
+    MixedCommands(),
     Sides(),
     Clocks(),
     Neutral(),

@@ -150,7 +150,7 @@ def draw_programme(name: str, duration: float, rng: np.random.Generator) -> Arra
 
 def side(thruster: Thruster) -> int:
     """Which side of a pair a thruster is: -1 port, 1 starboard, 0 neither (on the centre line, or pushing sideways)."""
-    return 0 if abs(np.cos(thruster.angle)) < 0.5 else int(np.sign(thruster.y))
+    return 0 if abs(thruster.push[0]) < 0.5 else int(np.sign(thruster.y))
 
 
 def programme(vehicle: Vehicle, name: str = "rich", duration: float = 300.0, seed: int = 0) -> Array:
@@ -197,11 +197,13 @@ def thruster_commands(
     """
     columns = []
     for thruster in vehicle.thrusters:
-        ahead = np.cos(thruster.angle)
+        ahead, aside, _ = thruster.push
         if side(thruster):
             fraction = np.sign(ahead) * (common - side(thruster) * turn)
         elif abs(ahead) >= 0.5:
             fraction = np.sign(ahead) * common
+        elif not ahead and not aside:
+            fraction = turn  # a moment
         else:
             fraction = np.zeros_like(common) if sideways is None else sideways()
         columns.append(command_of(thruster, np.clip(fraction, -1.0, 1.0)))

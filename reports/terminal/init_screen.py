@@ -6,7 +6,7 @@ import numpy as np
 from rich.console import RenderableType
 from rich.table import Table
 
-from ...measurements.canonical import COMMAND_UNITS
+from ...measurements.canonical import unit_of
 from ...measurements.thrusters_in_log import FoundThruster
 from ...physics.in_words import number, unit_text
 from ...physics.vehicle import Vehicle
@@ -42,7 +42,7 @@ def _thrusters(vehicle: Vehicle, thrusters: Sequence[FoundThruster]) -> Table:
             one.side or "?",
             told if one.by_log else "name",
             *(number(end, 4) for end in ends),
-            unit_text(COMMAND_UNITS[one.kind]),
+            unit_text(unit_of(one.channel)),
             number(float(full[0])),
         )
     return table

@@ -15,6 +15,7 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.frames import Array
 from ...geodesy import local_metres
+from ...vehicle_types import by_firmware
 from ..base import Recording, Request, Stream
 from .autopilot import Table, assembled, heading_at, in_order, planar, raw_names, servo_commands
 
@@ -46,6 +47,10 @@ class Messages(Protocol):
 
     def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
         """Give the messages of a type, of one sensor where there are several; of the fields, all when none is named."""
+        ...
+
+    def texts(self) -> list[str]:
+        """Give the messages in words, in the order in which they were logged."""
         ...
 
     def parameters(self) -> list[tuple[str, float]]:
@@ -112,7 +117,7 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
             pairs = zip(values, raw_names(topic, f"dataflash/{kind}", values), strict=True)
             fields = [field for field, name in pairs if name in chosen.wanted]
             read += log.table(kind, sensor, fields).raw(chosen.wanted)
-    return chosen.recording(read)
+    return chosen.recording(read, by_firmware(log.texts(), "MSG"))
 
 
 def _topics(log: Messages) -> dict[tuple[str, int | None], str]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ....physics.frames import Array, earth_to_body
 from ...canonical import Output, is_canonical
+from ...vehicle_types import CraftTold
 from ..base import Name, Recording, Request, Stream
 
 AUTOPILOTS = ("dataflash/", "mavlink/", "ulog/")
@@ -87,10 +88,10 @@ class Choice:
 
     notes: tuple[str, ...]
 
-    def recording(self, read: Sequence[Stream]) -> Recording:
-        """Join the channels and the streams that were read for the rest."""
+    def recording(self, read: Sequence[Stream], craft: CraftTold | None = None) -> Recording:
+        """Join the channels and the streams that were read for the rest, of that kind of vehicle."""
         unread = tuple(name for name in self.raw if name not in self.wanted)
-        return Recording((*self.derived, *read), self.notes, unread)
+        return Recording((*self.derived, *read), self.notes, unread, crafts={"": craft} if craft else {})
 
 
 def numbers(values: NDArray) -> Array:

@@ -130,6 +130,12 @@ class DataFlash:
         rows = self.bodies("PARM")
         return [(name.decode("latin-1"), float(value)) for name, value in zip(rows["Name"], rows["Value"], strict=True)]
 
+    def texts(self) -> list[str]:
+        """Give the MSG messages, in their order."""
+        if not self._has("MSG", "Message"):
+            return []
+        return [text.decode("latin-1") for text in self.bodies("MSG", "Message").tolist()]
+
     def _has(self, name: str, *fields: str) -> bool:
         return name in self._kinds and set(fields) <= set(self._layouts[self._kinds[name]].fields)
 

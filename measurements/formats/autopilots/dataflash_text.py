@@ -88,6 +88,11 @@ class DataFlashText:
                 found.append((words[at], float(words[at + 1])))
         return found
 
+    def texts(self) -> list[str]:
+        """Give the MSG messages, in their order, after the stamp that logs have since 2015."""
+        rows = [words[1:] for words in self._rows("MSG")]
+        return [",".join(words[1:] if words and _is_number(words[0]) else words) for words in rows]
+
     def _define(self, words: list[str]) -> None:
         if len(words) < 6 or not words[1].isdecimal() or words[3] in self._fields:
             return

@@ -14,6 +14,7 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.frames import GRAVITY, Array
 from ...geodesy import local_metres
+from ...vehicle_types import CraftTold, by_firmware, by_mav_type
 from ..base import Format, Head, Name, Recording, Request, Stream
 from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, servo_commands
 from .mavlink import Key, Telemetry, message_at
@@ -81,7 +82,20 @@ def recording(log: Telemetry, request: Request, where: str) -> Recording:
         owner, key = topics[topic]
         table = readers[owner].table(key, topic)
         read += [] if table is None else table.raw(chosen.wanted)
-    return Recording((*chosen.derived, *read), (*log.notes, *notes), chosen.recording(()).unread)
+    told = {of.prefix: craft for of in vehicles if (craft := _craft(readers[of], numbers)) is not None}
+    return Recording((*chosen.derived, *read), (*log.notes, *notes), chosen.recording(()).unread, crafts=told)
+
+
+def _craft(reader: "_Reader", numbers: Mapping[str, int]) -> CraftTold | None:
+    """What kind of vehicle says so in its HEARTBEAT, or where that is generic, in its first words."""
+    vehicle = reader.vehicle
+    beats, texts = (
+        reader.rows((vehicle.system, vehicle.component, numbers[name]) if name in numbers else None)
+        for name in ("HEARTBEAT", "STATUSTEXT")
+    )
+    told = by_mav_type(int(np.bincount(beats["type"]).argmax()), "HEARTBEAT") if len(beats) else None
+    words = [text.decode("latin-1") for text in texts["text"].tolist()] if len(texts) else []
+    return told or by_firmware(words, "STATUSTEXT")
 
 
 def _vehicles(keys: Sequence[Key], telling: Sequence[int]) -> tuple[Vehicle, ...]:

@@ -18,6 +18,7 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.frames import Array, heading_from_quaternion
 from ...canonical import Output
+from ...vehicle_types import CraftTold, by_mav_type, by_px4_status
 from ..base import DEEPEST, EVERY, Format, Head, Name, Recording, Request, Stream, torn
 from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, silenced
 
@@ -37,7 +38,9 @@ _MOTION = (
     "sensor_combined",
     "actuator_motors",
     "actuator_outputs",
+    "vehicle_status",
 )
+"""Topics that are always unpacked."""
 _RATES = (
     ("r", "vehicle_angular_velocity", "xyz[2]"),
     ("r", "sensor_combined", "gyro_rad[2]"),
@@ -186,11 +189,22 @@ def _read(head: Head, request: Request) -> Recording:
             "again, or take another."
         )
     streams, notes = _channels(tables, log.parameters())
+    craft = _craft(tables, log.parameters())
     chosen = assembled(streams, list(dict.fromkeys(log.offered)), request, [*log.notes, *notes])
     wanted = {name.topic.split("[")[0] for name in chosen.raw if name in chosen.wanted}
     if not wanted <= set(_MOTION):
         tables = _Log(head.path, request, sorted(wanted)).tables()
-    return chosen.recording([stream for table in tables.values() for stream in table.raw(chosen.wanted)])
+    read = [stream for table in tables.values() for stream in table.raw(chosen.wanted)]
+    return chosen.recording(read, craft)
+
+
+def _craft(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> CraftTold | None:
+    """What kind of vehicle the parameters say, or where these say nothing, the status."""
+    told = by_mav_type(int(parameters.get("MAV_TYPE", 0)), "parameters")
+    status = tables.get("vehicle_status")
+    if told is not None or status is None or "vehicle_type" not in status.columns:
+        return told
+    return by_px4_status(int(status.columns["vehicle_type"][-1]))
 
 
 def _channels(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> tuple[list[Stream], list[str]]:

@@ -9,6 +9,7 @@ import numpy as np
 from ...alignment import LEAST_CORRELATION, band_passed
 from ...canonical import command_kind
 from ...statistics.robust import CI
+from ..axes import surveyed
 from ..expected_answers import SIDE, Expected, as_expected, expected_of, side_of, told_of
 from ..fault_size import delayed, misplaced, share_by_model
 from ..finding import Check, Finding, Reach
@@ -232,7 +233,11 @@ def _sides(
     remedy = f"swap them in a channel map: {', '.join(maps)}" if maps else "say in a channel map which is which"
     if all(side_of(name) == found[name].side for name in wrong):
         remedy = f"the names agree with the log, so look at the vehicle file first; or {remedy}"
-    either = "" if _surveyed(records) else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
+    either = (
+        ""
+        if surveyed([record.log for record in records])
+        else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
+    )
     return Finding(
         check="sides",
         verdict="defect",
@@ -293,9 +298,3 @@ def _reversed(records: Sequence[Record], name: str, expected: Expected) -> str:
     kind = (command_kind(name) or ("", ""))[0]
     full = f", {low:.0f} us is the most ahead" if kind == "pwm" and expected.push > 0 else ""
     return f"{called(records, name)} is reversed{full}"
-
-
-def _surveyed(records: Sequence[Record]) -> bool:
-    """Whether positions came from latitude and longitude, which fix the handedness of the axes."""
-    origins = [record.log.channels["x"].origin.lower() for record in records if "x" in record.log.channels]
-    return bool(origins) and all("lat" in origin for origin in origins)

@@ -9,9 +9,10 @@ import numpy as np
 from ...canonical import Channel
 from ...log import Log
 from ...statistics.robust import Fit
-from ..axes import Mixed, Track, mixed_up, track_of
+from ..axes import Mixed, Track, mixed_up, surveyed, track_of
+from ..course import contradicts, course_of, off_course
 from ..finding import Channels, Check, Finding, Fix, Reach, Verdict
-from ..pieces import fit_pieces, turns
+from ..pieces import apart, fit_pieces, turns
 from ..record import Record
 from ..speed_unit import speed_unit
 
@@ -78,10 +79,14 @@ class Units(Check):
             found.append(degrees)
         elif turning is not None:
             found.append(_turns(turning, track))
+        elif turned and (left := apart(logs)) is not None:
+            found.append(_unlike(left))
         elif turned:
             found.append(Finding(check=self.name, verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r")))
         opposed = None if turning is None else turning.ratio < 0.0
         speeds = _speeds(cured, track, opposed)
+        if speeds is None or (speeds.verdict == "ok" and all(_turned_by_heading(log) for log in cured)):
+            found += _course(cured, opposed)
         found += [speeds] if speeds is not None else speed_unit(records, SPEEDS)
         return found or [
             Finding(
@@ -149,6 +154,16 @@ def _turns(turning: _Turning, track: Track | None) -> Finding:
     return _off(_verdict(ratio, ends), told, ratio, ends, channels, wrong, remedy)
 
 
+def _unlike(left: float) -> Finding:
+    """Heading and yaw rate that have nothing to do with each other, whichever of them is late."""
+    text = (
+        f"heading and yaw rate contradict each other: {100.0 * left:.0f} % of the turning of psi does not follow from r"
+    )
+    wrong = "one of them is of another thing, or was never measured"
+    remedy = "find out which, and leave it out with 'psi: null' or 'r: null' in a channel map, or map the boat's own"
+    return _off("defect", text, left, None, ("psi", "r"), wrong, remedy)
+
+
 def _clock(turning: _Turning | None, track: Track | None) -> Finding | None:
     """Stamps in another unit: heading and track both move as much faster, or slower, than their rates say."""
     if turning is None or track is None or not track.certain or turning.degrees or turning.ratio <= 0.0:
@@ -192,6 +207,46 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
             return _off("defect", text, ratio, ends, ("x", "y"), wrong, remedy)
     remedy = "find out which of the two is in another unit, and map it with a scale"
     return _off(_verdict(ratio, ends), told, ratio, ends, channels, wrong, remedy)
+
+
+def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
+    """How the course over ground goes with the heading, where no speed was measured; nothing where it is sound."""
+    course = course_of(logs)
+    if course is None:
+        return []
+    channels, wrong = ("psi", "x", "y"), "forces act along other axes than the boat's; nothing can be learned"
+    if contradicts(course):
+        text = (
+            f"heading and track contradict each other: over {course.pieces} pieces under way the course has nothing to "
+            f"do with psi, nor with its mirror image (concentrations {course.kept:.2f} and {course.other:.2f})"
+        )
+        remedy = "one of them is of another thing or another run: find out which, and map the boat's own (--map)"
+        return [_off("defect", text, course.kept, None, channels, wrong, remedy)]
+    rated = any("r" in log.channels for log in logs)  # else the heading alone can be turned
+    off = off_course(course, opposed if rated else True, surveyed(logs))
+    if off is None:
+        return []
+    mixed, sure = off
+    return [
+        Finding(
+            check="units",
+            verdict="defect" if sure else "warning",
+            sentence=mixed.sentence
+            if sure
+            else f"{mixed.sentence}, on one course or in turns to one side: a current or much drift does so, too",
+            value=float(np.degrees(course.angle)),
+            unit="deg",
+            channels=mixed.channels,
+            consequence=wrong,
+            remedy=mixed.remedy,
+            reach=Reach.LOG,
+        )
+    ]
+
+
+def _turned_by_heading(log: Log) -> bool:
+    """Whether the speeds of a log were made of velocities in earth axes and of its heading, which they cannot check."""
+    return "u" in log.channels and ", " in log.channels["u"].origin
 
 
 def _axes(mixed: Mixed, track: Track) -> Finding:

@@ -59,6 +59,8 @@ class MirrorSymmetry(Law):
 
 def mirror_pairs(vehicle: Vehicle) -> list[int] | None:
     """For each thruster the number of the one at its mirrored place; None where one has no such partner."""
+    if any(t.push[0] == 0.0 for t in vehicle.thrusters):
+        return None  # a force abeam or a moment alone is mirrored by its sign, not by a place
     found = []
     for t in vehicle.thrusters:
         partner = [
