@@ -3,7 +3,7 @@
 import os
 import re
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from ..physics.cards import Card, each
 from ..physics.errors import LogError
 from ..physics.frames import Array
 from .canonical import Channel
-from .channels.channel_map import Entry, entries_of, entry_of, map_dict, read_channel_map
+from .channels.channel_map import TIME, Entry, entries_of, entry_of, map_dict, read_channel_map, time_of
 from .channels.look_alikes import lacks
 from .channels.mapping import map_channels, some
 from .channels.namespaces import check_namespace, is_under
@@ -165,6 +165,7 @@ class Log(Card):
         if channel_map is not None:
             is_file = not isinstance(channel_map, Mapping)
             given = read_channel_map(Path(channel_map)) if is_file else entries_of(where, channel_map)
+            given.pop(TIME, None)  # the stamps are given beside it
         mapped = map_channels(streams, frame, given, name)
         told: dict[str, Entry | None] = {
             channel: entry_of(where, channel, {**map_dict({channel: entry})[channel], "unit": units[entry.source]})
@@ -222,10 +223,11 @@ def read_log(
         or a channel map that does not fit.
     """
     path, namespace = Path(path), reading.namespace
-    entries = read_channel_map(Path(reading.channel_map)) if reading.channel_map is not None else {}
-    request = Request(_chooser(entries, namespace))
+    given = read_channel_map(Path(reading.channel_map)) if reading.channel_map is not None else {}
+    entries = {name: entry for name, entry in given.items() if name != TIME}
+    request = Request(_chooser(entries, namespace), time=time_of(given))
     if progress is not None:
-        request = Request(request.choose, progress)
+        request = replace(request, progress=progress)
     recording = read_recording(path, request)
     names = [*(stream.label for stream in recording.streams), *recording.unread]
     told = check_namespace(names, namespace, str(path))
@@ -234,7 +236,8 @@ def read_log(
     mapped = map_channels(recording.streams, reading.frame, entries, str(path), recording.unread, namespace, mend)
     notes = (*recording.notes, *told, *mapped.notes)
     told_of = (recording.start_ns, recording.out_of_step)
-    return Log(path, mapped.channels, notes, mapped.unused, mapped.entries, *told_of, mapped.idle)
+    in_use = {**{name: entry for name, entry in given.items() if name == TIME}, **mapped.entries}
+    return Log(path, mapped.channels, notes, mapped.unused, in_use, *told_of, mapped.idle)
 
 
 def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:
