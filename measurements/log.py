@@ -47,6 +47,7 @@ class Log(Card):
         count from its first stamp; 0 where they have the file's own time
     out_of_step : by how much its channels may be out of step with each other, as far as its reader can tell [s]
     idle : what the channel map leaves out, though nothing in the log would have become it
+    clock : of a table, the column that holds its time
     lacks : of a log in memory, what a search needs and is not there, with the columns that look like it
     """
 
@@ -59,6 +60,7 @@ class Log(Card):
     out_of_step: float = 0.0
     idle: tuple[str, ...] = ()
     lacks: tuple[str, ...] = ()
+    clock: str = ""
 
     @property
     def name(self) -> str:
@@ -237,7 +239,7 @@ def read_log(
     notes = (*recording.notes, *told, *mapped.notes)
     told_of = (recording.start_ns, recording.out_of_step)
     in_use = {**{name: entry for name, entry in given.items() if name == TIME}, **mapped.entries}
-    return Log(path, mapped.channels, notes, mapped.unused, in_use, *told_of, mapped.idle)
+    return Log(path, mapped.channels, notes, mapped.unused, in_use, *told_of, mapped.idle, clock=recording.clock)
 
 
 def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:

@@ -98,6 +98,7 @@ class Recording:
     unread : what the file holds beside, which nobody asked for
     start_ns : the file's own stamp of time zero of the streams [ns]; 0 where their time is that of the file
     out_of_step : by how much the streams may be out of step with each other, as far as the reader can tell [s]
+    clock : of a table, the column that holds its time
     """
 
     streams: tuple[Stream, ...]
@@ -105,6 +106,7 @@ class Recording:
     unread: tuple[Name, ...] = ()
     start_ns: int = 0
     out_of_step: float = 0.0
+    clock: str = ""
 
 
 @dataclass(frozen=True, slots=True)

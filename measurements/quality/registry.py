@@ -18,11 +18,13 @@ from .checks.stamps import Stamps
 from .checks.stuck import Stuck
 from .checks.swapped_channels import Exchanged
 from .checks.tilt import Tilt
+from .checks.time_unit import TimeUnit
 from .checks.units import Units
 from .finding import Check
 
 CHECKS: tuple[Check, ...] = (
     Stamps(),
+    TimeUnit(),
     Resampled(),
     Rates(),
     Gaps(),

@@ -115,7 +115,7 @@ def without_names(what: str, columns: Mapping[str, Array], matrix: str | None = 
     """
     clocks, width = running(columns), len(columns)
     at = int(clocks[0].removeprefix("column ")) if clocks else 1
-    told = f" ({clocks[0]} runs forward as a time does)" if clocks else ""
+    told = f" ({' and '.join(clocks[:3])} run{'s' * (len(clocks) == 1)} forward as a time does)" if clocks else ""
     line, other = (
         f"{name}: {number}" if matrix is None else f"{name}: {matrix}[{number - 1}]"
         for name, number in (("time", at), ("psi", 1 + at % width))
@@ -161,7 +161,7 @@ def long_recording(parts: Iterable[Part], path: object, clock: TimeColumn) -> Re
         time = _shared(streams[-1].time, time) if streams else time
         value, line = np.frombuffer(rows.value), np.frombuffer(rows.line, dtype=np.int64)
         streams.append(Stream(topic.strip(), name.strip(), time, value, line))
-    return Recording(tuple(streams), column.notes, start_ns=column.start_ns)
+    return Recording(tuple(streams), column.notes, start_ns=column.start_ns, clock=clock.name)
 
 
 @dataclass(slots=True)
@@ -225,7 +225,7 @@ def wide_recording(parts: Iterable[Part], path: object, clock: TimeColumn, unrea
     time = column.seconds(np.concatenate(stamps))
     row = np.arange(time.size, dtype=np.int64) + HEADER
     streams = [Stream("", name, time, np.concatenate(pieces.pop(name)), row) for name in list(pieces)]
-    return Recording(tuple(streams), column.notes, unread, column.start_ns)
+    return Recording(tuple(streams), column.notes, unread, column.start_ns, clock=clock.name)
 
 
 class _Clock:
