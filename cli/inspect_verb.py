@@ -68,8 +68,8 @@ def inspect(
                 show(inspections_screen(found))
             else:
                 show(inspection_screen(found, model), fixed_text(found))
-            mended = f", mended in {', '.join(mends)}," if mends else ""
-            say(f"The channel map in use{f' for {read.name}' * several}{mended or ';'} give it back with --map:")
+            mended = f", mended in {', '.join(mends)}" if mends else ""
+            say(f"The channel map in use{f' for {read.name}' * several}{mended}; edit it, and give it back with --map:")
             say_lines(f"\n{map_text(entries)}")
         usable = found.fixed.usable if not several and found.fixed is not None else found.usable
         if not usable:
