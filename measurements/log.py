@@ -14,6 +14,7 @@ from ..physics.cards import Card, each
 from ..physics.errors import LogError
 from ..physics.frames import Array
 from .canonical import Channel
+from .channels.auxiliary import auxiliary_channels, auxiliary_of
 from .channels.channel_map import TIME, Entry, entries_of, entry_of, map_dict, read_channel_map, time_of
 from .channels.look_alikes import lacks
 from .channels.mapping import map_channels, some
@@ -48,6 +49,7 @@ class Log(Card):
     out_of_step : by how much its channels may be out of step with each other, as far as its reader can tell [s]
     idle : what the channel map leaves out, though nothing in the log would have become it
     clock : of a table, the column that holds its time
+    auxiliary : what the log has beside, by name: steering outputs, battery, motors, mode; see `channels.auxiliary`
     lacks : of a log in memory, what a search needs and is not there, with the columns that look like it
     """
 
@@ -61,6 +63,7 @@ class Log(Card):
     idle: tuple[str, ...] = ()
     lacks: tuple[str, ...] = ()
     clock: str = ""
+    auxiliary: dict[str, Channel] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -76,6 +79,7 @@ class Log(Card):
             ("file", str(self.path)),
             ("time", span),
             ("channels", ", ".join(f"{name} ({rate:.3g} Hz)" for name, rate in rates.items())),
+            ("beside", ", ".join(self.auxiliary)),
             ("not used", some(self.unused, 6) if self.unused else ""),
             *each("to add", self.lacks),
             ("notes", f"{len(self.notes)}, see .notes" if self.notes else ""),
@@ -236,10 +240,22 @@ def read_log(
     if any(note.startswith(REPAIRED) for note in recording.notes):
         _check_map_of_repaired(path, entries, {name for one in recording.streams for name in (one.name, one.field)})
     mapped = map_channels(recording.streams, reading.frame, entries, str(path), recording.unread, namespace, mend)
-    notes = (*recording.notes, *told, *mapped.notes)
+    ours = [one for one in recording.streams if namespace is None or is_under(one.topic, namespace)]
+    auxiliary = auxiliary_channels(ours)
+    notes = (*recording.notes, *told, *mapped.notes, *_kept(auxiliary))
     told_of = (recording.start_ns, recording.out_of_step)
     in_use = {**{name: entry for name, entry in given.items() if name == TIME}, **mapped.entries}
-    return Log(path, mapped.channels, notes, mapped.unused, in_use, *told_of, mapped.idle, clock=recording.clock)
+    return Log(
+        path,
+        mapped.channels,
+        notes,
+        mapped.unused,
+        in_use,
+        *told_of,
+        mapped.idle,
+        clock=recording.clock,
+        auxiliary=auxiliary,
+    )
 
 
 def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:
@@ -256,9 +272,15 @@ def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Call
             return True
         if namespace is not None and not is_under(name.topic, namespace):
             return False
-        return recognise(name) is not None or is_vertical_acceleration(name)
+        return recognise(name) is not None or is_vertical_acceleration(name) or auxiliary_of(name) is not None
 
     return lambda names: frozenset(name for name in names if wanted(name))
+
+
+def _kept(channels: Mapping[str, Channel]) -> tuple[str, ...]:
+    """A note on the auxiliary channels."""
+    told = ", ".join(f"{name} ({channel.origin})" for name, channel in channels.items())
+    return (f"kept beside motion and commands: {told}",) if channels else ()
 
 
 def _check_map_of_repaired(path: Path, entries: Mapping[str, Entry | None], names: Container[str]) -> None:

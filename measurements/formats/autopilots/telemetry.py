@@ -15,7 +15,7 @@ from ....physics.errors import LogError
 from ....physics.frames import GRAVITY, Array
 from ...geodesy import local_metres
 from ..base import Format, Head, Name, Recording, Request, Stream
-from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, servo_commands
+from .autopilot import Table, assembled, beside, heading_at, in_order, numbers, planar, raw_names, servo_commands
 from .mavlink import MOTION, Key, Messages, Telemetry, message_at
 
 _CLOCKS = {"time_boot_ms": 1e3, "time_usec": 1e6}
@@ -226,7 +226,41 @@ def _channels(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
         found = planar(place, where, speed, turned)
         streams += found if attitude is not None else found[:2]
     streams += _accelerations(reader, keys)
-    return [*streams, *_commands(reader, keys, prefix)]
+    return [*streams, *_commands(reader, keys, prefix), *_beside(reader, keys)]
+
+
+def _beside(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
+    """Battery, motors, mode and waypoint; what a message says is not known (UINT16_MAX, -1) is no number."""
+    names = ("BATTERY_STATUS", "SYS_STATUS", "HEARTBEAT", "MISSION_CURRENT", "RPM", "ESC_TELEMETRY_1_TO_4")
+    battery, status, heartbeat, mission, turns, esc = (
+        reader.table(keys[name]) if name in keys else None for name in names
+    )
+    found: dict[str, tuple[Table | None, str, float]] = {}
+    if battery is not None:
+        first = battery.columns["id"] == battery.columns["id"].min(initial=0.0)
+        cells = np.stack([battery.columns[f"voltages[{k}]"] for k in range(10)])
+        total = np.where((cells < _UNKNOWN - 1) & first, cells, 0.0).sum(axis=0) / 1e3
+        current = battery.columns["current_battery"] / 100.0
+        columns = {
+            "voltage": np.where(total > 0.0, total, np.nan),
+            "current": np.where(current >= 0.0, current, np.nan),
+        }
+        battery = replace(battery, columns={name: np.where(first, value, np.nan) for name, value in columns.items()})
+        found = {"battery_voltage": (battery, "voltage", 1.0), "battery_current": (battery, "current", 1.0)}
+    elif status is not None:
+        columns = {name: status.columns[name] for name in ("voltage_battery", "current_battery")}
+        kept = {n: np.where((v >= 0.0) & (v != _UNKNOWN), v, np.nan) for n, v in columns.items()}
+        status = replace(status, columns=kept)
+        found = {
+            "battery_voltage": (status, "voltage_battery", 1e-3),
+            "battery_current": (status, "current_battery", 1e-2),
+        }
+    found |= {"mode": (heartbeat, "custom_mode", 1.0), "waypoint": (mission, "seq", 1.0)}
+    found |= {f"rpm_{k}": (turns, f"rpm{k}", 1.0) for k in (1, 2)}
+    for k in range(4):
+        found[f"rpm_esc{k + 1}"] = (esc, f"rpm[{k}]", 1.0)
+        found[f"motor_current_esc{k + 1}"] = (esc, f"current[{k}]", 1e-2)
+    return beside(found)
 
 
 def _accelerations(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
