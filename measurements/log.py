@@ -245,17 +245,8 @@ def read_log(
     notes = (*recording.notes, *told, *mapped.notes, *_kept(auxiliary))
     told_of = (recording.start_ns, recording.out_of_step)
     in_use = {**{name: entry for name, entry in given.items() if name == TIME}, **mapped.entries}
-    return Log(
-        path,
-        mapped.channels,
-        notes,
-        mapped.unused,
-        in_use,
-        *told_of,
-        mapped.idle,
-        clock=recording.clock,
-        auxiliary=auxiliary,
-    )
+    made = Log(path, mapped.channels, notes, mapped.unused, in_use, *told_of, mapped.idle)
+    return replace(made, clock=recording.clock, auxiliary=auxiliary)
 
 
 def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:

@@ -24,8 +24,9 @@ _TYPES = {
 _BATTERY = {"battery", "batt", "bat"}
 _VOLTAGE, _CURRENT = {"voltage", "volt", "volts"}, {"current", "curr", "amps", "amperes"}
 _STEER = {"steer", "steering", "rudder", "helm", "outboard"}
-_ACTUATOR = {"thruster", "thrust", "motor", "pod", "propeller", "outboard", "actuator", "engine", "esc"}
-_ANGLE = {"azimuth", "angle", "azimuthing"}
+_ACTUATOR = {"thruster", "thrusters", "thrust", "motor", "pod", "propeller", "outboard", "actuator", "engine", "esc"}
+_ANGLE = {"azimuth", "angle", "azimuthing", "pos"}
+"""`/wamv/thrusters/left/pos` turns an azimuth thruster of VRX."""
 _ELSEWHERE = {"satellite", "sat", "gps", "gnss", "sun", "antenna", "lidar", "radar", "sonar", "camera", "gimbal"}
 _PLAIN = {"mode": "mode", "flight_mode": "mode", "nav_state": "mode", "waypoint": "waypoint", "wp_seq": "waypoint"}
 """Whole names of columns that count something."""

@@ -53,11 +53,12 @@ class _Rows:
             message = json.loads(bytes(raw))["message"]
             row: list[float] = []
             for field, length in self._plan:
-                value = message.get(field, 0)
                 if not length:
+                    value = message.get(field, 0)
                     row.append(value if type(value) in (float, int) else _number(value))
                 else:
-                    row += [_number(each) for each in [*value, *[0] * length][:length]]
+                    values = message.get(field) or []
+                    row += [_number(each) for each in [*values, *[0] * length][:length]]
             text = None if self._text is None else _letters(message.get(self._text, ""))
             self.numbers.extend(row)
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):

@@ -241,11 +241,8 @@ def _beside(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
         cells = np.stack([battery.columns[f"voltages[{k}]"] for k in range(10)])
         total = np.where((cells < _UNKNOWN - 1) & first, cells, 0.0).sum(axis=0) / 1e3
         current = battery.columns["current_battery"] / 100.0
-        columns = {
-            "voltage": np.where(total > 0.0, total, np.nan),
-            "current": np.where(current >= 0.0, current, np.nan),
-        }
-        battery = replace(battery, columns={name: np.where(first, value, np.nan) for name, value in columns.items()})
+        known = {"voltage": (total, first & (total > 0.0)), "current": (current, first & (current >= 0.0))}
+        battery = replace(battery, columns={n: np.where(there, v, np.nan) for n, (v, there) in known.items()})
         found = {"battery_voltage": (battery, "voltage", 1.0), "battery_current": (battery, "current", 1.0)}
     elif status is not None:
         columns = {name: status.columns[name] for name in ("voltage_battery", "current_battery")}

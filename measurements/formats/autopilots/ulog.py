@@ -238,10 +238,8 @@ def _channels(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> t
 
 def _beside(tables: Mapping[str, Table]) -> list[Stream]:
     """Battery, motors, mode, waypoint and steering: battery_status, esc_status, vehicle_status and their like."""
-    power, status, mission, esc, servos = (
-        tables.get(name)
-        for name in ("battery_status", "vehicle_status", "mission_result", "esc_status", "actuator_servos")
-    )
+    names = ("battery_status", "vehicle_status", "mission_result", "esc_status", "actuator_servos")
+    power, status, mission, esc, servos = (tables.get(name) for name in names)
     found: dict[str, tuple[Table | None, str, float]] = {
         "battery_voltage": (power, "voltage_v", 1.0),
         "battery_current": (power, "current_a", 1.0),
