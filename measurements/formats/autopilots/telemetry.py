@@ -237,7 +237,7 @@ def _beside(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
     )
     found: dict[str, tuple[Table | None, str, float]] = {}
     if battery is not None:
-        first = battery.columns["id"] == battery.columns["id"].min(initial=0.0)
+        first = battery.columns["id"] == battery.columns["id"].min()
         cells = np.stack([battery.columns[f"voltages[{k}]"] for k in range(10)])
         total = np.where((cells < _UNKNOWN - 1) & first, cells, 0.0).sum(axis=0) / 1e3
         current = battery.columns["current_battery"] / 100.0
