@@ -4,12 +4,11 @@ from pathlib import Path
 
 from ...physics.errors import LogError
 from ...physics.extras import how_to_install
-from ...physics.files import yaml_text
 from ...physics.printable import listed
 from ...physics.registry_members import objects_in
 from .. import formats
 from .base import EXPECTED, Format, Head, Recording, Request, in_file, read_head
-from .tables.tables import running, without_names
+from .tables.tables import not_called_time, without_names
 from .text_header import first_numbers
 
 FORMATS: tuple[Format, ...] = tuple(sorted(objects_in(formats, Format), key=lambda form: not form.marked))
@@ -75,15 +74,9 @@ def _unknown(head: Head) -> LogError:
     values = first_numbers(head.start, head.text) if len(columns) > 1 else {}
     if not head.text.named:
         return without_names("a table", values)
-    clocks = running(values)
-    if clocks:
-        line = yaml_text({"time": clocks[0]}).strip()
-        return LogError(
-            f"no column of this table is called time, but '{clocks[0]}' runs forward as one does. Say so in a channel "
-            f"map (--map), '{line}', or with its unit where that is not the second, 'time: {{from: ..., unit: ms}}'; "
-            "or rename the column.",
-            f"{line}\n",
-        )
+    told = not_called_time(values)
+    if told is not None:
+        return told
     return LogError(f"got the header '{head.text.separator.join(columns)[:120]}'; {expected()}.")
 
 

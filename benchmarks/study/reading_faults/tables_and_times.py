@@ -17,6 +17,10 @@ _START = pd.Timestamp("2026-05-01T21:59:30.25Z")
 """Before midnight in Central Europe, so that times of day begin anew in every log."""
 
 
+_NOTHING = "(?!)"
+"""Words that nothing holds: nothing is wrong, so that the log must be read right."""
+
+
 def _is_text(sound: Sound) -> bool:
     return sound.free and "CSV" in sound.name
 
@@ -294,10 +298,10 @@ def _revolutions(table: pd.DataFrame, rng: np.random.Generator) -> np.ndarray:
 STEERING = (
     ("an outboard's steering beside the thrusters", _beside(outboard_steering=_swinging), "steer"),
     ("the azimuth of an actuator", _beside(thruster_azimuth_angle=_swinging), "azimuth|steer"),
-    ("a satellite's azimuth", _beside(gps_satellite_azimuth=_swinging, satellite_elevation=_swinging), "satellite"),
-    ("battery voltage and current", _beside(battery_voltage=_voltage, battery_current=_current), "battery"),
-    ("a mode", _beside(mode=_mode, waypoint=_mode), "mode"),
-    ("revolutions beside commands", _beside(rpm_port=_revolutions, rpm_stbd=_revolutions), "rpm"),
+    ("a satellite's azimuth", _beside(gps_satellite_azimuth=_swinging, satellite_elevation=_swinging), _NOTHING),
+    ("battery voltage and current", _beside(battery_voltage=_voltage, battery_current=_current), _NOTHING),
+    ("a mode", _beside(mode=_mode, waypoint=_mode), _NOTHING),
+    ("revolutions beside commands", _beside(rpm_port=_revolutions, rpm_stbd=_revolutions), _NOTHING),
 )
 
 KINDS: tuple[Kind, ...] = tuple(

@@ -3,13 +3,25 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ....physics.errors import LogError
+from ....physics.frames import Array
 from ....physics.printable import listed
 from ..base import EXPECTED, Format, Head, Name, Recording, Request, in_file
 from ..time_columns import find_time
 from ..unpacking import check_unpacked, most_held
 from .pandas_part import FramePart
-from .tables import LONG, LONG_ROW, check_columns, is_long, is_wide, long_recording, wide_recording
+from .tables import (
+    LONG,
+    LONG_ROW,
+    check_columns,
+    is_long,
+    is_wide,
+    long_recording,
+    not_called_time,
+    wide_recording,
+)
 
 _NUMBER = 8
 """Bytes of a number in memory."""
@@ -31,6 +43,8 @@ def _read(head: Head, request: Request) -> Recording:
         columns, rows = columns_of(footer.schema_arrow), footer.metadata.num_rows
         check_columns(columns, head.path)
         clock = find_time(columns, head.time)
+        if rows > 0 and clock is None and (told := not_called_time(_first_rows(footer, given, columns))):
+            raise told
         if rows <= 0 or clock is None or not (is_long(columns, clock) or is_wide(columns, clock)):
             raise LogError(f"{EXPECTED}; got {rows} rows of {listed(columns) or 'no columns'}.")
         long, time = is_long(columns, clock), {clock.name, clock.date or clock.name}
@@ -57,6 +71,19 @@ def _read(head: Head, request: Request) -> Recording:
         return long_recording([part], head.path, clock)
     unread = tuple(name for name in names if name.field not in wanted)
     return wide_recording([part], head.path, clock, unread)
+
+
+def _first_rows(footer: Any, given: Sequence[str], columns: Sequence[str]) -> dict[str, Array]:
+    """The first rows of the columns of numbers; nothing of others."""
+    import pyarrow
+
+    kinds = (footer.schema_arrow.field(k).type for k in range(len(given)))
+    numbers = [pyarrow.types.is_integer(kind) or pyarrow.types.is_floating(kind) for kind in kinds]
+    wanted = [name for name, number in zip(given, numbers, strict=True) if number]
+    batch = next(footer.iter_batches(batch_size=200, columns=wanted), None) if wanted else None
+    own = dict(zip(given, columns, strict=True))
+    found = {} if batch is None else {own[name]: np.asarray(batch.column(name), float) for name in wanted}
+    return found | {name: np.zeros(0) for name in columns if name not in found}
 
 
 def _claimed(metadata: Any, columns: Sequence[str]) -> int:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.errors import LogError
+from ....physics.files import yaml_text
 from ....physics.frames import Array
 from ..base import Name, Recording, Stream
 from ..time_columns import EPOCH, TimeColumn
@@ -95,6 +96,7 @@ def running(columns: Mapping[str, Array]) -> list[str]:
     found = []
     for name, values in columns.items():
         steps = np.diff(values[:_ROWS])
+        steps = steps[steps != 0.0] if set(LONG) <= set(columns) else steps  # the fields of a message share a stamp
         if (
             steps.size > 1
             and np.isfinite(steps).all()
@@ -103,6 +105,20 @@ def running(columns: Mapping[str, Array]) -> list[str]:
         ):
             found.append(name)
     return found
+
+
+def not_called_time(columns: Mapping[str, Array]) -> LogError | None:
+    """Say which column of a table without a time is one by its numbers, with the line that names it; None for none."""
+    clocks = running(columns)
+    if not clocks:
+        return None
+    line = yaml_text({"time": clocks[0]}).strip()
+    return LogError(
+        f"no column of this table is called time, but '{clocks[0]}' runs forward as one does. Say so in a channel map "
+        f"(--map), '{line}', or with its unit where that is not the second, 'time: {{from: ..., unit: ms}}'; or rename "
+        "the column.",
+        f"{line}\n",
+    )
 
 
 def without_names(what: str, columns: Mapping[str, Array], matrix: str | None = None) -> LogError:
