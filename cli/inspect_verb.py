@@ -51,7 +51,7 @@ def inspect(
         except LogError as error:
             if map_out is not None and error.mends:
                 write_text(map_out, on_top("inspect --map-out", error.mends))
-                raise LogError(f"{error.typed} {map_out} has the line that is certain.") from error
+                raise LogError(f"{error.typed} {map_out} begins with that line.") from error
             raise
         mends = {} if isinstance(found, Inspections) else found.mends
         entries = {**mends, **read.entries, **mends}

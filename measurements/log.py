@@ -186,7 +186,8 @@ class Log(Card):
         spare = [stream for stream in streams if stream.name in mapped.unused]
         needed = tuple(lacks(mapped.channels, spare))
         notes = (*needed, *mapped.notes)
-        return cls(where, mapped.channels, notes, mapped.unused, mapped.entries, idle=mapped.idle, lacks=needed)
+        made = cls(where, mapped.channels, notes, mapped.unused, mapped.entries, idle=mapped.idle, lacks=needed)
+        return replace(made, auxiliary=auxiliary_channels(streams))
 
 
 def _numbers(where: str, name: str, given: ArrayLike) -> Array:

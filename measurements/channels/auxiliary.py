@@ -25,6 +25,7 @@ _BATTERY = {"battery", "batt", "bat"}
 _VOLTAGE, _CURRENT = {"voltage", "volt", "volts"}, {"current", "curr", "amps", "amperes"}
 _STEER = {"steer", "steering", "rudder", "helm", "outboard"}
 _ACTUATOR = {"thruster", "thrusters", "thrust", "motor", "pod", "propeller", "outboard", "actuator", "engine", "esc"}
+_ACTUATOR |= {"fin"}
 _ANGLE = {"azimuth", "angle", "azimuthing", "pos"}
 """`/wamv/thrusters/left/pos` turns an azimuth thruster of VRX."""
 _ELSEWHERE = {"satellite", "sat", "gps", "gnss", "sun", "antenna", "lidar", "radar", "sonar", "camera", "gimbal"}
