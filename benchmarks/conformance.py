@@ -3,10 +3,10 @@
 python benchmarks/conformance.py [FOLDER...]
 
 Three families need no files: MCAP, written by `mcap` with every choice that its writer has, bags, written by `rosbags`,
-and telemetry, encoded by `pymavlink`; what comes out of our own walks is compared with what these libraries read, byte by byte. The
-packages ship no recorded files, so that the others need a checkout of the sources in a FOLDER: `test/*.ulg` of pyulog,
-`tests/conformance/data` of mcap (with Git LFS), recorded bags, `.BIN` and `.tlog`. Each file found is a row; the exit
-code is 1 for a file that is read otherwise, and for fewer than two families.
+and telemetry, encoded by `pymavlink`; what comes out of our own walks is compared with what these libraries read, byte
+by byte. The packages ship no recorded files, so that for others a FOLDER has a checkout of the sources: `test/*.ulg` of
+pyulog, `tests/conformance/data` of mcap (with Git LFS), recorded bags, `.BIN` and `.tlog`. Each family is a row; the
+exit code is 1 for a file that is read otherwise, and for fewer than two families.
 """
 
 import argparse
@@ -177,6 +177,7 @@ def _tlog(path: Path) -> str:
         log, theirs = mavutil.mavlink_connection(str(path)), Counter[str]()
         while (message := log.recv_msg()) is not None:
             theirs[message.get_type()] += 1
+        log.close()
     found = Telemetry(path, Request())
     ours = Counter[str]()
     for key in found.messages():
