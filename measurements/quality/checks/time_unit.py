@@ -19,8 +19,11 @@ _UNITS = ("ms", "us", "ns")
 _APART = 1.5
 """Factor within which both ratios must meet a unit: their neighbours are a thousand away, so that a gyro or a speed may
 be wrong by half. In between nothing is done; the checks of units tell such factors."""
-_STEPS = 20
-"""Samples over which a change is taken, so that noise adds little to it."""
+_STEPS = (20, 5, 1)
+"""Samples over which changes are taken: as many as keep noise small, and no more than the boat goes straight, whatever
+its rate."""
+_PARTS = 10
+"""Changes from which a ratio is formed: of fewer, one gust may be most."""
 
 
 @final
@@ -39,13 +42,18 @@ def _unit(log: Log) -> str | None:
     if not {"x", "y", "psi", "u", "r"} <= set(log.channels):
         return None
     x, y, psi, u, r = (log.channels[name] for name in ("x", "y", "psi", "u", "r"))
-    turned = _ratio(psi.time, np.abs(_over(np.unwrap(psi.value))), np.abs(_over(_integral(r, psi.time))))
-    way = np.hypot(_over(x.value), _over(np.interp(x.time, y.time, y.value)))
-    moved = _ratio(x.time, way, np.abs(_over(_integral(u, x.time))))
-    fits = (
-        unit for unit in _UNITS if all(1.0 / _APART <= ratio * PER_SECOND[unit] <= _APART for ratio in (turned, moved))
-    )
-    return next(fits, None)
+    east = np.interp(x.time, y.time, y.value)
+    turned, heading = _integral(r, psi.time), np.unwrap(psi.value)
+    ahead = _integral(u, x.time)
+    for step in _STEPS:
+        ratios = (
+            _ratio(np.abs(np.diff(heading[::step])), np.abs(np.diff(turned[::step]))),
+            _ratio(np.hypot(np.diff(x.value[::step]), np.diff(east[::step])), np.abs(np.diff(ahead[::step]))),
+        )
+        for unit in _UNITS:
+            if all(1.0 / _APART <= ratio * PER_SECOND[unit] <= _APART for ratio in ratios):
+                return unit
+    return None
 
 
 def _integral(rate: Channel, time: Array) -> Array:
@@ -54,15 +62,10 @@ def _integral(rate: Channel, time: Array) -> Array:
     return total
 
 
-def _over(values: Array) -> Array:
-    changes: Array = values[_STEPS::_STEPS] - values[:-_STEPS:_STEPS]
-    return changes
-
-
-def _ratio(time: Array, change: Array, by_rate: Array) -> float:
+def _ratio(change: Array, by_rate: Array) -> float:
     """Change over what its rate says, by the sums of both; 1 where there is too little of either."""
     total = float(by_rate.sum())
-    return float(change.sum()) / total if time.size > 10 * _STEPS and total > 0.0 else 1.0
+    return float(change.sum()) / total if change.size >= _PARTS and total > 0.0 else 1.0
 
 
 def _told(log: Log, unit: str) -> Finding:
