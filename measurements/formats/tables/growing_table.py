@@ -135,6 +135,7 @@ class GrowingTable:
     Parameters
     ----------
     where : the file, for messages
+    clock : what a channel map says of the column of the time
 
     Attributes
     ----------
@@ -144,14 +145,14 @@ class GrowingTable:
     start_ns : the file's own stamp of time zero [ns]; 0 where its time is that of the file
     """
 
-    def __init__(self, where: str) -> None:
+    def __init__(self, where: str, clock: TimeColumn | None = None) -> None:
         self.where, self.skipped, self.newest, self.start_ns = where, 0, -np.inf, 0
         self.notes: list[str] = []
         self._columns: dict[tuple[str, str], _Column] = {}
         self._names: tuple[str, ...] = ()
         self._separator, self._line, self._long = ",", 0, False
         self._first: float | int | None = None
-        self._time, self._per_second = TimeColumn(""), 1.0
+        self._given, self._time, self._per_second = clock, TimeColumn(""), 1.0
 
     def take(self, lines: list[str]) -> None:
         """Take the next lines.
@@ -192,7 +193,7 @@ class GrowingTable:
     def _header(self, text: str) -> None:
         header = read_header(text.encode())
         self._separator, names = header.separator, header.columns
-        clock = find_time(names)
+        clock = find_time(names, self._given)
         if clock is None or not (is_long(names, clock) or is_wide(names, clock)):
             raise LogError(f"{self.where}: line {self._line}: {EXPECTED}, got {shown(text)}.")
         self._names, self._long = names, is_long(names, clock)
