@@ -4,8 +4,8 @@ python benchmarks/fuzz_guided.py [--seconds 150] [--format NAME]... [--work FOLD
 
 Each format begins with a sound log of 2 s and with the corpus that earlier runs kept in benchmarks/corpus. What counts
 as a crash is any exception but LogError; as a hang, more than 10 s; memory is bounded at 1.5 GB. A file that does
-one of these is left in the folder of work, and the exit code is 1. With --keep, the inputs that reach code which no
-smaller one reaches are put into the corpus, at most some kB a format.
+one of these is left in the folder of work, and the exit code is 1. With --keep, the smallest inputs that reached new
+code are put into the corpus, at most 12 kB a format.
 """
 
 import argparse
@@ -22,8 +22,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"
 CORPUS = Path(__file__).resolve().parent / "corpus"
 TIMEOUT, MEMORY = 10, 1500
 """Seconds and megabytes that reading one file may take."""
-_KEPT = 24 * 1024
-"""Bytes of the corpus of one format, so that all of them together stay small beside the repository."""
+_KEPT, _MOST = 12 * 1024, 12
+"""Bytes and inputs of the corpus of one format, so that all of them together stay small beside the repository."""
+_WHOLE = ("whole", "part_8", "part_40")
+"""Inputs that the sound log gives."""
 
 
 def one(name: str, words: list[str]) -> None:
@@ -54,9 +56,8 @@ def seeds(name: str, folder: Path) -> None:
 
     with tempfile.TemporaryDirectory() as inner:
         content = SAMPLES[name](Path(inner)).file.read_bytes()
-    (folder / "whole").write_bytes(content)
-    for share in (8, 40):
-        (folder / f"part_{share}").write_bytes(content[: len(content) // share])
+    for name_of, share in zip(_WHOLE, (1, 8, 40), strict=True):
+        (folder / name_of).write_bytes(content[: len(content) // share])
     for path in sorted(CORPUS.glob(f"{slug(name)}/*")):
         (folder / path.name).write_bytes(path.read_bytes())
 
@@ -86,7 +87,7 @@ def fuzzed(name: str, seconds: int, work: Path, keep: bool) -> tuple[str, int]:
         print(done.stderr[-2000:], file=sys.stderr)
     cells = [name, *(found[-1] if found else "" for found in told.values()), str(len(bad))]
     if keep:
-        _keep(name, corpus, work)
+        _keep(name, corpus)
     return f"| {' | '.join(cells)} |", len(bad) + bool(done.returncode and not bad)
 
 
@@ -97,17 +98,14 @@ _STATS = {
 }
 
 
-def _keep(name: str, corpus: Path, work: Path) -> None:
-    """Merge what was found into the smallest set that reaches the same code, and keep the smallest files of it."""
-    merged = work / f"{slug(name)}_merged"
-    merged.mkdir(exist_ok=True)
-    command = [sys.executable, __file__, "--one", name, "-merge=1", f"-timeout={TIMEOUT}", str(merged), str(corpus)]
-    subprocess.run(command, capture_output=True, check=False)
+def _keep(name: str, corpus: Path) -> None:
+    """Keep the smallest inputs of a corpus, each of which reached new code when it was found."""
     target, size = CORPUS / slug(name), 0
     target.mkdir(parents=True, exist_ok=True)
     for path in target.iterdir():
         path.unlink()
-    for path in sorted(merged.iterdir(), key=lambda path: path.stat().st_size):
+    found = (path for path in corpus.iterdir() if path.name not in _WHOLE)
+    for path in sorted(found, key=lambda path: path.stat().st_size)[:_MOST]:
         size += path.stat().st_size
         if size > _KEPT:
             break
