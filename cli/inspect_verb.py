@@ -34,6 +34,7 @@ def inspect(
     with failing_clearly():
         from ..measurements.channels.channel_map import map_text
         from ..measurements.inspection import Inspections
+        from ..physics.errors import LogError
         from ..physics.file_marks import on_top
         from ..physics.files import write_text
         from ..physics.vehicle import load_vehicle
@@ -45,9 +46,17 @@ def inspect(
             force=force,
         )
         model = None if vehicle is None else load_vehicle(vehicle)
-        found, read = look_over(logs, model, Reading(frame, channels, namespace), fix=fix, progress=progress)
+        try:
+            found, read = look_over(logs, model, Reading(frame, channels, namespace), fix=fix, progress=progress)
+        except LogError as error:
+            if map_out is not None and error.mends:
+                write_text(map_out, on_top("inspect --map-out", error.mends))
+                raise LogError(f"{error.typed} {map_out} begins with that line.") from error
+            raise
+        mends = {} if isinstance(found, Inspections) else found.mends
+        entries = {**mends, **read.entries, **mends}
         if map_out is not None:
-            write_text(map_out, on_top("inspect --map-out", map_text(read.entries, read.unused)))
+            write_text(map_out, on_top("inspect --map-out", map_text(entries, read.unused)))
         tell_replaced(earlier)
         several = isinstance(found, Inspections)
         if as_json:
@@ -59,8 +68,9 @@ def inspect(
                 show(inspections_screen(found))
             else:
                 show(inspection_screen(found, model), fixed_text(found))
-            say(f"The channel map in use{f' for {read.name}' * several}; edit it, and give it back with --map:")
-            say_lines(f"\n{map_text(read.entries)}")
+            mended = f", mended in {', '.join(mends)}" if mends else ""
+            say(f"The channel map in use{f' for {read.name}' * several}{mended}; edit it, and give it back with --map:")
+            say_lines(f"\n{map_text(entries)}")
         usable = found.fixed.usable if not several and found.fixed is not None else found.usable
         if not usable:
             raise typer.Exit(1)

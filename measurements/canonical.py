@@ -64,6 +64,11 @@ LIMITS = {
 }
 """What a channel of motion, or a command of a kind, may be [its unit]; anything else is another unit or kind."""
 
+AUXILIARY_UNITS = {"battery_voltage": "V", "battery_current": "A", "mode": "1", "waypoint": "1"}
+"""What a log has beside motion and commands; currents are positive while the battery gives them."""
+AUXILIARY_KINDS = {"motor_current": "A", "rpm": "1/min", "steering": "1"}
+"""Of one motor or actuator, `<kind>_<which>`; steering is kept as it is recorded, in pulses, shares or radians."""
+
 _PLACED = "|".join(kind for kind in COMMAND_UNITS if kind != "tau")
 _COMMAND = re.compile(rf"({_PLACED}|tau(?=_(?:surge|sway|yaw)$))_(\w+)")
 
@@ -168,6 +173,16 @@ def command_kind(name: str) -> tuple[str, str] | None:
     return (found.group(1), found.group(2)) if found else None
 
 
+def auxiliary_unit(name: str) -> str | None:
+    """The unit of an auxiliary channel, None for any other name.
+
+    >>> auxiliary_unit("rpm_port"), auxiliary_unit("r")
+    ('1/min', None)
+    """
+    own = (unit for kind, unit in AUXILIARY_KINDS.items() if name == kind or name.startswith(f"{kind}_"))
+    return AUXILIARY_UNITS.get(name) or next(own, None)
+
+
 def in_vehicle_file(name: str) -> str:
     """The name under which a vehicle file can have a command: a thruster's name there begins with a letter.
 
@@ -184,7 +199,7 @@ def is_canonical(name: str) -> bool:
 
 
 def unit_of(name: str) -> str:
-    """Return the unit of a canonical channel.
+    """Return the unit of a canonical or an auxiliary channel.
 
     >>> unit_of("r"), unit_of("pwm_port")
     ('rad/s', 'us')
@@ -192,7 +207,7 @@ def unit_of(name: str) -> str:
     command = command_kind(name)
     if command == ("tau", "yaw"):
         return "N m"
-    return COMMAND_UNITS[command[0]] if command else UNITS[name]
+    return COMMAND_UNITS[command[0]] if command else auxiliary_unit(name) or UNITS[name]
 
 
 def check_limits(channel: Channel, where: str) -> None:

@@ -10,7 +10,7 @@ from ..physics.errors import LogError
 from ..physics.frames import Array
 from ..physics.motion import RUN_UP, Motion
 from ..physics.vehicle import Vehicle
-from .channels.channel_map import Entry, read_channel_map
+from .channels.channel_map import TIME, Entry, read_channel_map, time_of
 from .channels.mapping import map_channels
 from .formats.tables.growing_table import GrowingTable
 from .log import Log
@@ -46,11 +46,10 @@ class GrowingLog:
 
     def __init__(self, where: str, vehicle: Vehicle, reading: Reading, least: float = 0.0) -> None:
         self._where, self._vehicle, self._reading, self._least = where, vehicle, reading, least
-        self.table = GrowingTable(where)
+        given = {} if reading.channel_map is None else read_channel_map(Path(reading.channel_map))
+        self.table = GrowingTable(where, time_of(given))
         self.log: Log | None = None
-        self._entries: dict[str, Entry | None] = (
-            {} if reading.channel_map is None else read_channel_map(Path(reading.channel_map))
-        )
+        self._entries: dict[str, Entry | None] = {name: entry for name, entry in given.items() if name != TIME}
         self._step = self._begin = 0.0
         self._last: float | None = None  # stamp of the last row that was given
         self._silent = False

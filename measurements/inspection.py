@@ -16,7 +16,7 @@ from ..physics.vehicle import Vehicle
 from .activity import Excitation, excitation_of
 from .alignment import Alignment, align
 from .canonical import Channel, command_kind
-from .channels.channel_map import map_dict
+from .channels.channel_map import Entry, map_dict
 from .log import Log
 from .preparation.dataset import PAPER, WEAK, Recipe
 from .preparation.needs import problems
@@ -115,6 +115,11 @@ class Inspection(Card, Record):
             ("channels", ", ".join(channel.name for channel in self.channels)),
             ("missing", "; ".join(self.plan.missing)),
         ]
+
+    @property
+    def mends(self) -> dict[str, Entry]:
+        """Lines of a channel map that put right what the checks found."""
+        return {name: entry for finding in self.quality for name, entry in finding.mends.items()}
 
     @property
     def repaired(self) -> bool:

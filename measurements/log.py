@@ -3,7 +3,7 @@
 import os
 import re
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,8 @@ from ..physics.cards import Card, each
 from ..physics.errors import LogError
 from ..physics.frames import Array
 from .canonical import Channel
-from .channels.channel_map import Entry, entries_of, entry_of, map_dict, read_channel_map
+from .channels.auxiliary import auxiliary_channels, auxiliary_of
+from .channels.channel_map import TIME, Entry, entries_of, entry_of, map_dict, read_channel_map, time_of
 from .channels.look_alikes import lacks
 from .channels.mapping import map_channels, some
 from .channels.namespaces import check_namespace, is_under
@@ -49,6 +50,8 @@ class Log(Card):
     out_of_step : by how much its channels may be out of step with each other, as far as its reader can tell [s]
     idle : what the channel map leaves out, though nothing in the log would have become it
     craft : what kind of vehicle it is of, as its autopilot says; None where it does not
+    clock : of a table, the column that holds its time
+    auxiliary : what the log has beside, by name: steering outputs, battery, motors, mode; see `channels.auxiliary`
     lacks : of a log in memory, what a search needs and is not there, with the columns that look like it
     """
 
@@ -62,6 +65,8 @@ class Log(Card):
     idle: tuple[str, ...] = ()
     lacks: tuple[str, ...] = ()
     craft: CraftTold | None = None
+    clock: str = ""
+    auxiliary: dict[str, Channel] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -77,6 +82,7 @@ class Log(Card):
             ("file", str(self.path)),
             ("time", span),
             ("channels", ", ".join(f"{name} ({rate:.3g} Hz)" for name, rate in rates.items())),
+            ("beside", ", ".join(self.auxiliary)),
             ("not used", some(self.unused, 6) if self.unused else ""),
             *each("to add", self.lacks),
             ("notes", f"{len(self.notes)}, see .notes" if self.notes else ""),
@@ -168,6 +174,7 @@ class Log(Card):
         if channel_map is not None:
             is_file = not isinstance(channel_map, Mapping)
             given = read_channel_map(Path(channel_map)) if is_file else entries_of(where, channel_map)
+            given.pop(TIME, None)  # the stamps are given beside it
         mapped = map_channels(streams, frame, given, name)
         told: dict[str, Entry | None] = {
             channel: entry_of(where, channel, {**map_dict({channel: entry})[channel], "unit": units[entry.source]})
@@ -182,7 +189,8 @@ class Log(Card):
         spare = [stream for stream in streams if stream.name in mapped.unused]
         needed = tuple(lacks(mapped.channels, spare))
         notes = (*needed, *mapped.notes)
-        return cls(where, mapped.channels, notes, mapped.unused, mapped.entries, idle=mapped.idle, lacks=needed)
+        made = cls(where, mapped.channels, notes, mapped.unused, mapped.entries, idle=mapped.idle, lacks=needed)
+        return replace(made, auxiliary=auxiliary_channels(streams))
 
 
 def _numbers(where: str, name: str, given: ArrayLike) -> Array:
@@ -225,21 +233,25 @@ def read_log(
         or a channel map that does not fit.
     """
     path, namespace = Path(path), reading.namespace
-    entries = read_channel_map(Path(reading.channel_map)) if reading.channel_map is not None else {}
-    request = Request(_chooser(entries, namespace))
+    given = read_channel_map(Path(reading.channel_map)) if reading.channel_map is not None else {}
+    entries = {name: entry for name, entry in given.items() if name != TIME}
+    request = Request(_chooser(entries, namespace), time=time_of(given))
     if progress is not None:
-        request = Request(request.choose, progress)
+        request = replace(request, progress=progress)
     recording = read_recording(path, request)
     names = [*(stream.label for stream in recording.streams), *recording.unread]
     told = check_namespace(names, namespace, str(path))
     if any(note.startswith(REPAIRED) for note in recording.notes):
         _check_map_of_repaired(path, entries, {name for one in recording.streams for name in (one.name, one.field)})
     mapped = map_channels(recording.streams, reading.frame, entries, str(path), recording.unread, namespace, mend)
-    notes = (*recording.notes, *told, *mapped.notes)
+    ours = [one for one in recording.streams if namespace is None or is_under(one.topic, namespace)]
+    auxiliary = auxiliary_channels(ours)
+    notes = (*recording.notes, *told, *mapped.notes, *_kept(auxiliary))
     told_of = (recording.start_ns, recording.out_of_step)
+    in_use = {**{name: entry for name, entry in given.items() if name == TIME}, **mapped.entries}
     own = [told for prefix, told in recording.crafts.items() if namespace is None or is_under(prefix, namespace)]
-    craft = own[0] if own else None
-    return Log(path, mapped.channels, notes, mapped.unused, mapped.entries, *told_of, mapped.idle, craft=craft)
+    made = Log(path, mapped.channels, notes, mapped.unused, in_use, *told_of, mapped.idle)
+    return replace(made, clock=recording.clock, auxiliary=auxiliary, craft=own[0] if own else None)
 
 
 def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:
@@ -256,9 +268,15 @@ def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Call
             return True
         if namespace is not None and not is_under(name.topic, namespace):
             return False
-        return recognise(name) is not None or is_vertical_acceleration(name)
+        return recognise(name) is not None or is_vertical_acceleration(name) or auxiliary_of(name) is not None
 
     return lambda names: frozenset(name for name in names if wanted(name))
+
+
+def _kept(channels: Mapping[str, Channel]) -> tuple[str, ...]:
+    """A note on the auxiliary channels."""
+    told = ", ".join(f"{name} ({channel.origin})" for name, channel in channels.items())
+    return (f"kept beside motion and commands: {told}",) if channels else ()
 
 
 def _check_map_of_repaired(path: Path, entries: Mapping[str, Entry | None], names: Container[str]) -> None:

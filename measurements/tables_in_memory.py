@@ -8,7 +8,8 @@ import numpy as np
 
 from ..physics.errors import LogError
 from ..physics.frames import Array
-from .formats.base import TIME_COLUMNS, Stream
+from .formats.base import Stream
+from .formats.time_columns import TimeColumn, find_time
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -19,7 +20,6 @@ _NAMES = ("field", "_field", "name", "channel", "signal", "variable", "metric", 
 """Columns that say of which channel a number is; the first that is there."""
 _TOPICS = ("topic", "_measurement", "measurement")
 """Columns that may stand beside these, and name the message or the sensor."""
-_TIMES = (*TIME_COLUMNS, "_time", "timestamp", "datetime", "date")
 
 
 def streams_of(table: Any, time: str | None, where: str) -> list[Stream]:
@@ -37,7 +37,8 @@ def streams_of(table: Any, time: str | None, where: str) -> list[Stream]:
 
     if not isinstance(table, pd.DataFrame):
         table = _as_pandas(table, where)
-    found = time or _one_of(table, _TIMES)
+    clock = find_time([str(column) for column in table.columns]) if time is None else None
+    found = time or next((column for column in table.columns if clock is not None and str(column) == clock.name), None)
     if found is not None and found not in table.columns:
         raise LogError(f"{where}: no column {found!r}; expected one of {', '.join(map(str, table.columns))}")
     if found is None and isinstance(table.index, pd.RangeIndex):
@@ -84,7 +85,8 @@ def _seconds(stamps: "pd.Series", name: str) -> Array:
     elif pd.api.types.is_timedelta64_dtype(stamps):
         seconds = stamps.dt.total_seconds()
     else:
-        seconds = pd.to_numeric(stamps, errors="coerce") / TIME_COLUMNS.get(name.lower(), 1.0)
+        numbers = pd.to_numeric(stamps, errors="coerce")
+        seconds = numbers / (find_time((name,)) or TimeColumn(name)).ticks(float(numbers.min()))
     return seconds.to_numpy(dtype=float)
 
 

@@ -26,7 +26,16 @@ class _BoundedError(ValueError):
 
 
 class LogError(_BoundedError):
-    """A log that cannot be read or used; the text says what was expected, what came, and what to try."""
+    """A log that cannot be read or used; the text says what was expected, what came, and what to try.
+
+    Attributes
+    ----------
+    mends : lines of a channel map with which it can be read, where there are such; `inspect --map-out` writes them
+    """
+
+    def __init__(self, text: str = "", mends: str = "") -> None:
+        super().__init__(text)
+        self.mends = mends
 
 
 class VehicleError(_BoundedError):

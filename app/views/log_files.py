@@ -12,7 +12,7 @@ from ..session import Session
 from .words import button, line
 
 SUFFIXES = (
-    *(".csv.gz", ".csv", ".parquet", ".bin", ".log", ".tlog", ".ulg", ".mcap", ".db3", ".bag", ".mat"),
+    *(".csv.gz", ".csv", ".parquet", ".bin", ".log", ".tlog", ".ulg", ".mcap", ".db3", ".bag", ".mat", ".npy", ".txt"),
     *(".yaml", ".yml", ".json"),
 )
 """Ends of file names that an upload may keep; of a name from the browser nothing else becomes a part of a path."""

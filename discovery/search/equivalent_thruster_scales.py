@@ -24,7 +24,7 @@ def in_plain_words(search: Search, state: State) -> State:
     """A model of two thrusters' scales, described as a common scale and the weaker one's fault.
 
     That description is the one an engineer would look for: a battery or a curve that concerns both, and one thruster
-    that is fouled.
+    that is fouled. Where either is no candidate, as the common scale beside a calibration, the model stays as it is.
     """
     thrusters = search.nominal.thrusters
     kind = [k for k in state.active if _is_scale(k)]
@@ -33,7 +33,8 @@ def in_plain_words(search: Search, state: State) -> State:
     names = [t.name for t in thrusters]
     ratio = np.array([_total(state.vehicle, n) / max(_total(search.nominal, n), 1e-12) for n in names])
     weak, strong = (names[int(k)] for k in np.argsort(ratio))
-    if set(kind) == {_COMMON, f"{_ONE}[{weak}]"}:
+    plain = {_COMMON, f"{_ONE}[{weak}]"}
+    if set(kind) == plain or not plain <= {candidate.key for candidate in search.pool}:
         return state
     common = search.nominal.value(_COMMON) * float(ratio.max())
     values = {

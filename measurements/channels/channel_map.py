@@ -13,7 +13,10 @@ from ...physics.printable import shown
 from ...physics.reading import read_yaml, reason
 from ...physics.thrusters import side_named
 from ..canonical import COMMAND_UNITS, UNITS, command_kind, is_canonical, unit_of
+from ..formats.time_columns import PER_SECOND, TimeColumn
 
+TIME = "time"
+"""What a map calls the column of a table that holds its time; it is no channel."""
 _KEYS = {"from", "scale", "offset", "frame", "unit", "mix", "steering"}
 _UNITS = {
     "deg": {"rad": math.pi / 180.0, "deg": 1.0},
@@ -26,6 +29,7 @@ _UNITS = {
     "g": {"m/s^2": GRAVITY},
     "rpm": {"rad/s": math.pi / 30.0},
     "percent": {"1": 0.01},
+    **{unit: {"s": 1.0 / ticks} for unit, ticks in PER_SECOND.items()},
 }
 """Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
 _SAME: dict[str, str] = dict.fromkeys(("kn", "kt", "kts"), "knots")
@@ -73,6 +77,8 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
         newton_port: "/thrusters/1:data"
         normalized_port: {from: throttle, mix: skid, steering: steering}   # of a boat steered by its two sides
         pwm_port: null                                      # leave this channel out
+        time: {from: clock, unit: ms}                       # of a table whose time has no usual name, or another unit
+        r: 3                                                # of a table without names: the third column
 
     The channel is `scale * stream + offset` (1 and 0 when absent); with a `unit` (deg, deg/s, 1e-7 deg, knots or kn or
     kt, km/h, cm/s, cm, g, rpm, percent) that fits the channel, both are turned into the channel's own. `frame: enu`
@@ -114,9 +120,11 @@ def entries_of(path: Path, content: Mapping[Any, Any]) -> dict[str, Entry | None
 
 
 def _name(path: Path, key: Any) -> str:
-    if not isinstance(key, str) or not is_canonical(key):
+    if not isinstance(key, str) or not (key == TIME or is_canonical(key)):
         kinds = ", ".join(f"{kind}_<thruster>" for kind in COMMAND_UNITS)
-        raise LogError(f"{path}: unknown channel {shown(key)} in the channel map; expected {' '.join(UNITS)}, {kinds}.")
+        raise LogError(
+            f"{path}: unknown channel {shown(key)} in the channel map; expected time, {' '.join(UNITS)}, {kinds}."
+        )
     return key
 
 
@@ -128,12 +136,14 @@ def entry_of(path: Path, key: str, value: Any) -> Entry:
     LogError
         see `read_channel_map`.
     """
-    if isinstance(value, str):
-        return Entry(value)
-    if not isinstance(value, dict) or not isinstance(value.get("from"), str) or set(value) - _KEYS:
+    value = value if isinstance(value, dict) else {"from": value}
+    number = value.get("from")
+    if isinstance(number, int) and not isinstance(number, bool) and number > 0:
+        value = {**value, "from": f"column {number}"}
+    if not isinstance(value.get("from"), str) or set(value) - _KEYS:
         raise LogError(
-            f"{path}: channel map entry '{key}' must be 'topic:field', a column, null, or a mapping with 'from' and "
-            f"optionally scale, offset, unit, frame; got {shown(value)}."
+            f"{path}: channel map entry '{key}' must be 'topic:field', a column or its number, null, or a mapping with "
+            f"'from' and optionally scale, offset, unit, frame; got {shown(value)}."
         )
     numbers = []
     for part, null in (("scale", 1.0), ("offset", 0.0)):
@@ -150,13 +160,16 @@ def entry_of(path: Path, key: str, value: Any) -> Entry:
         raise LogError(
             f"{path}: channel map entry '{key}' needs a unit among {', '.join(_UNITS)}, or a scale; got {shown(unit)}."
         )
-    factor = 1.0 if unit is None else _UNITS[unit].get(unit_of(key))
+    own = "s" if key == TIME else unit_of(key)
+    factor = 1.0 if unit is None else _UNITS[unit].get(own)
     if factor is None:
-        fitting = [name for name, factors in _UNITS.items() if unit_of(key) in factors]
+        fitting = [name for name, factors in _UNITS.items() if own in factors]
         raise LogError(
-            f"{path}: channel map entry '{key}' is a channel in {unit_of(key)}; expected a unit that fits it "
+            f"{path}: channel map entry '{key}' is a channel in {own}; expected a unit that fits it "
             f"({', '.join(fitting) or 'there is none here'}), or a scale; got {shown(unit)}."
         )
+    if key == TIME and (numbers[0] <= 0.0 or numbers[1] != 0.0 or frame is not None):
+        raise LogError(f"{path}: channel map entry 'time' needs a scale above 0 [s], and no offset or frame.")
     steering = _steering(path, key, value.get("mix"), value.get("steering"))
     return Entry(value["from"], factor * numbers[0], factor * numbers[1], frame, steering)
 
@@ -176,6 +189,17 @@ def _steering(path: Path, key: str, mix: object, steering: object) -> Entry | No
             "expected a command such as pwm_port and pwm_stbd."
         )
     return entry_of(path, key, steering)
+
+
+def time_of(entries: Mapping[str, Entry | None]) -> TimeColumn | None:
+    """The column of the time that a map names, None where it names none.
+
+    Where it says no unit, the name of the column or the size of its stamps tells it.
+    """
+    entry = entries.get(TIME)
+    if entry is None:
+        return None
+    return TimeColumn(entry.source, None if entry.scale == 1.0 else float(f"{1.0 / entry.scale:.12g}"))
 
 
 def map_dict(entries: Mapping[str, Entry | None]) -> dict[str, Parts]:

@@ -1,6 +1,7 @@
 """What every log reader is asked and what it gives: streams of stamped numbers, named as the file names them."""
 
 import gzip
+import re
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -14,21 +15,9 @@ from ...physics.errors import LogError
 from ...physics.frames import Array
 from ..canonical import Output
 from ..vehicle_types import CraftTold
+from .text_header import TextHeader, read_header
+from .time_columns import TimeColumn, find_time
 
-TIME_COLUMNS = {
-    "t": 1.0,
-    "time": 1.0,
-    "timestamp_ns": 1e9,
-    "timestamp(ms)": 1e3,
-    "timestamp_ms": 1e3,
-    "time_ms": 1e3,
-    "timems": 1e3,
-    "timestamp(us)": 1e6,
-    "timestamp_us": 1e6,
-    "time_us": 1e6,
-    "timeus": 1e6,
-}
-"""Columns that hold the time, in small letters, and how many of their units are a second; `TimeUS` is ArduPilot's."""
 EXPECTED = (
     "expected a CSV or Parquet table with the header 'time,topic,field,value' (or timestamp_ns for time), "
     "or one row per time stamp with a column 't' or 'time' [s] or 'timestamp_ns'"
@@ -111,6 +100,7 @@ class Recording:
     start_ns : the file's own stamp of time zero of the streams [ns]; 0 where their time is that of the file
     out_of_step : by how much the streams may be out of step with each other, as far as the reader can tell [s]
     crafts : what kind of vehicle the log says it is of, by how its topics begin; empty where it says nothing
+    clock : of a table, the column that holds its time
     """
 
     streams: tuple[Stream, ...]
@@ -119,6 +109,7 @@ class Recording:
     start_ns: int = 0
     out_of_step: float = 0.0
     crafts: Mapping[str, CraftTold] = field(default_factory=dict)
+    clock: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,19 +121,22 @@ class Head:
     path : the file or folder
     start : the first 64 KiB of the content, unpacked when it is gzip; empty for a folder
     gzipped : whether the content is gzip, whatever the file's name
-    separator : the column separator of a text table
-    columns : the stripped column names of a text table, empty when the file is not text
-    remarks : lines before the header of a text table that begin with `#`, without that mark
+    text : how it is written, as a text table; without columns where it is no text
     entries : names in the folder, sorted; None for a file
+    time : what a channel map says of the column that holds the time
     """
 
     path: Path
     start: bytes
     gzipped: bool = False
-    separator: str = ","
-    columns: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
+    text: TextHeader = field(default_factory=TextHeader)
     entries: tuple[str, ...] | None = None
+    time: TimeColumn | None = None
+
+    @property
+    def clock(self) -> TimeColumn | None:
+        """The column of a text table that holds its time, None where there is none."""
+        return find_time(self.text.columns, self.time)
 
 
 def _all(names: Sequence[Name]) -> frozenset[Name]:
@@ -163,10 +157,12 @@ class Request:
         reader calls it before it unpacks messages, so that what nobody wants costs nothing; a small table may ignore
         it. It may raise LogError, which the reader lets pass.
     progress : told the bytes done, and the bytes in all, now and then (every few MB)
+    time : the column of a table that holds its time, as a channel map says it
     """
 
     choose: Callable[[Sequence[Name]], frozenset[Name]] = _all
     progress: Callable[[int, int], None] = _silent
+    time: TimeColumn | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,6 +178,7 @@ class Format:
     library : import name of the library that reads it, of the extra `logs` or of the core; empty where nothing is to
         be fenced. Whatever it raises is turned into a LogError at the door (`registry.read_recording`).
     marked : whether its content has a mark of its own; formats without one are asked after those with one
+    table : whether it has columns, so that a channel map can say which of them holds the time
     """
 
     name: str
@@ -190,15 +187,21 @@ class Format:
     suffixes: tuple[str, ...] = ()
     library: str = ""
     marked: bool = True
+    table: bool = False
 
 
-def read_head(path: Path) -> Head:
+def read_head(path: Path, time: TimeColumn | None = None) -> Head:
     """Look at the first bytes of the file `path`, or into the folder `path`.
+
+    Parameters
+    ----------
+    time : what a channel map says of the column that holds the time
 
     Raises
     ------
     LogError
-        when it is missing, cannot be opened, is neither file nor folder, or is a broken gzip file.
+        when it is missing, cannot be opened, is neither file nor folder, is a broken gzip file, or stands for another
+        file that Git LFS keeps elsewhere.
     """
     try:
         if not path.exists():
@@ -219,7 +222,25 @@ def read_head(path: Path) -> Head:
                 start = file.read(_HEAD_BYTES)
         except (OSError, EOFError, zlib.error) as error:
             raise LogError(f"{path}: a broken gzip file ({error}). Copy the log again.") from error
-    return Head(path, start, gzipped, *_header(start))
+    check_pointer(start, path)
+    return Head(path, start, gzipped, read_header(start), time=time)
+
+
+def check_pointer(start: bytes, path: Path) -> None:
+    """Refuse a Git LFS pointer, a text of three lines in the place of a file (git-lfs, docs/spec.md).
+
+    Raises
+    ------
+    LogError
+        with the size of the file that it stands for.
+    """
+    if start.startswith(b"version https://git-lfs.github.com/spec/"):
+        size = re.search(rb"^size (\d+)", start, re.MULTILINE)
+        told = f" of {int(size[1]) / 1e6:.3f} MB" if size else ""
+        raise LogError(
+            f"{path}: expected a log, got a Git LFS pointer: it stands for a file{told} that was not downloaded. Run "
+            "'git lfs pull' in the repository, or download the file itself."
+        )
 
 
 class BrokenError(Exception):
@@ -233,7 +254,7 @@ def in_file(path: Path) -> Iterator[None]:
         yield
     except LogError as error:
         told = error.typed
-        raise LogError(told if told.startswith(str(path)) else f"{path}: {told}") from error
+        raise LogError(told if told.startswith(str(path)) else f"{path}: {told}", error.mends) from error
 
 
 def torn(done: int, total: int, why: str) -> str:
@@ -249,20 +270,3 @@ def torn(done: int, total: int, why: str) -> str:
 def from_first(stamps: NDArray[np.int64], first: int) -> Array:
     """Seconds after `first` of the stamps [ns]; subtracting before the conversion keeps the nanoseconds."""
     return (stamps - first) / 1e9
-
-
-def _header(content: bytes) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
-    """Separator and column names of a text table, and the remarks before them."""
-    remarks = []
-    line, _, rest = content.removeprefix(b"\xef\xbb\xbf").partition(b"\n")
-    try:
-        while line.startswith(b"#") and rest:
-            remarks.append(line.decode().strip("# \r"))
-            line, _, rest = rest.partition(b"\n")
-        text = line.decode().strip("\r")
-    except UnicodeDecodeError:
-        return ",", (), ()
-    if not text.replace("\t", " ").isprintable():
-        return ",", (), ()
-    separator = max((",", ";", "\t"), key=text.count)
-    return separator, tuple(name.strip().strip('"').strip() for name in text.split(separator)), tuple(remarks)

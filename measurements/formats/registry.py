@@ -4,9 +4,12 @@ from pathlib import Path
 
 from ...physics.errors import LogError
 from ...physics.extras import how_to_install
+from ...physics.printable import listed
 from ...physics.registry_members import objects_in
 from .. import formats
-from .base import EXPECTED, Format, Head, Recording, Request, read_head
+from .base import EXPECTED, Format, Head, Recording, Request, in_file, read_head
+from .tables.tables import not_called_time, without_names
+from .text_header import first_numbers
 
 FORMATS: tuple[Format, ...] = tuple(sorted(objects_in(formats, Format), key=lambda form: not form.marked))
 """Asked in this order: those with a mark of their own first."""
@@ -28,7 +31,8 @@ def read_recording(path: Path, request: Request | None = None) -> Recording:
     LogError
         when it is missing, empty, broken, of no known format, or needs a library that is not installed.
     """
-    head = read_head(path)
+    request = request or Request()
+    head = read_head(path, request.time)
     if head.entries is None and not head.start.strip():
         raise LogError(f"{path}: the file is empty; {expected()}.")
     form = format_of(head)
@@ -36,10 +40,15 @@ def read_recording(path: Path, request: Request | None = None) -> Recording:
         there = f", one of {', '.join(head.entries[:8])}" if head.entries else ""
         raise LogError(f"{path}: expected a log file, got a folder. Name the file inside it{there}.")
     if form is None:
-        came = f"the header '{head.separator.join(head.columns)[:120]}'" if head.columns else "binary content"
-        raise LogError(f"{path}: got {came}; {expected()}.")
+        with in_file(path):
+            raise _unknown(head)
+    if request.time is not None and not form.table:
+        raise LogError(
+            f"{path}: the channel map names a column for the time, '{request.time.name}', but {form.name} has the time "
+            "in its messages. Leave that line out."
+        )
     try:
-        return form.read(head, request or Request())
+        return form.read(head, request)
     except LogError:
         raise
     except ImportError as error:
@@ -53,6 +62,22 @@ def read_recording(path: Path, request: Request | None = None) -> Recording:
             raise
         told = str(error).strip() or type(error).__name__
         raise LogError(f"{path}: a broken {form.name} file ({told[:300]}). Copy the log again.") from error
+
+
+def _unknown(head: Head) -> LogError:
+    """Say what a file without a known format holds, and how a table among them can be read."""
+    columns = head.text.columns
+    if not columns:
+        return LogError(f"got binary content; {expected()}.")
+    if head.time is not None:
+        return LogError(f"the channel map takes time from '{head.time.name}', which is not among {listed(columns)}.")
+    values = first_numbers(head.start, head.text) if len(columns) > 1 else {}
+    if not head.text.named:
+        return without_names("a table", values)
+    told = not_called_time(values)
+    if told is not None:
+        return told
+    return LogError(f"got the header '{head.text.separator.join(columns)[:120]}'; {expected()}.")
 
 
 def expected() -> str:

@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, Field, PlainSerializer
 from ...physics import file_records
 from ...physics.file_records import Number
 from ..canonical import Channel, is_canonical
+from ..channels.channel_map import Entry
 from .record import Record
 
 Verdict = Literal["ok", "note", "warning", "defect", "cannot tell"]
@@ -66,6 +67,7 @@ class Finding(file_records.Record):
     parts : further numbers by name, such as the coefficients of a curve
     short : the sentence in a few words, for the verdict on the log; empty for the sentence itself; in no file
     reach : how much a defect makes wrong; in no file
+    mends : lines of a channel map that put it right; in no file, for `inspect --map-out` writes them into one
     """
 
     check: str
@@ -81,6 +83,7 @@ class Finding(file_records.Record):
     parts: Mapping[str, float | str] = {}
     short: str = Field(default="", exclude=True)
     reach: Reach = Field(default=Reach.NUMBERS, exclude=True)
+    mends: Mapping[str, Entry] = Field(default_factory=dict, exclude=True)
 
     @property
     def refused(self) -> bool:

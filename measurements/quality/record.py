@@ -1,6 +1,5 @@
 """A log under examination: its channels as repaired so far, and the motions that they make."""
 
-import re
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
@@ -25,7 +24,6 @@ RATE = 20.0
 """Of the even time base on which channels are compared [Hz]; one for all logs, so that they can be pooled."""
 _MOST = 0.5
 """Share of a stretch in which a record must have values to be compared at all."""
-_RUDDER = re.compile(r"rudder|\bhelm|\bfin_angle|azimuth", re.IGNORECASE)
 _EVEN = Recipe(rate=RATE, cutoff=None)
 
 
@@ -91,8 +89,9 @@ class Record:
 
     @property
     def steered(self) -> tuple[str, ...]:
-        """Columns of a rudder or its like, which no vehicle file has."""
-        return tuple(sorted(name for name in self.log.unused if _RUDDER.search(name)))
+        """What steers beside the thrusters, such as a rudder, which no vehicle file has."""
+        found = self.log.auxiliary.items()
+        return tuple(sorted(channel.origin for name, channel in found if name.startswith("steering")))
 
     def repaired(self, channels: Mapping[str, Channel]) -> "Record":
         """The same log with other channels."""

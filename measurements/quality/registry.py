@@ -21,6 +21,7 @@ from .checks.stamps import Stamps
 from .checks.stuck import Stuck
 from .checks.swapped_channels import Exchanged
 from .checks.tilt import Tilt
+from .checks.time_unit import TimeUnit
 from .checks.units import Units
 from .checks.vessel import Vessel
 from .finding import Check
@@ -28,6 +29,7 @@ from .finding import Check
 CHECKS: tuple[Check, ...] = (
     Vessel(),
     Stamps(),
+    TimeUnit(),
     Resampled(),
     Rates(),
     Gaps(),

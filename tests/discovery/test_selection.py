@@ -114,6 +114,16 @@ def test_both_thrusters_scales_are_told_as_a_common_one_and_the_weaker_one():
     assert plain.score == pytest.approx(state.score, abs=0.5)
 
 
+def test_two_scales_stay_as_they_are_where_the_common_one_is_no_candidate():
+    """Beside a calibration, as `--refit` makes one, the common scale is part of the calibration."""
+    motion = world({"port_scale": 0.7, "stbd_scale": 0.9}, duration=60.0)
+    pool = [candidate for candidate in candidates(HULL) if candidate.key != "thrust_scale"]
+    search = Search(WeakForm([motion], WeakSettings()), HULL, pool, SearchSettings())
+    twice = ("thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
+    state = search.evaluate(HULL.with_values({"port_scale": 0.7, "stbd_scale": 0.9}), twice)
+    assert in_plain_words(search, state) is state
+
+
 def test_two_of_three_scales_are_no_rivals_of_the_third():
     active = ("thrust_scale", "thruster_asymmetry[port]")
     assert same_model(HULL, active, "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")

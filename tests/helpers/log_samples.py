@@ -6,7 +6,9 @@ from functools import cache
 from pathlib import Path
 from random import Random
 
+import numpy as np
 from bags import WRITERS, recorded
+from blueos_files import messages_of, write_blueos
 from dataflash_files import dataflash_of
 from json_files import texts_of, write_json
 from matlab_files import structs_of, write_mat
@@ -64,6 +66,29 @@ def _json(folder: Path) -> Sample:
     return Sample(path, path)
 
 
+def _blueos(folder: Path) -> Sample:
+    path = write_blueos(folder / "recorder.mcap", messages_of(world(30.0)), packed=False)
+    return Sample(path, path)
+
+
+def _numpy(folder: Path) -> Sample:
+    path, found = folder / "log.npy", small_world()
+    names = ["t", "x", "y", "psi", "u", "v", "r"]
+    np.save(path, np.rec.fromarrays([found.odometry_time, *found.odometry.T], names=names))
+    return Sample(path, path)
+
+
+def _words(folder: Path) -> Sample:
+    """A date and a time of the day, decimal commas, semicolons, quoted names, UTF-16, as an office program writes."""
+    path, found = folder / "log.csv", small_world()
+    lines = ['"Date";"Time";x;y;psi;u;v;r']
+    for time, row in zip(found.odometry_time.tolist(), found.odometry.tolist(), strict=True):
+        cells = ";".join(str(value).replace(".", ",") for value in row)
+        lines.append(f"01.05.2026;12:00:{time:09.6f};{cells}")
+    path.write_bytes("\r\n".join(lines).encode("utf-16"))
+    return Sample(path, path)
+
+
 def _metadata(folder: Path) -> Sample:
     path = WRITERS["ROS 2 MCAP"][1](folder / "log", recorded(small_world())[:100])
     return Sample(path, path / "metadata.yaml")
@@ -93,6 +118,9 @@ SAMPLES: dict[str, Callable[[Path], Sample]] = {
     "Parquet": _table(".parquet"),
     **{way: _bag(way) for way in WRITERS},
     "MCAP with JSON": _json,
+    "BlueOS": _blueos,
+    "NumPy": _numpy,
+    "wide CSV of an office": _words,
     "ROS 2 metadata.yaml": _metadata,
     "DataFlash": _autopilot(".bin"),
     "DataFlash text": _autopilot(".log"),

@@ -151,3 +151,15 @@ def test_a_file_that_shrinks_or_is_not_there_is_refused(tmp_path: Path, monkeypa
     path.write_bytes(io.BytesIO(bytes(100)).read())
     with pytest.raises(LogError, match="without an end of a line"):
         next(growing_lines(str(path)))
+
+
+def test_a_channel_map_names_the_time_and_its_unit(tmp_path: Path):
+    lines = tmp_path / "map.yaml"
+    lines.write_text("time: {from: clk, unit: ms}\n")
+    growing = GrowingLog("log", HULL, Reading(channel_map=lines))
+    growing.table.take(["clk,u", *(f"{500 + 50 * k},{k}" for k in range(20))])
+    (u,) = growing.table.streams()
+    assert u.time == pytest.approx(0.5 + 0.05 * np.arange(20))
+    other = GrowingTable("log")
+    other.take(["timestamp,u", *(f"{1_777_000_000_000 + 50 * k},{k}" for k in range(20))])
+    assert other.streams()[0].time == pytest.approx(0.05 * np.arange(20))

@@ -170,7 +170,7 @@ def test_a_channel_map_of_plain_values_is_what_its_file_would_be(table: pd.DataF
     log = Log.from_dataframe(renamed, channel_map=chart)
     assert log.channels["newton_port"].value == pytest.approx(-table.newton_port)
     assert log.entries["r"] is None
-    with pytest.raises(LogError, match="must be 'topic:field', a column, null, or a mapping with 'from'"):
+    with pytest.raises(LogError, match="must be 'topic:field', a column or its number, null, or a mapping with 'from'"):
         Log.from_dataframe(renamed, channel_map={"newton_port": {"of": "left"}})
     with pytest.raises(LogError, match="unknown channel 'port' in the channel map"):
         Log.from_dataframe(renamed, channel_map={"port": "left"})

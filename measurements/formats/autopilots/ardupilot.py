@@ -17,7 +17,7 @@ from ....physics.frames import Array
 from ...geodesy import local_metres
 from ...vehicle_types import by_firmware
 from ..base import Recording, Request, Stream
-from .autopilot import Table, assembled, heading_at, in_order, planar, raw_names, servo_commands
+from .autopilot import Table, assembled, beside, heading_at, in_order, planar, raw_names, servo_commands
 
 _BOOKKEEPING = {"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "FILE", "ISBD", "ISBH"}
 """Messages that hold no measurement."""
@@ -100,7 +100,7 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
     commands, driven = _commands(log, parameters)
     notes = [*log.notes, *notes, *told, *heard, *driven]
     chosen = assembled(
-        [*streams, *inertial, *commands],
+        [*streams, *inertial, *commands, *_beside(log)],
         [
             name
             for (kind, _), topic in topics.items()
@@ -250,6 +250,23 @@ def _inertial(
     notes.append(f"r ax ay: GyrZ, AccX and AccY of {imu.topic}")
     values = {"r": rate, "ax": imu.columns["AccX"], "ay": imu.columns["AccY"]}
     return [imu.stream(name, value) for name, value in values.items()], notes
+
+
+def _beside(log: Messages) -> list[Stream]:
+    """Battery, motors, mode and waypoint: BAT, ESC, RPM, MODE and CMD of ArduPilot."""
+    mode = next((field for field in ("ModeNum", "Mode") if field in log.fields("MODE")), "Mode")
+    found = {
+        "battery_voltage": (_one(log, "BAT", 0, "Volt"), "Volt", 1.0),
+        "battery_current": (_one(log, "BAT", 0, "Curr"), "Curr", 1.0),
+        "mode": (_one(log, "MODE", None, mode), mode, 1.0),
+        "waypoint": (_one(log, "CMD", None, "CNum"), "CNum", 1.0),
+        "rpm_1": (_one(log, "RPM", None, "rpm1"), "rpm1", 1.0),
+        "rpm_2": (_one(log, "RPM", None, "rpm2"), "rpm2", 1.0),
+    }
+    for number in log.sensors("ESC") or () if "ESC" in log.names() else ():
+        found[f"rpm_esc{number + 1}"] = (_one(log, "ESC", number, "RPM"), "RPM", 1.0)
+        found[f"motor_current_esc{number + 1}"] = (_one(log, "ESC", number, "Curr"), "Curr", 1.0)
+    return beside(found)
 
 
 def _imu_of(core: int, mask: int) -> int:

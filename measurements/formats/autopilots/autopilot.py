@@ -1,6 +1,7 @@
 """What the logs of autopilots share: messages as columns, thruster outputs by function, and velocities in body axes."""
 
 import bisect
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field, replace
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.frames import Array, earth_to_body
-from ...canonical import Output, is_canonical
+from ...canonical import LIMITS, Output, auxiliary_unit, is_canonical
 from ...vehicle_types import CraftTold
 from ..base import Name, Recording, Request, Stream
 
@@ -22,6 +23,8 @@ _FUNCTIONS = {70: ("throttle", "Throttle"), 73: ("port", "ThrottleLeft"), 74: ("
     function: (f"motor{function - 32}", f"Motor{function - 32}") for function in range(33, 41)
 }
 """SERVOn_FUNCTION of ArduPilot that drives a thruster: our name of the thruster, and ArduPilot's."""
+_STEERING = {26: ("steering_ground", "GroundSteering")}
+"""SERVOn_FUNCTION of ArduPilot that steers: the auxiliary channel, and ArduPilot's name."""
 _NO_PULSE = (0.0, 65535.0)
 """Outputs that drive nothing: 0, and UINT16_MAX of a channel that is not used (MAVLink, common.xml)."""
 _DEFAULTS = {"MIN": 1100.0, "TRIM": 1500.0, "MAX": 1900.0, "REVERSED": 0.0}
@@ -67,8 +70,9 @@ class Table:
 
 
 def raw_names(topic: str, kind: str, fields: Sequence[str] | Mapping[str, Array]) -> tuple[Name, ...]:
-    """Name fields as the file does; one that would pass for a canonical channel, as a setpoint `x`, is `raw.x`."""
-    return tuple(Name(topic, f"raw.{field}" if is_canonical(field) else field, kind) for field in fields)
+    """Name fields as the file does; one that would pass for a channel, as a setpoint `x`, is `raw.x`."""
+    taken = {field for field in fields if is_canonical(field) or auxiliary_unit(field) is not None}
+    return tuple(Name(topic, f"raw.{field}" if field in taken else field, kind) for field in fields)
 
 
 def assembled(derived: Sequence[Stream], raw: Sequence[Name], request: Request, notes: Sequence[str]) -> "Choice":
@@ -171,7 +175,11 @@ def servo_commands(
     notes = []
     for number, column in sorted(outputs.items()):
         function = parameters.get(f"SERVO{number}_FUNCTION")
-        thruster, called = _FUNCTIONS.get(int(function) if function is not None else -1, ("", ""))
+        number_of = int(function) if function is not None else -1
+        thruster, called = _FUNCTIONS.get(number_of, ("", ""))
+        if number_of in _STEERING:
+            steering, _ = _STEERING[number_of]
+            streams.setdefault(steering, table.stream(steering, table.columns[column]))
         if not thruster:
             continue
         name = f"pwm_{thruster}"
@@ -186,13 +194,44 @@ def servo_commands(
         notes.append(
             f"{name}: output {number}, {table.topic}:{column} (SERVO{number}_FUNCTION {called}), {told}{usual}"
         )
-    if not streams:
+    if not any(is_canonical(name) for name in streams):
+        told = any(re.fullmatch(r"SERVO\d+_FUNCTION", name) for name in parameters)
+        moving = {} if told else {f"pwm_{n}": c for n, c in sorted(outputs.items()) if _moves(table.columns[c])}
+        streams |= {name: table.stream(name, _pulses(table.columns[column])) for name, column in moving.items()}
         listed = ", ".join(f"{table.topic}:{column}" for _, column in sorted(outputs.items())[:4])
+        numbered = f"; those that move have their numbers: {', '.join(moving)}" if moving else ""
         notes.append(
-            "no parameter SERVOn_FUNCTION of the log names a thruster, so no output is taken as a command: map them, "
-            f"for example pwm_port, from {listed}, ..."
+            "no parameter SERVOn_FUNCTION of the log names a thruster, so no output is taken as a command of a side"
+            f"{numbered}: map them, for example pwm_port, from {listed}, ..."
         )
     return list(streams.values()), notes
+
+
+def _moves(pwm: Array) -> bool:
+    """Whether an output [us] sends pulses, and not always the same."""
+    values = pwm[~np.isin(pwm, _NO_PULSE)]
+    return bool(
+        values.size and np.ptp(values) > 0.0 and values.min() >= LIMITS["pwm"][0] and values.max() <= LIMITS["pwm"][1]
+    )
+
+
+def _pulses(pwm: Array) -> Array:
+    """An output [us], NaN where it sends no pulses."""
+    return np.where(np.isin(pwm, _NO_PULSE), np.nan, pwm)
+
+
+def beside(tables: Mapping[str, tuple[Table | None, str, float]]) -> list[Stream]:
+    """Auxiliary channels by name, each of a column of a table and in its unit; those that are there.
+
+    Parameters
+    ----------
+    tables : name -> (messages or None, column, scale); NaN and what is not driven stay NaN
+    """
+    return [
+        table.stream(name, scale * table.columns[column])
+        for name, (table, column, scale) in tables.items()
+        if table is not None and column in table.columns
+    ]
 
 
 def _ahead(

@@ -8,8 +8,9 @@ import mmap
 import re
 from array import array
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -26,6 +27,14 @@ _STAMP = 8
 """Bytes of the stamp that stands before each message of a telemetry log, microseconds since 1970."""
 Key = tuple[int, int, int]
 """System, component and number of a message."""
+MOTION = ("ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT")
+"""Messages that only a vehicle sends."""
+NEEDED = frozenset(
+    {*MOTION, "GPS_RAW_INT", "RAW_IMU", "SCALED_IMU", "SCALED_IMU2"}
+    | {"SERVO_OUTPUT_RAW", "PARAM_VALUE", "HEARTBEAT", "STATUSTEXT", "BATTERY_STATUS", "SYS_STATUS", "MISSION_CURRENT"}
+    | {"RPM", "ESC_TELEMETRY_1_TO_4", "ESC_STATUS"}
+)
+"""Messages of which `telemetry` makes channels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +47,43 @@ class Definition:
     seed: int
 
 
+class Messages(Protocol):
+    """What a reader of MAVLink offers, of a telemetry log or of JSON."""
+
+    notes: list[str]
+
+    def messages(self) -> tuple[Key, ...]:
+        """System, component and number of all messages that there are."""
+        ...
+
+    def definition(self, number: int) -> Definition:
+        """How the message `number` is laid out."""
+        ...
+
+    def rows(self, key: Key) -> tuple[Any, Array]:
+        """Unpack the messages of a key: their bodies, and when they were received [s]."""
+        ...
+
+
+def known_messages() -> dict[int, Any]:
+    """The messages that pymavlink knows, by number."""
+    from pymavlink.dialects.v20 import ardupilotmega
+
+    return ardupilotmega.mavlink_map
+
+
+@cache
+def definition_of(number: int) -> Definition:
+    """How the message `number` is laid out."""
+    message = known_messages()[number]
+    parts = re.findall(r"(\d*)([a-zA-Z])", message.unpacker.format.lstrip("<"))
+    types = []
+    for field, (count, code) in zip(_expanded(message), _spread(parts), strict=True):
+        types.append((field, f"S{count}" if code == "s" else f"<{code}"))
+    fields = tuple(field for field, _ in types)
+    return Definition(message.msgname, fields, np.dtype(types), message.crc_extra)
+
+
 class Telemetry:
     """The messages of a telemetry log, found but not yet unpacked.
 
@@ -48,10 +94,7 @@ class Telemetry:
     """
 
     def __init__(self, path: Path, request: Request) -> None:
-        from pymavlink.dialects.v20 import ardupilotmega
-
-        self._known = ardupilotmega.mavlink_map
-        self._definitions: dict[int, Definition] = {}
+        self._known = known_messages()
         self._path = path
         self._offsets: dict[Key, array] = {}
         self._rows: dict[Key, tuple[Any, Array]] = {}
@@ -65,15 +108,7 @@ class Telemetry:
 
     def definition(self, number: int) -> Definition:
         """How the message `number` is laid out."""
-        if number not in self._definitions:
-            message = self._known[number]
-            parts = re.findall(r"(\d*)([a-zA-Z])", message.unpacker.format.lstrip("<"))
-            types = []
-            for field, (count, code) in zip(_expanded(message), _spread(parts), strict=True):
-                types.append((field, f"S{count}" if code == "s" else f"<{code}"))
-            fields = tuple(field for field, _ in types)
-            self._definitions[number] = Definition(message.msgname, fields, np.dtype(types), message.crc_extra)
-        return self._definitions[number]
+        return definition_of(number)
 
     def rows(self, key: Key) -> tuple[Any, Array]:
         """Unpack the messages of a key whose checksum holds: their bodies, and when they were received [s]."""

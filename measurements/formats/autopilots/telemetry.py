@@ -6,7 +6,7 @@ Fields and units are those of MAVLink's common message set: `ATTITUDE` yaw [rad]
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,8 @@ from ....physics.frames import GRAVITY, Array
 from ...geodesy import local_metres
 from ...vehicle_types import CraftTold, by_firmware, by_mav_type
 from ..base import Format, Head, Name, Recording, Request, Stream
-from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, servo_commands
-from .mavlink import Key, Telemetry, message_at
+from .autopilot import Table, assembled, beside, heading_at, in_order, numbers, planar, raw_names, servo_commands
+from .mavlink import MOTION, Key, Messages, Telemetry, message_at
 
 _CLOCKS = {"time_boot_ms": 1e3, "time_usec": 1e6}
 """Field of the vehicle's own clock -> ticks per second."""
@@ -25,10 +25,10 @@ _OUT_OF_STEP = 1.0
 """A message whose clock differs by more than this [s] from the others' has another clock."""
 _ARDUPILOT = 3
 """MAV_AUTOPILOT of ArduPilot in HEARTBEAT."""
-_MOTION = ("ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT")
-"""What only a vehicle sends."""
-_UNKNOWN_HEADING = 65535
-"""UINT16_MAX in GLOBAL_POSITION_INT.hdg: not known (MAVLink, common.xml)."""
+_UNKNOWN = 65535
+"""UINT16_MAX where a number of 16 bits is not known, such as a heading, a speed or a voltage (MAVLink, common.xml)."""
+_FIX = 3
+"""Least GPS_FIX_TYPE that is a fix in three dimensions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +40,12 @@ class Vehicle:
     prefix: str
 
 
-def recording(log: Telemetry, request: Request, where: str) -> Recording:
+def recording(log: Messages, request: Request, where: str, others: Recording | None = None) -> Recording:
     """Turn the messages of a log into channels of its vehicles, and offer all others by name.
+
+    Parameters
+    ----------
+    others : what the file holds beside, by the stamps of its receipt
 
     Raises
     ------
@@ -49,10 +53,10 @@ def recording(log: Telemetry, request: Request, where: str) -> Recording:
         when no vehicle tells its attitude or position.
     """
     numbers = {log.definition(key[2]).name: key[2] for key in log.messages()}
-    vehicles = _vehicles(log.messages(), [numbers[name] for name in _MOTION if name in numbers])
+    vehicles = _vehicles(log.messages(), [numbers[name] for name in MOTION if name in numbers])
     if not vehicles:
         raise LogError(
-            f"{where}: expected {', '.join(_MOTION)} of a vehicle in this telemetry log, got "
+            f"{where}: expected {', '.join(MOTION)} of a vehicle in this telemetry log, got "
             f"{', '.join(sorted(numbers)[:8]) or 'no message'}. Was the vehicle connected while it was recorded?"
         )
     derived: list[Stream] = []
@@ -83,7 +87,13 @@ def recording(log: Telemetry, request: Request, where: str) -> Recording:
         table = readers[owner].table(key, topic)
         read += [] if table is None else table.raw(chosen.wanted)
     told = {of.prefix: craft for of in vehicles if (craft := _craft(readers[of], numbers)) is not None}
-    return Recording((*chosen.derived, *read), (*log.notes, *notes), chosen.recording(()).unread, crafts=told)
+    unread = chosen.recording(()).unread
+    if others is not None:
+        # The same instant is zero for all: when the first vehicle was switched on.
+        later = others.start_ns / 1e9 - next(iter(readers.values())).boot
+        read += [replace(stream, time=stream.time + later) for stream in others.streams]
+        notes, unread = [*others.notes, *notes], (*unread, *others.unread)
+    return Recording((*chosen.derived, *read), (*log.notes, *notes), unread, crafts=told)
 
 
 def _craft(reader: "_Reader", numbers: Mapping[str, int]) -> CraftTold | None:
@@ -115,14 +125,19 @@ def _vehicles(keys: Sequence[Key], telling: Sequence[int]) -> tuple[Vehicle, ...
 class _Reader:
     """Unpacks messages of one vehicle on its own clock, and notes where it could not."""
 
-    def __init__(self, log: Telemetry, vehicle: Vehicle, notes: list[str]) -> None:
+    def __init__(self, log: Messages, vehicle: Vehicle, notes: list[str]) -> None:
         self._log, self.vehicle, self.notes = log, vehicle, notes
         self._boot: float | None = None
         self._restarts = False
 
+    @property
+    def boot(self) -> float:
+        """When the vehicle was switched on, as receive times count [s]; 0 where nothing tells it."""
+        return self._boot or 0.0
+
     def set_clock(self, keys: Mapping[str, Key]) -> None:
         """Learn from the messages of the motion when the vehicle was switched on, as receive times count [s]."""
-        for name in _MOTION:
+        for name in MOTION:
             if name not in keys:
                 continue
             body, received = self._log.rows(keys[name])
@@ -177,7 +192,7 @@ def _channels(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
     """Heading, position, velocities, accelerations and commands of one vehicle."""
     reader.set_clock(keys)
     prefix, notes = reader.vehicle.prefix, reader.notes
-    tables = {name: reader.table(keys[name]) for name in _MOTION if name in keys}
+    tables = {name: reader.table(keys[name]) for name in MOTION if name in keys}
     attitude = tables.get("ATTITUDE")
     heading = attitude.columns["yaw"] if attitude is not None else np.zeros(0)
     streams = []
@@ -186,6 +201,7 @@ def _channels(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
         notes.append(f"psi r: yaw and yawspeed of {attitude.topic}")
     place, where, speed = None, (np.zeros(0), np.zeros(0)), (np.zeros(0), np.zeros(0))
     local, earth = tables.get("LOCAL_POSITION_NED"), tables.get("GLOBAL_POSITION_INT")
+    receiver = reader.table(keys["GPS_RAW_INT"]) if "GPS_RAW_INT" in keys else None
     if local is not None:
         place, columns = local, local.columns
         where, speed = (columns["x"], columns["y"]), (columns["vx"], columns["vy"])
@@ -204,15 +220,58 @@ def _channels(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
         )
         if attitude is None:
             attitude = earth
-            heading = np.radians(np.where(columns["hdg"] == _UNKNOWN_HEADING, np.nan, columns["hdg"] / 100.0))
+            heading = np.radians(np.where(columns["hdg"] == _UNKNOWN, np.nan, columns["hdg"] / 100.0))
             streams.append(earth.stream("psi", heading))
             notes.append(f"psi: hdg of {earth.topic}, in radians")
+    elif receiver is not None:
+        place, columns = receiver, receiver.columns
+        has = columns["fix_type"] >= _FIX
+        known = {name: np.where(has, columns[name], np.nan) for name in ("lat", "lon", "vel", "cog")}
+        moves = has & (columns["vel"] != _UNKNOWN) & (columns["cog"] != _UNKNOWN)
+        north, east, origin = local_metres(known["lat"] / 1e7, known["lon"] / 1e7)
+        pace, course = np.where(moves, columns["vel"], np.nan) / 100.0, np.radians(columns["cog"] / 100.0)
+        where, speed = (north, east), (pace * np.cos(course), pace * np.sin(course))
+        notes.append(
+            f"x y u v: {receiver.topic}: metres from the first fix at {origin[0]:.7f}, {origin[1]:.7f} deg, and vel "
+            f"along cog turned into body axes by the heading; {np.count_nonzero(~has)} rows without a fix left out"
+        )
     if place is not None:
         turned = heading_at(place.time, attitude, heading) if attitude is not None else np.full(place.time.size, np.nan)
         found = planar(place, where, speed, turned)
         streams += found if attitude is not None else found[:2]
     streams += _accelerations(reader, keys)
-    return [*streams, *_commands(reader, keys, prefix)]
+    return [*streams, *_commands(reader, keys, prefix), *_beside(reader, keys)]
+
+
+def _beside(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
+    """Battery, motors, mode and waypoint; what a message says is not known (UINT16_MAX, -1) is no number."""
+    names = ("BATTERY_STATUS", "SYS_STATUS", "HEARTBEAT", "MISSION_CURRENT", "RPM", "ESC_TELEMETRY_1_TO_4")
+    battery, status, heartbeat, mission, turns, esc = (
+        reader.table(keys[name]) if name in keys else None for name in names
+    )
+    found: dict[str, tuple[Table | None, str, float]] = {}
+    if battery is not None:
+        first = battery.columns["id"] == battery.columns["id"].min()
+        cells = np.stack([battery.columns[f"voltages[{k}]"] for k in range(10)])
+        total = np.where((cells < _UNKNOWN - 1) & first, cells, 0.0).sum(axis=0) / 1e3
+        current = battery.columns["current_battery"] / 100.0
+        known = {"voltage": (total, first & (total > 0.0)), "current": (current, first & (current >= 0.0))}
+        battery = replace(battery, columns={n: np.where(there, v, np.nan) for n, (v, there) in known.items()})
+        found = {"battery_voltage": (battery, "voltage", 1.0), "battery_current": (battery, "current", 1.0)}
+    elif status is not None:
+        columns = {name: status.columns[name] for name in ("voltage_battery", "current_battery")}
+        kept = {n: np.where((v >= 0.0) & (v != _UNKNOWN), v, np.nan) for n, v in columns.items()}
+        status = replace(status, columns=kept)
+        found = {
+            "battery_voltage": (status, "voltage_battery", 1e-3),
+            "battery_current": (status, "current_battery", 1e-2),
+        }
+    found |= {"mode": (heartbeat, "custom_mode", 1.0), "waypoint": (mission, "seq", 1.0)}
+    found |= {f"rpm_{k}": (turns, f"rpm{k}", 1.0) for k in (1, 2)}
+    for k in range(4):
+        found[f"rpm_esc{k + 1}"] = (esc, f"rpm[{k}]", 1.0)
+        found[f"motor_current_esc{k + 1}"] = (esc, f"current[{k}]", 1e-2)
+    return beside(found)
 
 
 def _accelerations(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:

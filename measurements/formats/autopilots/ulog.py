@@ -20,7 +20,7 @@ from ....physics.frames import Array, heading_from_quaternion
 from ...canonical import Output
 from ...vehicle_types import CraftTold, by_mav_type, by_px4_status
 from ..base import DEEPEST, EVERY, Format, Head, Name, Recording, Request, Stream, torn
-from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, silenced
+from .autopilot import Table, assembled, beside, heading_at, in_order, numbers, planar, raw_names, silenced
 
 _MAGIC = b"ULog\x01\x12\x35"
 _START = 16
@@ -38,7 +38,11 @@ _MOTION = (
     "sensor_combined",
     "actuator_motors",
     "actuator_outputs",
+    "battery_status",
+    "esc_status",
     "vehicle_status",
+    "mission_result",
+    "actuator_servos",
 )
 """Topics that are always unpacked."""
 _RATES = (
@@ -242,7 +246,24 @@ def _channels(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> t
             streams.append(table.stream(name, table.columns[field]))
             notes.append(f"{name}: {topic}:{field}")
     driven, told = _commands(tables, parameters)
-    return [*streams, *driven], [*notes, *told]
+    return [*streams, *driven, *_beside(tables)], [*notes, *told]
+
+
+def _beside(tables: Mapping[str, Table]) -> list[Stream]:
+    """Battery, motors, mode, waypoint and steering: battery_status, esc_status, vehicle_status and their like."""
+    names = ("battery_status", "vehicle_status", "mission_result", "esc_status", "actuator_servos")
+    power, status, mission, esc, servos = (tables.get(name) for name in names)
+    found: dict[str, tuple[Table | None, str, float]] = {
+        "battery_voltage": (power, "voltage_v", 1.0),
+        "battery_current": (power, "current_a", 1.0),
+        "mode": (status, "nav_state", 1.0),
+        "waypoint": (mission, "seq_current", 1.0),
+    }
+    for k in range(8):
+        found[f"rpm_esc{k + 1}"] = (esc, f"esc[{k}].esc_rpm", 1.0)
+        found[f"motor_current_esc{k + 1}"] = (esc, f"esc[{k}].esc_current", 1.0)
+        found[f"steering_servo{k + 1}"] = (servos, f"control[{k}]", 1.0)
+    return [stream for stream in beside(found) if np.isfinite(stream.value).any()]
 
 
 def _commands(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> tuple[list[Stream], list[str]]:

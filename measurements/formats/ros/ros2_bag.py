@@ -11,7 +11,7 @@ from typing import Any
 from ....physics.errors import LogError
 from ....physics.printable import listed
 from ....physics.reading import BLOCK, parse_yaml, read_bytes
-from ..base import Format, Head, Recording, Request, in_file
+from ..base import Format, Head, Recording, Request, check_pointer, in_file
 from ..unpacking import ZSTD_MAGIC, Allowance, zstd
 from .mcap import MAGIC as MCAP_MAGIC
 from .mcap import McapWalk
@@ -91,7 +91,8 @@ def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float]
     if not path.is_file():
         raise LogError(f"{path}: expected a storage file of a bag, got a pipe, a folder or a broken link.")
     with path.open("rb") as file:
-        start = file.read(16)
+        start = file.read(256)
+    check_pointer(start, path)
     if start.startswith(MCAP_MAGIC):
         with path.open("rb") as file:
             return McapWalk(collector, packed).read(file, path.stat().st_size, told)

@@ -78,15 +78,23 @@ class Collector:
         """Count the bytes that the file unpacks to; see `unpacking.check_unpacked`."""
         self._allowance.take(size)
 
+    def forget(self, number: int) -> None:
+        """Take no more messages of this number."""
+        self._by_id.pop(number, None)
+
+    def count(self) -> None:
+        """Count a message, and refuse more than any file has."""
+        self._messages += 1
+        if self._messages > self._allowance.messages:
+            self._allowance.refuse_messages()
+
     def message(self, number: int, received: int, raw: bytes | memoryview) -> None:
         """Take one message, received at a time [ns]; one that nobody wants is passed over."""
         if self._first is None or received < self._first:
             self._first = received
         topic = self._by_id.get(number)
         if topic is not None:
-            self._messages += 1
-            if self._messages > self._allowance.messages:
-                self._allowance.refuse_messages()
+            self.count()
             topic.take(received, raw)
 
     def recording(self, notes: Sequence[str]) -> Recording:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from ....physics.frames import Array
 from ....physics.printable import shown
 from ..base import Head, in_file
-from .tables import LAST, Stamps, Words, is_long, time_column
+from ..time_columns import TimeColumn
+from .tables import LAST, Stamps, Words, is_long
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -48,9 +49,9 @@ class ArrowPart:
         column: Any = self.table.column(name).combine_chunks()
         return Words(tuple(column.dictionary.to_pylist()), _values(column.indices)[0].astype(np.int64))
 
-    def stamps(self, name: str) -> Stamps:
+    def stamps(self, clock: TimeColumn) -> Stamps:
         """See `Part`."""
-        values = _values(self.table.column(name).combine_chunks())[0]
+        values = _values(self.table.column(clock.name).combine_chunks())[0]
         if values.dtype.kind == "f":
             values = np.where(np.isfinite(values) & (values < LAST), values, np.nan)
         return Stamps(values, False, shown(values[0]))
@@ -66,12 +67,14 @@ def _values(column: Any) -> tuple[NDArray[Any], NDArray[np.bool_]]:
     return values, np.unpackbits(np.frombuffer(missing, np.uint8), bitorder="little")[rows].astype(bool)
 
 
-def small_table(head: Head, names: tuple[str, ...]) -> ArrowPart | None:
+def small_table(head: Head, names: tuple[str, ...], clock: TimeColumn) -> ArrowPart | None:
     """A text table whose columns have these names; None where it takes pandas to tell what it holds.
 
     That is where it is packed or large, has words or nothing where numbers belong, or does not keep its form.
     """
-    if head.gzipped or f"{head.separator} ".encode() in head.start:
+    how = head.text
+    plain = how.decimal == "." and how.encoding != "utf-16" and how.separator != " " and clock.date is None
+    if head.gzipped or not plain or f"{how.separator} ".encode() in head.start:
         return None
     with in_file(head.path):
         text = head.path.read_bytes() if head.path.stat().st_size <= _SMALL else b""
@@ -82,32 +85,31 @@ def small_table(head: Head, names: tuple[str, ...]) -> ArrowPart | None:
         from pyarrow import csv
     except ImportError:
         return None
-    words = ("topic", "field") if is_long(head.columns) else ()
+    words = ("topic", "field") if is_long(how.columns, clock) else ()
     try:
         table = csv.read_csv(
             pa.BufferReader(text),
             csv.ReadOptions(
                 use_threads=False,
                 block_size=_SMALL + 1,
-                skip_rows=len(head.remarks) + 1,
+                skip_rows=how.above,
                 column_names=list(names),
             ),
-            csv.ParseOptions(delimiter=head.separator),
+            csv.ParseOptions(delimiter=how.separator),
             csv.ConvertOptions(column_types=dict.fromkeys(words, pa.dictionary(pa.int32(), pa.string()))),
         )
     except pa.ArrowInvalid:
         return None
     part = ArrowPart(table, len(text))
-    return part if table.num_rows and _is_plain(part, words) else None
+    return part if table.num_rows and _is_plain(part, words, clock.name) else None
 
 
-def _is_plain(part: ArrowPart, words: tuple[str, ...]) -> bool:
+def _is_plain(part: ArrowPart, words: tuple[str, ...], time: str) -> bool:
     """Whether there are numbers in all columns but those of words, and no word is one that may stand for none."""
     import pyarrow as pa
 
-    time = time_column(part.columns)
     numbers = (pa.int64(), pa.float64(), pa.null())
-    if time is None or part.table.column(time).null_count:
+    if part.table.column(time).null_count:
         return False
     columns = zip(part.columns, part.table.columns, strict=True)
     if any(column.type not in numbers for name, column in columns if name not in words):

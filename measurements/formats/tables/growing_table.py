@@ -13,8 +13,10 @@ import numpy as np
 
 from ....physics.errors import LogError, RequestError
 from ....physics.printable import shown
-from ..base import EXPECTED, TIME_COLUMNS, Stream
-from .tables import EPOCH, LONG, is_long, is_wide, time_column
+from ..base import EXPECTED, Stream
+from ..text_header import read_header
+from ..time_columns import EPOCH, TimeColumn, find_time
+from .tables import LONG, is_long, is_wide
 
 _ONCE = 1 << 16
 """Bytes that are read at once [B]: some hundred rows, whose motion stays in little memory."""
@@ -133,6 +135,7 @@ class GrowingTable:
     Parameters
     ----------
     where : the file, for messages
+    clock : what a channel map says of the column of the time
 
     Attributes
     ----------
@@ -142,13 +145,14 @@ class GrowingTable:
     start_ns : the file's own stamp of time zero [ns]; 0 where its time is that of the file
     """
 
-    def __init__(self, where: str) -> None:
+    def __init__(self, where: str, clock: TimeColumn | None = None) -> None:
         self.where, self.skipped, self.newest, self.start_ns = where, 0, -np.inf, 0
         self.notes: list[str] = []
         self._columns: dict[tuple[str, str], _Column] = {}
         self._names: tuple[str, ...] = ()
         self._separator, self._line, self._long = ",", 0, False
         self._first: float | int | None = None
+        self._given, self._time, self._per_second = clock, TimeColumn(""), 1.0
 
     def take(self, lines: list[str]) -> None:
         """Take the next lines.
@@ -187,13 +191,13 @@ class GrowingTable:
         return notes
 
     def _header(self, text: str) -> None:
-        self._separator = max((",", ";", "\t"), key=text.count)
-        names = tuple(name.strip().strip('"').strip() for name in text.split(self._separator))
-        if not (is_long(names) or is_wide(names)):
+        header = read_header(text.encode())
+        self._separator, names = header.separator, header.columns
+        clock = find_time(names, self._given)
+        if clock is None or not (is_long(names, clock) or is_wide(names, clock)):
             raise LogError(f"{self.where}: line {self._line}: {EXPECTED}, got {shown(text)}.")
-        clock = time_column(names)
-        self._names, self._long, self._clock = names, is_long(names), names.index(str(clock))
-        self._per_second = TIME_COLUMNS[str(clock).lower()]
+        self._names, self._long = names, is_long(names, clock)
+        self._time, self._clock = clock, names.index(clock.name)
         if self._long:
             self._places = tuple(names.index(name) for name in LONG)
 
@@ -239,6 +243,7 @@ class GrowingTable:
         if not abs(stamp) < 2**63:
             raise ValueError(cell)
         if self._first is None:
+            self._per_second = self._time.ticks(stamp)
             self._first = stamp if stamp / self._per_second >= EPOCH else 0
             if self._first:
                 self.notes.append(f"time counts from the first stamp, {self._names[self._clock]} = {self._first}")

@@ -6,7 +6,7 @@ from .text_tables import read_text
 
 
 def _matches(head: Head) -> bool:
-    return is_long(head.columns)
+    return is_long(head.text.columns, head.clock)
 
 
-LONG_CSV = Format("long CSV", _matches, read_text, (".csv", ".gz"), marked=False)
+LONG_CSV = Format("long CSV", _matches, read_text, (".csv", ".gz"), marked=False, table=True)

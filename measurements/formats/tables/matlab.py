@@ -13,14 +13,16 @@ import numpy as np
 
 from ....physics.errors import LogError
 from ....physics.frames import Array
+from ....physics.printable import listed
 from ....physics.reading import Plain
-from ..base import DEEPEST, Format, Head, Recording, Request, Stream
+from ..base import DEEPEST, Format, Head, Recording, Request, Stream, in_file
+from ..time_columns import TimeColumn, find_time
 from .matlab_elements import check_elements
 from .pandas_part import FramePart
-from .tables import wide_recording
+from .tables import wide_recording, without_names
 
-_TIMES = {"t": "t", "time": "time", "Time": "time", "tout": "time", "timestamp_ns": "timestamp_ns"}
-"""Names of a time vector -> what a wide table calls such a column; `T` may be anything."""
+_TIMES = {"tout": TimeColumn("tout"), "T": None}
+"""Names of which MATLAB's users mean something else than tables do: Simulink's time, and `T`, which may be anything."""
 _FOREIGN = {
     b"\xff\xd8\xff": "a JPEG picture",
     b"\x89PNG": "a PNG picture",
@@ -36,7 +38,7 @@ class _Table:
     """A time vector and what is as long as it."""
 
     path: str
-    name: str
+    clock: TimeColumn
     time: Array
     columns: dict[tuple[str, str], Array] = field(default_factory=dict)
 
@@ -60,11 +62,19 @@ def _read(head: Head, request: Request) -> Recording:
         content = loadmat(head.path, simplify_cells=True)
     tables: list[_Table] = []
     left: list[str] = []
-    _gather("", {name: value for name, value in content.items() if not name.startswith("__")}, [], tables, left)
+    variables = {name: value for name, value in content.items() if not name.startswith("__")}
+    given = [] if head.time is None else _given(variables, head.time, str(head.path))
+    _gather("", variables, given, tables, left)
+    tables += given
     found = [_table(table, str(head.path)) for table in tables if table.columns]
     start = min((part.start_ns for part in found if part.start_ns), default=0)
     streams = [stream for part in found for stream in _since(start, part)]
     notes = [note for part in found for note in part.notes]
+    if not streams and (matrices := _matrices(variables)):
+        name, matrix = max(matrices.items(), key=lambda item: item[1].size)
+        columns = {f"column {k + 1}": matrix[:, k] for k in range(matrix.shape[1])}
+        with in_file(head.path):
+            raise without_names(f"the matrix '{name}'", columns, None if len(matrices) == 1 else name)
     if not streams:
         raise LogError(
             f"{head.path}: expected a time vector (t, time, tout [s] or timestamp_ns) and vectors as long as it, got "
@@ -86,8 +96,9 @@ def _table(table: _Table, where: str) -> Recording:
     """Cut a table as any wide table is cut, then name its streams by the struct that holds them."""
     import pandas as pd
 
-    frame = pd.DataFrame({table.name: table.time} | {str(k): value for k, value in enumerate(table.columns.values())})
-    found = wide_recording([FramePart(frame)], where)
+    columns = {str(k): value for k, value in enumerate(table.columns.values())}
+    clock = replace(table.clock, name="time")
+    found = wide_recording([FramePart(pd.DataFrame({clock.name: table.time, **columns}))], where, clock)
     named = [
         replace(stream, topic=topic, field=name)
         for stream, (topic, name) in zip(found.streams, table.columns, strict=True)
@@ -98,7 +109,7 @@ def _table(table: _Table, where: str) -> Recording:
 
 def _gather(path: str, content: Plain, times: list[_Table], tables: list[_Table], left: list[str]) -> None:
     """Sort the vectors of a struct under the time vector next to them, or the nearest one above of their length."""
-    own = [_Table(path, _TIMES[name], value) for name, value in content.items() if _is_time(name, value)]
+    own = [_Table(path, clock, value) for name, value in content.items() if (clock := _time_of(name, value))]
     tables += own
     times = [*own, *times]
     signal = _signal(content) if own and path else None
@@ -108,7 +119,7 @@ def _gather(path: str, content: Plain, times: list[_Table], tables: list[_Table]
         own[0].columns |= {(topic, column): value for column, value in columns if value.size == own[0].time.size}
         return
     for name, value in content.items():
-        if _is_time(name, value):
+        if _time_of(name, value) is not None:
             continue
         below = f"{path}.{name}" if path else name
         if name == "signals" and own:
@@ -129,9 +140,50 @@ def _gather(path: str, content: Plain, times: list[_Table], tables: list[_Table]
                 table.columns[path, column] = numbers
 
 
-def _is_time(name: str, value: Any) -> bool:
-    numeric = isinstance(value, np.ndarray) and value.dtype.kind in "iuf"
-    return name in _TIMES and numeric and value.ndim == 1 and value.size > 1
+def _time_of(name: str, value: Any) -> TimeColumn | None:
+    """The time that a vector is by its name; None where it is none."""
+    numeric = isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.ndim == 1 and value.size > 1
+    return (_TIMES[name] if name in _TIMES else find_time((name,))) if numeric else None
+
+
+def _given(variables: Plain, time: TimeColumn, where: str) -> list[_Table]:
+    """The time that a channel map names: a vector, or a column of a matrix, by its number where there is one matrix.
+
+    A matrix is then a table of columns "column 1", "column 2", ...
+
+    Raises
+    ------
+    LogError
+        where there is no such column.
+    """
+    matrices = _matrices(variables)
+    found = {column: numbers for name, value in variables.items() for column, numbers in _vectors(name, value)}
+    if len(matrices) == 1:
+        (matrix,) = matrices.values()
+        found |= {f"column {k}": matrix[:, k - 1].astype(float) for k in range(1, matrix.shape[1] + 1)}
+    if time.name not in found:
+        there = listed(tuple(found)) or "no columns"
+        raise LogError(f"{where}: the channel map takes time from '{time.name}', which is not among {there}.")
+    table = _Table("", time, found[time.name])
+    if time.name.startswith("column "):
+        table.columns |= {("", name): value for name, value in found.items() if name.startswith("column ")}
+        del table.columns["", time.name]
+    return [table]
+
+
+def _matrices(variables: Plain) -> dict[str, np.ndarray]:
+    """The matrices of a file that may be tables without names: more rows than columns, and two columns at least."""
+    return {
+        name: value
+        for name, value in variables.items()
+        if isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.ndim == 2
+        if value.shape[0] > value.shape[1] > 1
+    }
+
+
+def _vectors(name: str, value: Any) -> Iterator[tuple[str, Array]]:
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and value.size > 1:
+        yield from _columns(name, value)
 
 
 def _signal(content: Plain) -> np.ndarray | None:
@@ -166,4 +218,4 @@ def _matches(head: Head) -> bool:
     return not head.gzipped and (head.start.startswith(b"MATLAB ") or head.path.suffix.lower() == ".mat")
 
 
-MATLAB = Format("MATLAB", _matches, _read, (".mat",), library="scipy")
+MATLAB = Format("MATLAB", _matches, _read, (".mat",), library="scipy", table=True)

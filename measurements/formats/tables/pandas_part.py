@@ -6,7 +6,7 @@ It is loaded where it is needed, for that takes a third of a second.
 import gzip
 import warnings
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -18,8 +18,9 @@ from ....physics.errors import LogError
 from ....physics.frames import Array
 from ....physics.printable import shown
 from ..base import EXPECTED, Head, Request, in_file
+from ..time_columns import TimeColumn
 from ..unpacking import TableText, check_table
-from .tables import LAST, LONG_ROW, Stamps, Words, is_long, time_column
+from .tables import LAST, LONG_ROW, Stamps, Words, is_long
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -51,25 +52,57 @@ class FramePart:
         column = self.frame[name].astype("category").cat
         return Words(tuple(map(str, column.categories)), np.asarray(column.codes, dtype=np.int64))
 
-    def stamps(self, name: str) -> Stamps:
+    def stamps(self, clock: TimeColumn) -> Stamps:
         """See `Part`."""
         import pandas as pd
 
-        column = self.frame[name]
-        clock = {"M": "datetime64[ns]", "m": "timedelta64[ns]"}.get(getattr(column.dtype, "kind", ""))
-        if clock is not None:
-            stamps: NDArray[Any] = column.to_numpy(clock).astype(np.int64)
+        column = self.frame[clock.name]
+        if isinstance(column.dtype, pd.CategoricalDtype):
+            column = column.astype(column.cat.categories.dtype)
+        cell, daily = shown(column.iloc[0]), False
+        words = not pd.api.types.is_numeric_dtype(column) and pd.api.types.is_string_dtype(column)
+        if words and not np.isfinite(_numbers(column)).any():
+            column, daily = _instants(column, None if clock.date is None else self.frame[clock.date])
+        kind = {"M": "datetime64[ns]", "m": "timedelta64[ns]"}.get(getattr(column.dtype, "kind", ""))
+        if kind is not None:
+            stamps: NDArray[Any] = column.to_numpy(kind).astype(np.int64)
             if column.hasnans:
                 stamps = np.where(column.isna(), np.nan, stamps)
         else:
             integer = pd.api.types.is_integer_dtype(column) and not column.hasnans and column.max() < LAST
             stamps = column.to_numpy(np.int64, copy=True) if integer else _numbers(column)
             stamps = stamps if integer else np.where(stamps < LAST, stamps, np.nan)
-        return Stamps(stamps, clock is not None, shown(column.iloc[0]))
+        return Stamps(stamps, kind is not None, cell, daily)
+
+
+def _instants(time: "pd.Series", date: "pd.Series | None") -> "tuple[pd.Series, bool]":
+    """Instants that are written in words, and whether they begin anew at midnight; NaT where a word is none.
+
+    ISO 8601 with or without a zone, and what else pandas knows; a date with points has the day first (DIN 5008). With a
+    date in a column of its own, the other one is the time of day; alone, it counts from midnight.
+    """
+    import pandas as pd
+
+    words = time.astype("string").str.strip().str.replace(",", ".")
+    hours = words.str.fullmatch(r"\d{1,2}:\d\d(:\d\d(\.\d*)?)?").fillna(False)
+    if date is None and hours.any():
+        words = words.where(~words.str.fullmatch(r"\d{1,2}:\d\d").fillna(False), words + ":00")
+        return pd.to_timedelta(words.where(hours), errors="coerce"), True
+    if date is not None:
+        words = date.astype("string").str.strip() + " " + words
+    found = pd.to_datetime(words, format="ISO8601", utc=True, errors="coerce")
+    if found.isna().all():
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what it tells of a form that it had to guess
+            points = bool(words.str.match(r"\d{1,2}\.\d").fillna(False).any())
+            found = pd.to_datetime(words, dayfirst=points, utc=True, errors="coerce")
+    return found, False
 
 
 @contextmanager
-def text_parts(head: Head, names: tuple[str, ...], request: Request) -> Iterator[Iterator[FramePart]]:
+def text_parts(
+    head: Head, names: tuple[str, ...], clock: TimeColumn, request: Request
+) -> Iterator[Iterator[FramePart]]:
     """The parts of a text table with columns of these names, one after the other.
 
     Raises
@@ -79,27 +112,30 @@ def text_parts(head: Head, names: tuple[str, ...], request: Request) -> Iterator
     """
     import pandas as pd
 
-    long = is_long(head.columns)
+    how = head.text
+    long = is_long(how.columns, clock)
     text = TableText(head.path, head.gzipped)
     try:
         with warnings.catch_warnings(), in_file(head.path), text:
             warnings.simplefilter("error", pd.errors.ParserWarning)
-            text.look_through(head.separator)
+            text.look_through(how.separator)
             # A column of numbers and words; what is no number becomes NaN below.
             warnings.simplefilter("ignore", pd.errors.DtypeWarning)
             parts = pd.read_csv(
                 text,  # type: ignore[arg-type]
-                sep=head.separator,
-                encoding="utf-8-sig",
-                skiprows=len(head.remarks),
-                header=0,
+                sep=r"\s+" if how.separator == " " else how.separator,
+                decimal=how.decimal,
+                encoding=how.encoding,
+                skiprows=how.above,
+                header=None,
                 names=list(names),
                 dtype=dict.fromkeys(("topic", "field"), "category") if long else None,  # type: ignore[arg-type]
                 index_col=False,
-                skipinitialspace=f"{head.separator} ".encode() in head.start,
-                chunksize=max(_PART // len(head.columns), 1),
+                skipinitialspace=f"{how.separator} ".encode() in head.start,
+                chunksize=max(_PART // len(names), 1),
             )
-            yield _counted(parts, LONG_ROW if long else len(head.columns), text, request)
+            words = (clock.name, *([clock.date] if clock.date else []))
+            yield _counted(parts, LONG_ROW if long else len(names), text, words, request)
     except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.ParserWarning) as error:
         if text.refusal is not None:
             raise LogError(f"{head.path}: {text.refusal}") from error
@@ -108,12 +144,15 @@ def text_parts(head: Head, names: tuple[str, ...], request: Request) -> Iterator
         raise LogError(f"{head.path}: a broken gzip file ({error}). Copy the log again.") from error
 
 
-def _counted(parts: Iterable["pd.DataFrame"], width: int, text: TableText, request: Request) -> Iterator[FramePart]:
+def _counted(
+    parts: Iterable["pd.DataFrame"], width: int, text: TableText, instants: Sequence[str], request: Request
+) -> Iterator[FramePart]:
     """The parts of a table, whose cells become numbers but for the time, topic and field, as they are read.
 
     Parameters
     ----------
     width : numbers that a row takes in memory
+    instants : the columns of the time
     """
     import pandas as pd
 
@@ -122,11 +161,10 @@ def _counted(parts: Iterable["pd.DataFrame"], width: int, text: TableText, reque
         rows += len(part)
         check_table(rows * width, text.packed)
         request.progress(*text.done)
-        time = time_column(tuple(part.columns))
         for name in part.columns:
             column = part[name]
             words = not isinstance(column.dtype, pd.CategoricalDtype) and not pd.api.types.is_numeric_dtype(column)
-            if name != time and words:
+            if name not in instants and words:
                 part[name] = _numbers(column.astype("category"))  # each word is looked at once
         if len(part):
             yield FramePart(part)

@@ -3,12 +3,25 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ....physics.errors import LogError
+from ....physics.frames import Array
 from ....physics.printable import listed
 from ..base import EXPECTED, Format, Head, Name, Recording, Request, in_file
+from ..time_columns import find_time
 from ..unpacking import check_unpacked, most_held
 from .pandas_part import FramePart
-from .tables import LONG, LONG_ROW, check_columns, is_long, is_wide, long_recording, time_column, wide_recording
+from .tables import (
+    LONG,
+    LONG_ROW,
+    check_columns,
+    is_long,
+    is_wide,
+    long_recording,
+    not_called_time,
+    wide_recording,
+)
 
 _NUMBER = 8
 """Bytes of a number in memory."""
@@ -29,17 +42,20 @@ def _read(head: Head, request: Request) -> Recording:
         given = [str(name) for name in footer.schema_arrow.names]
         columns, rows = columns_of(footer.schema_arrow), footer.metadata.num_rows
         check_columns(columns, head.path)
-        if rows <= 0 or not (is_long(columns) or is_wide(columns)):
+        clock = find_time(columns, head.time)
+        if rows > 0 and clock is None and (told := not_called_time(_first_rows(footer, given, columns))):
+            raise told
+        if rows <= 0 or clock is None or not (is_long(columns, clock) or is_wide(columns, clock)):
             raise LogError(f"{EXPECTED}; got {rows} rows of {listed(columns) or 'no columns'}.")
-        time = time_column(columns)
+        long, time = is_long(columns, clock), {clock.name, clock.date or clock.name}
         flat = {name for name, field in zip(columns, footer.schema_arrow, strict=True) if not field.type.num_fields}
-        names = [] if is_long(columns) else [Name("", column) for column in columns if column != time]
+        names = [] if long else [Name("", column) for column in columns if column not in time]
         chosen = request.choose(names) if names else frozenset()
         # Lists and structs are no numbers, and a few bytes of them may be a million values a row.
-        wanted = flat & ({time, *LONG} if is_long(columns) else {time, *(name.field for name in chosen)})
+        wanted = flat & (time | (set(LONG) if long else {name.field for name in chosen}))
         read = [name for name, column in zip(given, columns, strict=True) if column in wanted]
         packed = head.path.stat().st_size
-        numbers = rows * (LONG_ROW if is_long(columns) else len(wanted))
+        numbers = rows * (LONG_ROW if long else len(wanted))
         most = max(most_held(packed), _USUAL_TIMES * packed)
         check_unpacked(_NUMBER * numbers, packed, most)
         check_unpacked(_claimed(footer.metadata, read), packed, most)
@@ -51,10 +67,23 @@ def _read(head: Head, request: Request) -> Recording:
     named = dict(zip(given, columns, strict=True))
     frame.columns = [named[str(name)] for name in frame.columns]
     part = FramePart(frame)
-    if is_long(columns):
-        return long_recording([part], head.path)
+    if long:
+        return long_recording([part], head.path, clock)
     unread = tuple(name for name in names if name.field not in wanted)
-    return wide_recording([part], head.path, unread)
+    return wide_recording([part], head.path, clock, unread)
+
+
+def _first_rows(footer: Any, given: Sequence[str], columns: Sequence[str]) -> dict[str, Array]:
+    """The first rows of the columns of numbers; nothing of others."""
+    import pyarrow
+
+    kinds = (footer.schema_arrow.field(k).type for k in range(len(given)))
+    numbers = [pyarrow.types.is_integer(kind) or pyarrow.types.is_floating(kind) for kind in kinds]
+    wanted = [name for name, number in zip(given, numbers, strict=True) if number]
+    batch = next(footer.iter_batches(batch_size=200, columns=wanted), None) if wanted else None
+    own = dict(zip(given, columns, strict=True))
+    found = {} if batch is None else {own[name]: np.asarray(batch.column(name), float) for name in wanted}
+    return found | {name: np.zeros(0) for name in columns if name not in found}
 
 
 def _claimed(metadata: Any, columns: Sequence[str]) -> int:
@@ -73,11 +102,11 @@ def _is_text(kind: Any) -> bool:
 def columns_of(schema: Any) -> tuple[str, ...]:
     """Names of the columns (of a `pyarrow.Schema`), stripped; an index of instants, whatever its name, is the time."""
     names = tuple(str(name).strip() for name in schema.names)
-    if time_column(names) is not None:
+    if find_time(names) is not None:
         return names
     index = (schema.pandas_metadata or {}).get("index_columns", [])
     stamps = [k for k, one in enumerate(schema) if one.name in index and str(one.type).startswith(("time", "duration"))]
     return tuple("time" if stamps[:1] == [k] else name for k, name in enumerate(names))
 
 
-PARQUET = Format("Parquet", _matches, _read, (".parquet",), library="pyarrow")
+PARQUET = Format("Parquet", _matches, _read, (".parquet",), library="pyarrow", table=True)

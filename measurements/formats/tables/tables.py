@@ -2,7 +2,7 @@
 
 from array import array
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.errors import LogError
+from ....physics.files import yaml_text
 from ....physics.frames import Array
-from ....physics.printable import listed
-from ..base import EXPECTED, TIME_COLUMNS, Name, Recording, Stream
+from ..base import Name, Recording, Stream
+from ..time_columns import EPOCH, TimeColumn
 
 LONG = ("topic", "field", "value")
 """Columns of a long table beside the time."""
-EPOCH = 1e8
-"""A first stamp above this [s] counts from an epoch, not from the start of the log."""
 LAST = 2**63
 """No clock shows so many nanoseconds: a stamp beyond is broken."""
 _MOST_COLUMNS = 10_000
@@ -26,6 +25,11 @@ LONG_ROW = 4
 """Numbers that a row of a long table takes in memory: time, value, and what sorts them."""
 HEADER = 2
 """Line of the first row, below the header."""
+_ROWS, _ALIKE = 200, 20.0
+"""Rows at the beginning of a table in which a time is looked for, and how much longer than the usual one its longest
+step may be there: one gap of twenty rows."""
+_DAY = 86_400_000_000_000
+"""Nanoseconds of a day."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +49,13 @@ class Stamps:
     values : (n,) as the file has them, in whole numbers where it has such; else NaN where there is none
     clock : whether they are nanoseconds, whatever the column is called
     cell : the first of them as it was read, for messages
+    daily : whether they begin anew at midnight
     """
 
     values: NDArray[Any]
     clock: bool
     cell: str
+    daily: bool = False
 
 
 class Part(Protocol):
@@ -70,24 +76,72 @@ class Part(Protocol):
         """A column of words."""
         ...
 
-    def stamps(self, name: str) -> Stamps:
-        """A column of times."""
+    def stamps(self, clock: TimeColumn) -> Stamps:
+        """The column of times."""
         ...
 
 
-def time_column(columns: tuple[str, ...]) -> str | None:
-    """Find the first column that holds the time, None when there is none."""
-    return next((column for column in columns if column.lower() in TIME_COLUMNS), None)
-
-
-def is_long(columns: tuple[str, ...]) -> bool:
+def is_long(columns: Sequence[str], clock: TimeColumn | None) -> bool:
     """Whether the columns are those of a flattened bag."""
-    return time_column(columns) is not None and set(LONG) <= set(columns)
+    return clock is not None and set(LONG) <= set(columns)
 
 
-def is_wide(columns: tuple[str, ...]) -> bool:
+def is_wide(columns: Sequence[str], clock: TimeColumn | None) -> bool:
     """Whether the columns are one time column and channels."""
-    return time_column(columns) is not None and len(columns) > 1 and not is_long(columns)
+    return clock is not None and len(columns) > 1 and not is_long(columns, clock)
+
+
+def running(columns: Mapping[str, Array]) -> list[str]:
+    """The columns that may be the time: numbers that rise from each row to the next, by steps that are much alike."""
+    found = []
+    for name, values in columns.items():
+        steps = np.diff(values[:_ROWS])
+        steps = steps[steps != 0.0] if set(LONG) <= set(columns) else steps  # the fields of a message share a stamp
+        if (
+            steps.size > 1
+            and np.isfinite(steps).all()
+            and steps.min() > 0.0
+            and steps.max() < _ALIKE * np.median(steps)
+        ):
+            found.append(name)
+    return found
+
+
+def not_called_time(columns: Mapping[str, Array]) -> LogError | None:
+    """Say which column of a table without a time is one by its numbers, with the line that names it; None for none."""
+    clocks = running(columns)
+    if not clocks:
+        return None
+    line = yaml_text({"time": clocks[0]}).strip()
+    return LogError(
+        f"no column of this table is called time, but '{clocks[0]}' runs forward as one does. Say so in a channel map "
+        f"(--map), '{line}', or with its unit where that is not the second, 'time: {{from: ..., unit: ms}}'; or rename "
+        "the column.",
+        f"{line}\n",
+    )
+
+
+def without_names(what: str, columns: Mapping[str, Array], matrix: str | None = None) -> LogError:
+    """Say how a table without names, and its time, are named by the numbers of its columns, counted from 1.
+
+    Parameters
+    ----------
+    what : the table, for the sentence
+    matrix : its name, where the file has several
+    """
+    clocks, width = running(columns), len(columns)
+    at = int(clocks[0].removeprefix("column ")) if clocks else 1
+    told = f" ({' and '.join(clocks[:3])} run{'s' * (len(clocks) == 1)} forward as a time does)" if clocks else ""
+    line, other = (
+        f"{name}: {number}" if matrix is None else f"{name}: {matrix}[{number - 1}]"
+        for name, number in (("time", at), ("psi", 1 + at % width))
+    )
+    return LogError(
+        f"expected a log, got {what} of {width} columns without names{told}. Put a line of names above it, or name the "
+        f"columns in a channel map (--map), one line for the time and one for each channel, such as '{line}' and "
+        f"'{other}'.",
+        f"{line}\n# and a line for each channel (x y psi u v r, the commands), such as\n# {other}\n",
+    )
 
 
 def check_columns(columns: tuple[str, ...], path: object) -> None:
@@ -102,12 +156,12 @@ def check_columns(columns: tuple[str, ...], path: object) -> None:
         raise LogError(f"{path}: expected a table of at most {_MOST_COLUMNS} columns, got {len(columns)}.")
 
 
-def long_recording(parts: Iterable[Part], path: object) -> Recording:
+def long_recording(parts: Iterable[Part], path: object, clock: TimeColumn) -> Recording:
     """Cut a long table (time, topic, field, value), given in parts, into one stream per topic and field.
 
     Fields of one message come at the same instants; their streams share one array of stamps.
     """
-    column = _TimeColumn(path)
+    column = _Clock(path, clock)
     found: defaultdict[tuple[str, str], _Rows] = defaultdict(_Rows)
     done = 0
     for part in parts:
@@ -123,7 +177,7 @@ def long_recording(parts: Iterable[Part], path: object) -> Recording:
         time = _shared(streams[-1].time, time) if streams else time
         value, line = np.frombuffer(rows.value), np.frombuffer(rows.line, dtype=np.int64)
         streams.append(Stream(topic.strip(), name.strip(), time, value, line))
-    return Recording(tuple(streams), column.notes, start_ns=column.start_ns)
+    return Recording(tuple(streams), column.notes, start_ns=column.start_ns, clock=clock.name)
 
 
 @dataclass(slots=True)
@@ -169,48 +223,39 @@ def _check_fields(count: int, path: object) -> None:
         raise LogError(f"{path}: expected a long table of at most {_MOST_COLUMNS} fields of topics, got {count}.")
 
 
-def wide_recording(parts: Iterable[Part], path: object, unread: tuple[Name, ...] = ()) -> Recording:
+def wide_recording(parts: Iterable[Part], path: object, clock: TimeColumn, unread: tuple[Name, ...] = ()) -> Recording:
     """Cut a wide table (one row per time stamp), given in parts, into one stream per column.
 
     Parameters
     ----------
     unread : columns that it lacks
     """
-    column = _TimeColumn(path)
+    column = _Clock(path, clock)
     stamps: list[NDArray[Any]] = []
     pieces: dict[str, list[Array]] = {}
     for part in parts:
         stamps.append(column.take(part))
         for name in part.columns:
-            if name != column.name:
+            if name not in (clock.name, clock.date):
                 pieces.setdefault(name, []).append(part.numbers(name))
     time = column.seconds(np.concatenate(stamps))
     row = np.arange(time.size, dtype=np.int64) + HEADER
     streams = [Stream("", name, time, np.concatenate(pieces.pop(name)), row) for name in list(pieces)]
-    return Recording(tuple(streams), column.notes, unread, column.start_ns)
+    return Recording(tuple(streams), column.notes, unread, column.start_ns, clock=clock.name)
 
 
-class _TimeColumn:
-    """The time column of a table that is read in parts.
+class _Clock:
+    """The time of a table that is read in parts."""
 
-    Attributes
-    ----------
-    name : of the column; known once a part was taken
-    """
-
-    def __init__(self, path: object) -> None:
-        self.name = ""
-        self._path, self._firsts, self._cell = path, [], ""
-        self._per_second = 1e9
+    def __init__(self, path: object, clock: TimeColumn) -> None:
+        self._path, self._clock, self._cell = path, clock, ""
+        self._firsts: list[Any] = []
+        self._nanoseconds = self._daily = False
 
     def take(self, part: Part) -> NDArray[Any]:
         """The stamps of a part as the file has them, in whole numbers where it has such."""
-        name = time_column(part.columns)
-        if name is None:
-            raise LogError(f"{self._path}: no time column among {listed(part.columns)}; {EXPECTED}.")
-        found = part.stamps(name)
-        self._per_second = 1e9 if found.clock else TIME_COLUMNS[name.lower()]
-        self.name, self._cell = name, self._cell or found.cell
+        found = part.stamps(self._clock)
+        self._nanoseconds, self._daily, self._cell = found.clock, found.daily, self._cell or found.cell
         self._firsts.append(np.fmin.reduce(found.values))
         return found.values
 
@@ -219,8 +264,15 @@ class _TimeColumn:
         """The smallest stamp of all parts."""
         first = np.fmin.reduce(self._firsts)
         if np.isnan(first):
-            raise LogError(f"{self._path}: column '{self.name}' holds no numbers, got {self._cell}; {EXPECTED}.")
+            raise LogError(
+                f"{self._path}: column '{self._clock.name}' holds no numbers and no instants, got {self._cell}; write "
+                "seconds, or instants as ISO 8601 has them (2026-05-01T14:03:07.25Z)."
+            )
         return first
+
+    @property
+    def _per_second(self) -> float:
+        return 1e9 if self._nanoseconds else self._clock.ticks(self._first)
 
     @property
     def _from_first(self) -> bool:
@@ -229,21 +281,29 @@ class _TimeColumn:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A note where the time's zero is not the file's own."""
-        told = f"time counts from the first stamp, {self.name} = {self._first}"
-        return (told,) if self._from_first else ()
+        """A note where the time's zero, or its unit, is not the file's own word."""
+        told = f"time counts from the first stamp, {self._clock.name} = {self._cell_or_first}"
+        sized = self._clock.per_second is None and not self._nanoseconds and self._per_second != 1.0
+        unit = f" (1/{self._per_second:.0f} s since 1970, by its size)" if sized else ""
+        return (told + unit,) if self._from_first else ()
+
+    @property
+    def _cell_or_first(self) -> Any:
+        return self._cell if self._nanoseconds and self._cell else self._first
 
     @property
     def start_ns(self) -> int:
         """The file's stamp of the zero of the time [ns]."""
         if not self._from_first:
             return 0
-        first, scale = self._first, int(1e9 / self._per_second)
+        first, scale = self._first, round(1e9 / self._per_second)
         start = int(first) * scale + round((first - int(first)) * scale)
         return start if start < LAST else 0
 
     def seconds(self, stamps: NDArray[Any]) -> Array:
         """The time of stamps [s], known once all parts were taken."""
+        if self._daily:
+            stamps = np.unwrap(stamps, period=_DAY)
         # Subtracting before the conversion to seconds keeps the nanoseconds of stamps since 1970.
         found: Array = (stamps - self._first if self._from_first else stamps) / self._per_second
         return found

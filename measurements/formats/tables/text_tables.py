@@ -17,20 +17,22 @@ def read_text(head: Head, request: Request) -> Recording:
     LogError
         when the text cannot be read as a table, has no rows, or is larger than any.
     """
-    check_columns(head.columns, head.path)
-    cut = long_recording if is_long(head.columns) else wide_recording
-    names = _unique(head.columns)
-    small = small_table(head, names)
+    columns, clock = head.text.columns, head.clock
+    assert clock is not None  # else it is no table
+    check_columns(columns, head.path)
+    cut = long_recording if is_long(columns, clock) else wide_recording
+    names = _unique(columns)
+    small = small_table(head, names, clock)
     if small is not None:
         request.progress(small.size, small.size)
-        return _with_remarks(cut([small], head.path), head)
-    with text_parts(head, names, request) as parts:
-        return _with_remarks(cut(parts, head.path), head)
+        return _with_remarks(cut([small], head.path, clock), head)
+    with text_parts(head, names, clock, request) as parts:
+        return _with_remarks(cut(parts, head.path, clock), head)
 
 
 def _with_remarks(recording: Recording, head: Head) -> Recording:
     """Put the remarks above a table among its notes, but not the mark of the verb that wrote it."""
-    notes = tuple(text for text in head.remarks if not is_mark(text))
+    notes = tuple(text for text in head.text.remarks if not is_mark(text))
     return replace(recording, notes=(*notes, *recording.notes)) if notes else recording
 
 

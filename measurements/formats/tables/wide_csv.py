@@ -6,7 +6,7 @@ from .text_tables import read_text
 
 
 def _matches(head: Head) -> bool:
-    return is_wide(head.columns)
+    return is_wide(head.text.columns, head.clock)
 
 
-WIDE_CSV = Format("wide CSV", _matches, read_text, (".csv", ".gz"), marked=False)
+WIDE_CSV = Format("wide CSV", _matches, read_text, (".csv", ".gz"), marked=False, table=True)

@@ -15,6 +15,8 @@ from undertow.measurements.log import Log, read_log
 from undertow.physics.errors import LogError
 
 FILES = 50
+ENDINGS = {"matlab": ".mat"}
+"""A .mat of version 4 has no mark; all other formats are known by their content."""
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -48,6 +50,19 @@ def test_memory_that_runs_out_counts_as_a_failure(monkeypatch):
     assert fuzz.ran_out(refusal)
     assert fuzz.ran_out(LogError("a broken MATLAB file (Unable to allocate 2.00 GiB for an array)"))
     assert not fuzz.ran_out(LogError("a broken MATLAB file (an element of type 0)"))
+
+
+def test_what_guided_fuzzing_kept_is_refused_clearly_or_read(tmp_path):
+    """The corpus of benchmarks/fuzz_guided.py: small inputs, each of which reaches code that no other does."""
+    kept = sorted((ROOT / "benchmarks" / "corpus").rglob("*"))
+    files = [path for path in kept if path.is_file()]
+    assert len(files) >= 20
+    assert sum(path.stat().st_size for path in files) < 400_000
+    for place, path in enumerate(files):
+        log = tmp_path / f"{place}{ENDINGS.get(path.parent.name, '.log')}"
+        log.write_bytes(path.read_bytes())
+        with contextlib.suppress(LogError):
+            read_log(log)
 
 
 def test_every_format_has_a_sample(tmp_path):

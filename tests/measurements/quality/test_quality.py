@@ -392,9 +392,9 @@ def test_a_leaning_accelerometer_is_told_with_its_sign():
 
 
 def test_a_rudder_is_told(odometry: Log):
-    ship = replace(
-        odometry, unused=("rudder_angle",), channels={n: odometry.channels[n] for n in ("psi", "u", "v", "r")}
-    )
+    rudder = replace(odometry.channels["u"], name="steering_rudder", origin="rudder_angle")
+    own = {n: odometry.channels[n] for n in ("psi", "u", "v", "r")}
+    ship = replace(odometry, auxiliary={rudder.name: rudder}, channels=own)
     told = [finding.sentence for finding in examine(ship).findings if finding.check == "commands"]
     assert len(told) == 2
     assert "rudder_angle" in told[0]
