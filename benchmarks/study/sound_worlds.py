@@ -250,7 +250,9 @@ def _sailed(boat: Vehicle, number: int, seed: int, noises: Sequence[str], waves:
 
 def _driven(boat: Vehicle, held: Array, rng: np.random.Generator, seed: int, sensors: Sensors) -> SimulatedLog:
     orders = Orders(held, float(rng.uniform(-np.pi, np.pi)))
-    return World(boat, duration=COMMAND_STEP * (held.shape[0] - 1), seed=seed, orders=orders).run(replace(sensors, odometry_rate=RATES[0]))
+    return World(boat, duration=COMMAND_STEP * (held.shape[0] - 1), seed=seed, orders=orders).run(
+        replace(sensors, odometry_rate=RATES[0])
+    )
 
 
 def _pushed(log: SimulatedLog, rng: np.random.Generator) -> SimulatedLog:

@@ -10,69 +10,80 @@ from ...physics.frames import Array, body_to_earth
 from ..canonical import Channel
 from ..log import Log
 from ..statistics.robust import Fit, robust_fit
+from .faults import BLOCK
 
 _WINDOW = 4.0
-"""Length of the pieces over which changes are compared [s]: long beside the noise of a position, short beside drift."""
-_LEAST_PIECES = 6
-"""Pieces that are needed: each has two ways, and a track has four unknowns."""
+"""Length of a piece over which changes are compared [s]: long beside the noise of a position, short beside drift."""
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
-    """Changes over pieces by one record and by what should explain it, with the number of the piece of each row."""
+class Turns:
+    """Turning of the heading over pieces, and that by the yaw rate (m,) [rad]; their lengths [s], and their numbers."""
 
-    target: Array
-    columns: Array
+    heading: Array
+    rate: Array
+    span: Array
     piece: NDArray[np.int64]
 
 
-def turns(log: Log, scale: float) -> Pieces | None:
-    """Turning of the heading, times `scale`, and that by the yaw rate; a bias of the rate is a constant."""
-    heading, rate = log.channels["psi"], log.channels["r"]
-    angle = np.unwrap(scale * heading.value)
-    total = _integral(rate, rate.value, heading.time)
-    cut = _cut(heading.time, max(heading.period, rate.period))
-    if cut is None:
+@dataclass(frozen=True, slots=True)
+class Ways:
+    """Way made good by position over pieces, and by the speeds turned into the earth, north + i east (m,) [m]."""
+
+    made: NDArray[np.complex128]
+    sailed: NDArray[np.complex128]
+    span: Array
+    piece: NDArray[np.int64]
+
+
+def turns(logs: Sequence[Log], scale: float) -> Turns | None:
+    """Turning by headings, times `scale`, and by yaw rates, over the pieces of all logs; None where there is none."""
+    found, begun = [], 0
+    for log in logs:
+        heading, rate = log.channels["psi"], log.channels["r"]
+        cut = _cut(heading.time, max(heading.period, rate.period))
+        if cut is None:
+            continue
+        first, last, span = cut
+        angle, total = np.unwrap(scale * heading.value), _integral(rate, rate.value, heading.time)
+        found.append((angle[last] - angle[first], total[last] - total[first], span, begun + np.arange(span.size)))
+        begun += span.size + 1
+    return Turns(*_joined(found)) if found else None
+
+
+def ways(logs: Sequence[Log], turn: int, side: int) -> Ways | None:
+    """Way by positions and by the sum of exp(i turn psi) (u + i side v), over the pieces of all logs."""
+    found, begun = [], 0
+    for log in logs:
+        x, y, u = (log.channels[name] for name in ("x", "y", "u"))
+        cut = _cut(x.time, max(x.period, u.period)) if x.time.size == y.time.size else None
+        if cut is None:
+            continue
+        psi, sway = log.channels["psi"], log.channels.get("v")
+        heading = np.interp(u.time, psi.time, np.unwrap(psi.value))
+        across = np.interp(u.time, sway.time, sway.value) if sway else np.zeros(u.time.size)
+        north, east = body_to_earth(turn * heading, u.value, side * across)
+        first, last, span = cut
+        sailed = _integral(u, north, x.time) + 1j * _integral(u, east, x.time)
+        made = x.value + 1j * y.value
+        found.append((made[last] - made[first], sailed[last] - sailed[first], span, begun + np.arange(span.size)))
+        begun += span.size + 1
+    return Ways(*_joined(found)) if found else None
+
+
+def fit_ways(found: Ways) -> Fit | None:
+    """Fit the complex number c and the current of made = c sailed + current span; None for too few pieces to do it."""
+    ahead, nothing = found.sailed, np.zeros(found.span.size)
+    columns = [(ahead.real, ahead.imag), (-ahead.imag, ahead.real), (found.span, nothing), (nothing, found.span)]
+    target = np.concatenate([found.made.real, found.made.imag])
+    if target.size <= len(columns):
         return None
-    first, last, span = cut
-    return _kept(angle[last] - angle[first], [total[last] - total[first], span], np.arange(span.size))
+    return robust_fit(np.column_stack([np.concatenate(pair) for pair in columns]), target, np.tile(found.piece, 2))
 
 
-def ways(log: Log, turn: float, side: float) -> Pieces | None:
-    """Way made good by position, and that by the speeds turned into the earth, as two numbers: ahead and across.
-
-    Position = c times the sum of exp(i turn psi) (u + i side v), plus a current: real and imaginary part of c come
-    first, then the current. `turn` and `side` are 1 or -1; an angle of c is the angle by which axes are off.
-    """
-    x, y, u = (log.channels[name] for name in ("x", "y", "u"))
-    if x.time.size != y.time.size:
-        return None
-    psi, sway = log.channels["psi"], log.channels.get("v")
-    heading = np.interp(u.time, psi.time, np.unwrap(psi.value))
-    across = np.interp(u.time, sway.time, sway.value) if sway else np.zeros(u.time.size)
-    rates = body_to_earth(turn * heading, u.value, side * across)
-    cut = _cut(x.time, max(x.period, u.period))
-    if cut is None:
-        return None
-    first, last, span = cut
-    north, east = (total[last] - total[first] for total in (_integral(u, rate, x.time) for rate in rates))
-    target = np.concatenate([channel.value[last] - channel.value[first] for channel in (x, y)])
-    nothing = np.zeros(span.size)
-    columns = [(north, east), (-east, north), (span, nothing), (nothing, span)]
-    return _kept(target, [np.concatenate(pair) for pair in columns], np.tile(np.arange(span.size), 2))
-
-
-def fit_pieces(found: Sequence[Pieces | None]) -> Fit | None:
-    """Fit the pieces of all logs together; None where there are fewer than six."""
-    known = [pieces for pieces in found if pieces is not None]
-    if not known or sum(np.unique(pieces.piece).size for pieces in known) < _LEAST_PIECES:
-        return None
-    begun, numbers = 0, []
-    for pieces in known:
-        numbers.append(begun + pieces.piece)
-        begun += int(pieces.piece.max()) + 1
-    target = np.concatenate([pieces.target for pieces in known])
-    return robust_fit(np.concatenate([pieces.columns for pieces in known]), target, np.concatenate(numbers))
+def blocks_of_pieces(piece: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Numbers of the blocks of time to which pieces of some numbers belong."""
+    return piece // round(BLOCK / _WINDOW)
 
 
 def _integral(channel: Channel, rate: Array, at: Array) -> Array:
@@ -98,7 +109,8 @@ def _cut(time: Array, period: float) -> tuple[NDArray[np.int64], NDArray[np.int6
     return (first[whole], last[whole], span[whole]) if whole.any() else None
 
 
-def _kept(target: Array, columns: list[Array], piece: NDArray[np.int64]) -> Pieces | None:
-    table = np.column_stack(columns)
-    keep = np.isfinite(table).all(axis=1) & np.isfinite(target)
-    return Pieces(target[keep], table[keep], piece[keep]) if keep.any() else None
+def _joined(found: list[tuple[Array, ...]]) -> list[Array]:
+    """The pieces of all logs whose numbers are all known."""
+    table = [np.concatenate(column) for column in zip(*found, strict=True)]
+    keep = np.logical_and.reduce([np.isfinite(column) for column in table])
+    return [column[keep] for column in table]

@@ -1,7 +1,7 @@
 """How surge and yaw answer each command, tried at every delay: which way a thruster pushes, on which side it sits."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,12 +88,16 @@ class Trial:
     answers : to each command of one kind
     left : (stretches,) what this leaves of the changes of surge and yaw, over what the best delay leaves on average
     row : from one record of the commands to the next [s]
+    power : (stretches,) of the changes, in the same unit
+    without : what is left where some commands push nothing ahead, and some turn nothing
     """
 
     seconds: float
     answers: Mapping[str, Answer]
     left: Array
     row: float = ROW
+    power: Array = field(default_factory=lambda: np.zeros(0))
+    without: Callable[[frozenset[str], frozenset[str]], Array] | None = None
 
     @property
     def in_step(self) -> bool:
@@ -114,10 +118,12 @@ class Trials:
     ----------
     best : leaves least
     rivals : local optima of the delay that are not surely worse, best first
+    stepped : the best of those in step, whether it is surely worse or not
     """
 
     best: Trial
     rivals: tuple[Trial, ...]
+    stepped: Trial | None = None
 
     @property
     def contrary(self) -> tuple[Trial, ...]:
@@ -206,7 +212,8 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     found = [_trial(tables, int(lags[k]), margin, full, left[tried[0]], row) for k in tried]
     if found[0].left.size < _LEAST_BLOCKS:
         return None
-    return Trials(found[0], tuple(trial for trial in found[1:] if not surely_more(trial.left, found[0].left)))
+    stepped = next((trial for trial in found if trial.in_step), None)
+    return Trials(found[0], tuple(one for one in found[1:] if not surely_more(one.left, found[0].left)), stepped)
 
 
 def _scores(left: Array) -> Array:
@@ -315,11 +322,18 @@ def _trial(
         ]
         told[name] = Answer(*(full[name] * number for part in both for number in part))
     _, number = np.unique(stretch, return_inverse=True)
-    left = np.zeros(int(number.max()) + 1 if number.size else 0)
-    for axis, columns in enumerate(beside_drag):
-        rest = changes[:, axis] - columns @ np.linalg.lstsq(columns, changes[:, axis], rcond=None)[0]
-        left += np.bincount(number, rest**2, left.size) / scale[axis] * left.size
-    return Trial(lag * _STEP, told, left, row)
+    count = int(number.max()) + 1 if number.size else 0
+
+    def left(idle: frozenset[str], turning_nothing: frozenset[str]) -> Array:
+        found = np.zeros(count)
+        for axis, (columns, silent) in enumerate(zip(beside_drag, (idle, turning_nothing), strict=True)):
+            kept = np.delete(columns, [k for k, name in enumerate(full) if name in silent], axis=1)
+            rest = changes[:, axis] - kept @ np.linalg.lstsq(kept, changes[:, axis], rcond=None)[0]
+            found += np.bincount(number, rest**2, count) / scale[axis] * count
+        return found
+
+    power = np.bincount(number, (changes**2 / scale).sum(axis=1), count) * count
+    return Trial(lag * _STEP, told, left(frozenset(), frozenset()), row, power, left)
 
 
 def _full(records: Sequence[Record], name: str, centre: float) -> float:
