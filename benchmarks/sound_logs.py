@@ -3,8 +3,8 @@
 A refusal is a claim, too. Nothing is wrong with the runs of `study/sound_worlds.py`: our own worlds, a simulator of
 other assumptions, simulators of others, and logs from outside (a boat on a lake, Gazebo, others), where they lie beside
 the repository. Each run is recorded at 50, 20, 10, 5, 2 and 1 Hz, as far as it holds them, with its commands in the
-rows of the motion or at their own instants in turn, and each record is a log. All checks are made of it, with its
-vehicle file; the discovery itself is not run.
+rows of the motion or at their own instants in turn, with all channels, without positions, or without speeds; each
+record is a log. All checks are made of it, with its vehicle file; the discovery itself is not run.
 
     python benchmarks/sound_logs.py [--logs 600] [--seeds tuning|reporting] [--jobs N] [--tell]
         [--table docs/sound_logs.md]
@@ -17,16 +17,18 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
+from study.noted_faults import noted, sure_sizes
 from study.records import Kept, Script, bound, in_a_table
 from study.sound_worlds import KINDS, Run, drawn, from_outside, outside, recorded
 
 from undertow.measurements.quality.examination import examine
+from undertow.measurements.quality.faults import OVERWHELMING, Kind
 
 FIRST = {"tuning": 240_000, "reporting": 250_000}
 MOST = 0.001
 """Share of sound logs that a check may refuse."""
 PACKAGES = ("physics", "measurements")
-REFUSING = ("stuck", "spikes", "exchanged", "units", "direction", "sides", "clocks", "drive", "limited")
+REFUSING = tuple(dict.fromkeys(kind.value.check for kind in Kind))
 """The checks that can refuse a log, by the names of their findings."""
 
 
@@ -46,12 +48,14 @@ def judge(first: int, number: int) -> dict[str, Any]:
 def judged(run: Run, number: int) -> dict[str, Any]:
     """What is said against a run, recorded at each rate."""
     logs = []
-    for rate, log in recorded(run.log, together=bool(number % 2)).items():
-        findings = examine(log, run.vehicle).findings
+    for rate, log in recorded(run.log, number).items():
+        with noted() as faults:
+            findings = examine(log, run.vehicle).findings
         logs.append(
             {
                 "rate": rate,
                 "refused": {f.check: f.sentence for f in findings if f.refused},
+                "sizes": sure_sizes(faults),
                 "accused": {f.check: f.sentence for f in findings if f.verdict in ("defect", "warning")},
             }
         )
@@ -68,6 +72,11 @@ def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
         hits, warned = (sum(name in log[what] for _, log in logs) for what in ("refused", "accused"))
         share = f"{hits / max(len(logs), 1):.2%} (< {bound(hits, len(logs), 0.95):.2%})"
         by_check.append((name, hits, share, warned - hits))
+    by_kind = []
+    for kind in Kind:
+        sizes = sorted((log["sizes"][kind.name] for _, log in logs if kind.name in log["sizes"]), reverse=True)
+        tail = [f"{size:.2f}" for size in sizes[:3]]
+        by_kind.append((kind.name.lower().replace("_", " "), kind.value.check, len(sizes), ", ".join(tail)))
     every = [*KINDS, *dict.fromkeys(record["kind"] for record in records if record["kind"] not in KINDS)]
     rows = [
         (title, len(some), sum(bool(log["refused"]) for log in some), sum(bool(log["accused"]) for log in some))
@@ -85,6 +94,8 @@ def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
         "were independent). Each check that can refuse:",
         in_a_table(("check", "refused", f"share (at most {MOST:.1%})", "warned"), by_check),
         in_a_table(("logs", "number", "refused", "accused"), rows),
+        f"The largest sizes that were sure, of each kind of fault; a log is refused from {OVERWHELMING:g} on.",
+        in_a_table(("fault", "check", "logs in which it was weighed", "largest three"), by_kind),
         "\n".join(
             f"- number {record['number']} at {log['rate']:g} Hz ({record['kind']}, {record['what']}), {name}: {text}"
             for record, log in told

@@ -182,13 +182,15 @@ def in_memory(log: SimulatedLog) -> Log:
     return Log(Path("log.csv"), {channel.name: channel for channel in channels})
 
 
-def recorded(log: Log, together: bool) -> dict[float, Log]:
-    """The same run as it would have been recorded at each of `RATES` that it holds, the first of all rows among them.
+def recorded(log: Log, number: int) -> dict[float, Log]:
+    """The same run as it would have been recorded at each of `RATES` that it holds.
 
-    Parameters
-    ----------
-    together : commands stand in the rows of the motion, as in a wide table; else they come at their own instants
+    By the number of the run in turn, commands stand in the rows of the motion, as in a wide table, or come at their own
+    instants; and all channels are there, or no positions, or no speeds.
     """
+    together, absent = bool(number % 2), ((), ("x", "y"), ("u", "v"))[number // 2 % 3]
+    if set(absent) < set(log.channels) and {"x", "u"} <= set(log.channels):
+        log = replace(log, channels={name: c for name, c in log.channels.items() if name not in absent})
     own = 1.0 / min(log.channels[name].period for name in ("psi", "r") if name in log.channels)
     rates = [rate for rate in RATES if rate < 1.05 * own] or [own]
     return {rate: _thinned(log, rate, together) for rate in rates}

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,7 +110,7 @@ def _cut(time: Array, period: float) -> tuple[NDArray[np.int64], NDArray[np.int6
     return (first[whole], last[whole], span[whole]) if whole.any() else None
 
 
-def _joined(found: list[tuple[Array, ...]]) -> list[Array]:
+def _joined(found: Sequence[tuple[NDArray[Any], ...]]) -> list[NDArray[Any]]:
     """The pieces of all logs whose numbers are all known."""
     table = [np.concatenate(column) for column in zip(*found, strict=True)]
     keep = np.logical_and.reduce([np.isfinite(column) for column in table])

@@ -332,7 +332,7 @@ def _trial(
             found += np.bincount(number, rest**2, count) / scale[axis] * count
         return found
 
-    power = np.bincount(number, (changes**2 / scale).sum(axis=1), count) * count
+    power = np.asarray(np.bincount(number, (changes**2 / scale).sum(axis=1), count) * count, dtype=float)
     return Trial(lag * _STEP, told, left(frozenset(), frozenset()), row, power, left)
 
 

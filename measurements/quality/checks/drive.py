@@ -108,8 +108,8 @@ def _held_beside_their_twins(records: Sequence[Record], parts: Sequence[Part], n
             Finding(
                 check="drive",
                 verdict="warning",
-                sentence=f"{names[place]} stands still for {seconds:.0f} s at a push, while {names[other]} on the other "
-                "side moves; whether its thruster was held, or its record is frozen, the log cannot tell",
+                sentence=f"{names[place]} stands still for {seconds:.0f} s at a push, while {names[other]} on the "
+                "other side moves; whether its thruster was held, or its record is frozen, the log cannot tell",
                 value=seconds,
                 unit="s",
                 channels=(names[place],),
@@ -212,8 +212,8 @@ def _of_another_run(records: Sequence[Record], parts: Sequence[Part], names: lis
 def _unanswered(records: Sequence[Record], band: tuple[float, float]) -> Size | None:
     """How much of the accelerations in a band, beyond noise and hull, no command explains at the best delay.
 
-    It is that of the axis that answers more. The vehicle says what its hull does, and what thrust is but for its size and sign;
-    without a vehicle both are fitted. None where there is little but noise.
+    It is that of the axis that answers more. The vehicle says what its hull does, and what each thrust is but for its
+    size and sign; without a vehicle both are fitted. None where there is little but noise.
     """
     parts = parts_of(records, band)[2]
     modelled = all(part.modelled for part in parts)

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ....physics.frames import Array
 from ...canonical import Channel
-from ..finding import Channels, Check, Finding, Fix, Reach
+from ..faults import BLOCK, Fault, Kind, Share, Size, size_of
+from ..finding import Channels, Check, Finding, Fix
 from ..record import Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r")
@@ -21,8 +22,6 @@ _STEPS = 10.0
 """Median steps by which a value must leave its neighbours, where the range is narrow: a jump, not a quick change."""
 _WHOLE = 0.8
 """Share of its whole range by which a record must jump in one row for a counter that turned over."""
-_FEW = 0.002
-"""Share of spikes up to which the rest of a record can be used as it is."""
 
 
 @final
@@ -45,41 +44,28 @@ class Spikes(Check):
 def _told(name: str, channels: Sequence[Channel]) -> list[Finding]:
     out = sum(int(np.count_nonzero(_spiked(_values(channel)))) for channel in channels)
     jumps = [float(jump) for channel in channels for jump in _jumps(_values(channel))]
-    rows = sum(channel.time.size for channel in channels)
+    unit, whole = channels[0].unit if channels else "", Size(Share(1.0, 0.0), Share(1.0, 0.0))
     if len(jumps) > 1 and not out:
-        text = f"{name} jumps by {abs(jumps[0]):.4g} {channels[0].unit} {len(jumps)} times, all of its range"
-        wrong = "the boat seems to leap from one end of the range to the other"
-        remedy = "unwrap it: its counter is too short for what it measures"
-        return [
-            Finding(
-                check="spikes",
-                verdict="defect",
-                sentence=text,
-                value=jumps[0],
-                unit=channels[0].unit,
-                channels=(name,),
-                consequence=wrong,
-                remedy=remedy,
-                reach=Reach.LOG,
-            )
-        ]
+        facts = {"jump": abs(jumps[0]), "unit": unit, "count": len(jumps)}
+        return [Fault(Kind.WRAPPED, (name,), whole, facts, jumps[0], unit=unit).told("defect")]
     if not out:
         return []
-    share = out / rows
-    return [
-        Finding(
-            check="spikes",
-            verdict="defect" if share > _FEW else "warning",
-            sentence=f"{out} values of {name} stand far out of their record ({100.0 * share:.2g} %)",
-            value=share,
-            unit="1",
-            channels=(name,),
-            consequence="each is a force that never was",
-            remedy="leave these values out",
-            fix=Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name)),
-            reach=Reach.LOG,
-        )
-    ]
+    share, size = out / sum(channel.time.size for channel in channels), _size(channels)
+    fix = Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name))
+    fault = Fault(Kind.SPIKES, (name,), size, {"count": out, "part": 100.0 * share}, share, fix=fix)
+    return [fault.told("defect" if size.refuses else "warning")]
+
+
+def _size(channels: Sequence[Channel]) -> Size:
+    """How much of the bends of records lies in values that stand out, and over the records' own power."""
+    rows, begun = [], 0
+    for channel in channels:
+        values = _values(channel)
+        bend = (values[1:-1] - 0.5 * (values[:-2] + values[2:])) ** 2
+        number = begun + ((channel.time[1:-1] - channel.time[0]) // BLOCK).astype(np.int64)
+        rows.append((bend, np.where(_spiked(values)[1:-1], 0.0, bend), (values[1:-1] - np.median(values)) ** 2, number))
+        begun = int(number[-1]) + 1
+    return size_of(*(np.concatenate(column) for column in zip(*rows, strict=True)))
 
 
 def _values(channel: Channel) -> Array:

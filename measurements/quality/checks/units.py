@@ -321,11 +321,10 @@ def _factor(rows: Sequence[tuple[Array, Array, Array]], inverse: bool) -> tuple[
     each = [float(v) for k, v in enumerate(fit.values[: table.shape[1] - besides.shape[1]]) if fit.certain(k, FEWEST)]
     if not each or max(each) <= 0.0:
         return None
-    best, said, errors = max(each), table[:, : table.shape[1] - besides.shape[1]].sum(axis=1), []
-    for value in (1.0, best):
-        left = target - value * said
-        errors.append((left - besides @ np.linalg.lstsq(besides, left, rcond=1e-9)[0]) ** 2)
-    return (1.0 / best if inverse else best), size_of(*errors, said**2, piece * round(_PIECE) // round(BLOCK))
+    best, said = max(each), table[:, : table.shape[1] - besides.shape[1]].sum(axis=1)
+    series = np.column_stack([target - said, target - best * said, said])
+    as_is, factored, power = ((series - besides @ np.linalg.lstsq(besides, series, rcond=1e-9)[0]) ** 2).T
+    return (1.0 / best if inverse else best), size_of(as_is, factored, power, piece * round(_PIECE) // round(BLOCK))
 
 
 def _stretches(records: Sequence[Record]) -> list[tuple[Record, Stretch]]:
