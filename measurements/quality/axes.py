@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...physics.frames import Array
 from ..canonical import Channel
@@ -93,10 +94,13 @@ class _Rule:
 
     def errors(self, c: complex) -> Array:
         """Squared errors (pieces,) [m^2] with a given number, and the current that fits then."""
-        left = self.ways.made - c * self.ways.sailed
-        drift = left / self.ways.span
-        current = np.median(drift.real) + 1j * np.median(drift.imag)
-        return np.abs(left - current * self.ways.span) ** 2
+        return _beside_current(self.ways.made - c * self.ways.sailed, self.ways.span)
+
+
+def _beside_current(way: NDArray[np.complex128], span: Array) -> Array:
+    """Squared ways (pieces,) [m^2] beside the current that is in them all."""
+    drift = way / span
+    return np.abs(way - (np.median(drift.real) + 1j * np.median(drift.imag)) * span) ** 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,13 +126,15 @@ def track_of(logs: Sequence[Log]) -> Track | None:
     if len(rules) < 4:
         return None
     ways, block = rules[0].ways, blocks_of_pieces(rules[0].ways.piece)
-    way, sway = np.abs(ways.made) ** 2, np.abs(0.5 * (ways.sailed - rules[1].ways.sailed)) ** 2
+    way, sway = (_beside_current(one, ways.span) for one in (ways.made, 0.5 * (ways.sailed - rules[1].ways.sailed)))
     as_is, least = rules[0].errors(1.0 + 0.0j), min((rule.errors(rule.best) for rule in rules), key=np.sum)
     for level in _readings(rules):
         reading = min(level, key=lambda one: float(one.errors().sum()))
         rule, told = reading.rule, reading.errors()
         own = sway if (rule.turn, rule.side, reading.quarters) == (1, -1, 0) else way
-        if not size_of(told, least, own, block).warns:
+        # Sway alone makes little of the way, and is weighed against its own part of it.
+        other = next(one for one in rules if (one.turn, one.side) == (rule.turn, -rule.side)).errors(reading.c)
+        if not size_of(told, least, way, block).warns and not size_of(told, other, sway, block).warns:
             break
     noise = _noise(both)
     return Track(

@@ -64,6 +64,13 @@ class Share:
         """What it surely is at most."""
         return self.value + self.error
 
+    @property
+    def by_factors(self) -> "Share":
+        """The same of a ratio that has no upper end, and is sure to a factor: its lower end is never below nothing."""
+        if not self.value > 0.0 or not np.isfinite(self.error):
+            return self
+        return replace(self, error=self.value * -float(np.expm1(-self.error / self.value)))
+
     def __str__(self) -> str:
         """In percent, for a sentence."""
         if not np.isfinite(self.error):
@@ -106,7 +113,7 @@ def size_of(without: Array, with_fault: Array, power: Array, block: NDArray[np.i
     block : (n,) number of the block of each row
     """
     gain = without - with_fault
-    return Size(ratio_by_blocks(gain, without, block), ratio_by_blocks(gain, power, block))
+    return Size(ratio_by_blocks(gain, without, block), ratio_by_blocks(gain, power, block).by_factors)
 
 
 def ratio_by_blocks(part: Array, whole: Array, block: NDArray[np.int64]) -> Share:

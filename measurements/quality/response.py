@@ -1,7 +1,7 @@
 """How surge and yaw answer each command, tried at every delay: which way a thruster pushes, on which side it sits."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,32 @@ class Answer:
         return {1: "port", -1: "starboard"}.get(self.turn * self.ahead, "")
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """The problem that a trial fits: changes of surge and yaw (n, 2) of power 1, columns of each, and their stretches.
+
+    The first columns are those of the commands, in the order of their `names`.
+    """
+
+    names: tuple[str, ...]
+    changes: Array
+    columns: tuple[Array, ...]
+    stretch: NDArray[np.int64]
+
+    def errors(self, idle: Collection[str] = (), turning_nothing: Collection[str] = ()) -> Array:
+        """Squared errors (n,) where some commands push nothing ahead, and some turn nothing."""
+        found = np.zeros(self.stretch.size)
+        for axis, silent in enumerate((idle, turning_nothing)):
+            kept = np.delete(self.columns[axis], [k for k, name in enumerate(self.names) if name in silent], axis=1)
+            found += (self.changes[:, axis] - kept @ np.linalg.lstsq(kept, self.changes[:, axis], rcond=None)[0]) ** 2
+        return found
+
+    @property
+    def power(self) -> Array:
+        """Squares (n,) of both changes."""
+        return (self.changes**2).sum(axis=1)
+
+
 @dataclass(frozen=True, slots=True)
 class Trial:
     """The answers where the boat answers its commands `seconds` after them.
@@ -88,16 +114,14 @@ class Trial:
     answers : to each command of one kind
     left : (stretches,) what this leaves of the changes of surge and yaw, over what the best delay leaves on average
     row : from one record of the commands to the next [s]
-    power : (stretches,) of the changes, in the same unit
-    without : what is left where some commands push nothing ahead, and some turn nothing
+    fitted : what was fitted, to be weighed against other explanations
     """
 
     seconds: float
     answers: Mapping[str, Answer]
     left: Array
     row: float = ROW
-    power: Array = field(default_factory=lambda: np.zeros(0))
-    without: Callable[[frozenset[str], frozenset[str]], Array] | None = None
+    fitted: "Fitted | None" = None
 
     @property
     def in_step(self) -> bool:
@@ -324,16 +348,12 @@ def _trial(
     _, number = np.unique(stretch, return_inverse=True)
     count = int(number.max()) + 1 if number.size else 0
 
-    def left(idle: frozenset[str], turning_nothing: frozenset[str]) -> Array:
-        found = np.zeros(count)
-        for axis, (columns, silent) in enumerate(zip(beside_drag, (idle, turning_nothing), strict=True)):
-            kept = np.delete(columns, [k for k, name in enumerate(full) if name in silent], axis=1)
-            rest = changes[:, axis] - kept @ np.linalg.lstsq(kept, changes[:, axis], rcond=None)[0]
-            found += np.bincount(number, rest**2, count) / scale[axis] * count
-        return found
-
-    power = np.asarray(np.bincount(number, (changes**2 / scale).sum(axis=1), count) * count, dtype=float)
-    return Trial(lag * _STEP, told, left(frozenset(), frozenset()), row, power, left)
+    left, size = np.zeros(count), np.maximum((changes**2).mean(axis=0), 1e-300)
+    for axis, columns in enumerate(beside_drag):
+        rest = changes[:, axis] - columns @ np.linalg.lstsq(columns, changes[:, axis], rcond=None)[0]
+        left += np.bincount(number, rest**2, count) / scale[axis] * count
+    fitted = Fitted(tuple(full), changes / np.sqrt(size), tuple(beside_drag), number)
+    return Trial(lag * _STEP, told, left, row, fitted)
 
 
 def _full(records: Sequence[Record], name: str, centre: float) -> float:

@@ -231,8 +231,9 @@ def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: 
     """What the motion gains where commands are moved to a delay [s]: by the vehicle, or by the answers fitted there."""
     size = size_by_model(records, delayed(seconds))
     for one in found if size is None else ():
-        if one.stepped is not None and one.late:
-            size = size_of(one.stepped.left, one.best.left, one.best.power, np.arange(one.best.left.size))
+        stepped, best = one.stepped and one.stepped.fitted, one.best.fitted
+        if stepped is not None and best is not None and not one.best.in_step:
+            size = size_of(stepped.errors(), best.errors(), best.power, best.stretch)
     return size
 
 

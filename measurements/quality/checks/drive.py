@@ -65,9 +65,10 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
     if not _turn(records, name) or seconds < LEAST:
         return None
     thruster, a_newton = _newton(records, name)
-    left = np.concatenate([part.left for part in parts])
+    pushes = np.concatenate([part.pushes for part in parts])
+    left = _beside_scales(np.concatenate([part.left for part in parts]), pushes)
     surge, yaw = ((left - left[stands].mean(axis=0)) / a_newton).T
-    sizes = np.sqrt((np.concatenate([part.pushes for part in parts]) ** 2).mean(axis=0))
+    sizes = np.sqrt((pushes**2).mean(axis=0))
     newtons = np.array([np.hypot(*_newton(records, other)[1]) for other in names])
     works = float(np.max(np.hypot(*sizes.T) / np.where(newtons > 0.0, newtons, np.inf)))
     push = float(np.sqrt(max((surge * yaw)[stands].mean(), 0.0)))
@@ -81,6 +82,14 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
         blocks_of([part.left.shape[0] for part in parts]),
     )
     return Fault(Kind.FROZEN, (name,), size, {"seconds": seconds, "push": push}).ruled()
+
+
+def _beside_scales(left: Array, pushes: Array) -> Array:
+    """What is left (n, 2) of accelerations if each thruster may push more or less than the vehicle says, (n, c, 2)."""
+    size = np.maximum(np.sqrt((left**2).mean(axis=0)), 1e-300)
+    table = np.concatenate([pushes[:, :, axis] / size[axis] for axis in range(2)])
+    scales = np.linalg.lstsq(table, np.concatenate((left / size).T), rcond=1e-9)[0]
+    return np.asarray(left - np.einsum("ncx,c->nx", pushes, scales))
 
 
 def _newton(records: Sequence[Record], name: str) -> tuple[Thruster, Array]:
@@ -230,7 +239,8 @@ def _unanswered(records: Sequence[Record], band: tuple[float, float]) -> Size | 
             table = np.concatenate([one[early : early + n] for one, n in zip(driven, kept, strict=True)])
             noise, block = max(float(part.noise[axis]) for part in parts) ** 2, blocks_of(kept)
             power = (target**2 if modelled else squared_held_out(target, beside, block)) - noise
-            if not power.sum() > noise * power.size:
+            expected = np.inf if not modelled else float((table.sum(axis=1) ** 2).mean())
+            if not min(float(power.mean()), expected) > noise:  # neither motion nor thrust is beyond noise there
                 continue
             columns = table if modelled else np.column_stack([table, beside])
             left = squared_held_out(target, columns, block) - noise

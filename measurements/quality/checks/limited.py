@@ -112,9 +112,10 @@ def _beyond(
         calm = ratio_by_blocks(apart, np.ones(apart.size), block[elsewhere]).high
         usual["much less while they stand elsewhere: " + _CUT] = calm
     cause, least = min(usual.items(), key=lambda one: one[1])
-    size = size_of(there, np.full(there.size, max(least, 0.0)), motion[extreme] - noise, block[extreme])
-    if np.isfinite(least) and size.warns:
-        return size.share, cause
+    if np.isfinite(least):
+        size = size_of(there, np.full(there.size, max(least, 0.0)), motion[extreme] - noise, block[extreme])
+        if size.warns:
+            return size.share, cause
     if not apart.size and size_of(there, 0.0 * there, motion[extreme] - noise, block[extreme]).warns:
         return Share(1.0, np.inf), f"they push nowhere else: {_CUT}, or waves throw the boat about as much"
     return None

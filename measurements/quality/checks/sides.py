@@ -71,13 +71,13 @@ class Sides(Check):
             ]
         turned, moved = (likely and one(records, expected, likely) for one in (likely_reversed, likely_swapped))
         size = _size(records, expected, told)
-        if size is not None and not size.warns:
-            return _too_small(expected, told, size)
-        found = [turned or _direction(records, expected, told, unsure, size)]
+        small = _too_small(expected, told, size) if size is not None and not size.warns else None
+        found = [small or turned or _direction(records, expected, told, unsure, size)]
         if len(names) > 1 and _turns_apart(records):
             text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
             return [*found, Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))]
-        return [*found, moved or _sides(records, expected, told, unsure, size)] if len(names) > 1 else found
+        sides = small and small.model_copy(update={"check": "sides"})
+        return [*found, sides or moved or _sides(records, expected, told, unsure, size)] if len(names) > 1 else found
 
 
 def _misplaced(expected: Mapping[str, Expected], told: Mapping[str, Answer]) -> tuple[frozenset[str], frozenset[str]]:
@@ -101,24 +101,21 @@ def _size(records: Sequence[Record], expected: Mapping[str, Expected], told: Map
     late = float(np.median([one.best.seconds for one in explained]))
     size = size_by_model(records, misplaced(turned, moved), delayed(late))
     for one in explained if size is None else ():
-        best = one.best
-        if best.without is not None and (turned | moved) & set(best.answers):
-            size = size_of(best.without(turned, turned | moved), best.left, best.power, np.arange(best.left.size))
+        fitted = one.best.fitted
+        if fitted is not None and (turned | moved) & set(fitted.names):
+            size = size_of(fitted.errors(turned, turned | moved), fitted.errors(), fitted.power, fitted.stretch)
     return size
 
 
-def _too_small(expected: Mapping[str, Expected], told: Mapping[str, Answer], size: Size) -> list[Finding]:
-    """The findings that thrusters seem to push another way, which explains too little to be told as a fault."""
+def _too_small(expected: Mapping[str, Expected], told: Mapping[str, Answer], size: Size) -> Finding:
+    """The finding that thrusters seem to push another way, which explains too little to be told as a fault."""
     names = tuple(sorted(frozenset.union(*_misplaced(expected, told))))
     text = (
         f"{all_of(names)} may push another way than expected, or sit on the other side; but that explains only "
         f"{size.share} of what is left of surge and yaw without it"
     )
     remedy = "drive each thruster alone, ahead and astern, and look at the log again"
-    return [
-        Finding(check=check, verdict="cannot tell", sentence=text, channels=names, remedy=remedy)
-        for check in (("direction", "sides") if len(expected) > 1 else ("direction",))
-    ]
+    return Finding(check="direction", verdict="cannot tell", sentence=text, channels=names, remedy=remedy)
 
 
 def _turns_apart(records: Sequence[Record]) -> bool:

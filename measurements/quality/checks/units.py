@@ -321,8 +321,9 @@ def _factor(rows: Sequence[tuple[Array, Array, Array]], inverse: bool) -> tuple[
     each = [float(v) for k, v in enumerate(fit.values[: table.shape[1] - besides.shape[1]]) if fit.certain(k, FEWEST)]
     if not each or max(each) <= 0.0:
         return None
-    best, said = max(each), table[:, : table.shape[1] - besides.shape[1]].sum(axis=1)
-    series = np.column_stack([target - said, target - best * said, said])
+    best, causes = max(each), table[:, : table.shape[1] - besides.shape[1]]
+    said, fitted = causes.sum(axis=1), causes @ fit.values[: causes.shape[1]]
+    series = np.column_stack([target - said, target - fitted, said])
     as_is, factored, power = ((series - besides @ np.linalg.lstsq(besides, series, rcond=1e-9)[0]) ** 2).T
     return (1.0 / best if inverse else best), size_of(as_is, factored, power, piece * round(_PIECE) // round(BLOCK))
 
