@@ -122,7 +122,7 @@ def track_of(logs: Sequence[Log]) -> Track | None:
     None without positions, speed and heading, or where there is too little to compare.
     """
     both = [log for log in logs if {"x", "y", "psi", "u"} <= set(log.channels)]
-    rules = [rule for turn in (1, -1) for side in (1, -1) if (rule := _rule(both, turn, side)) is not None]
+    rules = [one for turn in (1, -1) for side in (1, -1) if (one := _rule(both, turn, side)) is not None]
     if len(rules) < 4:
         return None
     ways, block = rules[0].ways, blocks_of_pieces(rules[0].ways.piece)

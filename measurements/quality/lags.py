@@ -14,7 +14,7 @@ from ..statistics.robust import CI
 from .faults import BLOCK, FEWEST, Size, size_of
 
 _FAR = (-5.0, 5.0)
-"""Delays between records of one quantity that are looked for [s]: clocks that were set by hand are seconds apart."""
+"""Delays between records of one quantity that are tried [s]: clocks that were set by hand are seconds apart."""
 FOLLOWS = 0.6
 """Share of a record that another of the same quantity must explain before its delay means anything."""
 QUICK = (0.2, 2.0)
@@ -143,13 +143,14 @@ def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, bl
 
 def _size(grams: Array, lags: NDArray[np.int64], lag: int) -> Size:
     """What a delay explains, beside none, in each stretch, of normal matrices (stretches, lags, p, p)."""
-    errors = []
-    for wanted in (0, lag):
+
+    def errors(wanted: int) -> Array:
         each = grams[:, int(np.argmin(np.abs(lags - wanted)))]
         total = each.sum(axis=0)
         c = np.append(-np.linalg.pinv(total[:-1, :-1], rcond=1e-9, hermitian=True) @ total[:-1, -1], 1.0)
-        errors.append(np.einsum("i,bij,j->b", c, each, c))
-    return size_of(*errors, grams[:, 0, -1, -1], np.arange(grams.shape[0]))
+        return np.einsum("i,bij,j->b", c, each, c)
+
+    return size_of(errors(0), errors(lag), grams[:, 0, -1, -1], np.arange(grams.shape[0]))
 
 
 def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, float, float] | None:

@@ -6,6 +6,7 @@ thruster moved. Commands that explain nothing of the boat's motion, at any delay
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar, final
 
 import numpy as np
@@ -214,6 +215,8 @@ def _of_another_run(records: Sequence[Record], parts: Sequence[Part], names: lis
             return None
     if found is None:
         return None
+    if not all("u" in record.log.channels for record in records):  # derived speeds put their noise into the hull's part
+        found = replace(found, weight=replace(found.weight, error=np.inf))
     facts = {"names": ", ".join(names), "reach": _LAGS, "share": found.weight}
     return Fault(Kind.OTHER_RUN, tuple(names), found, facts).ruled()
 
@@ -239,8 +242,9 @@ def _unanswered(records: Sequence[Record], band: tuple[float, float]) -> Size | 
             table = np.concatenate([one[early : early + n] for one, n in zip(driven, kept, strict=True)])
             noise, block = max(float(part.noise[axis]) for part in parts) ** 2, blocks_of(kept)
             power = (target**2 if modelled else squared_held_out(target, beside, block)) - noise
+            # Thrust that should make little of the motion, or less than noise, is not missed in it.
             expected = np.inf if not modelled else float((table.sum(axis=1) ** 2).mean())
-            if not min(float(power.mean()), expected) > noise:  # neither motion nor thrust is beyond noise there
+            if not power.mean() > noise or not expected > max(noise, OVERWHELMING * float(power.mean())):
                 continue
             columns = table if modelled else np.column_stack([table, beside])
             left = squared_held_out(target, columns, block) - noise

@@ -52,7 +52,9 @@ class Limited(Check):
         commands = np.concatenate([part.commands[use] for part, use in zip(parts, rows, strict=True)])
         rests = np.array([neutral_of(having, name) is not None for name in names])
         extreme = _extreme(commands, parts, rests)[::_ROWS]
-        elsewhere = ~extreme.any(axis=1) & (np.abs(commands[::_ROWS]) > _NEAR).any(axis=1)  # at rest, waves show less
+        elsewhere = np.asarray(
+            ~extreme.any(axis=1) & (np.abs(commands[::_ROWS]) > _NEAR).any(axis=1)
+        )  # at rest, waves show less
         at = [k for k in range(len(names)) if extreme[:, k].sum() * _ROWS * STEP >= LEAST]
         if not at:
             return []

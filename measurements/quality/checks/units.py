@@ -95,10 +95,10 @@ def _turning(logs: Sequence[Log]) -> _Turning | None:
     free = min(scales, key=lambda scale: float(_errors(every[scale], float(fits[scale].values[0])).sum()))
     least = _errors(every[free], float(fits[free].values[0]))
     units = [(s, q) for q in (1.0, _DEGREE, -1.0, -_DEGREE) for s in scales]
-    for level in ([(1.0, 1.0)] if 1.0 in scales else [], units, [(free, float(fits[free].values[0]))]):
-        read = min(level, key=lambda one: float(_errors(every[one[0]], one[1]).sum()), default=None)
-        if read is not None and not size_of(told := _errors(every[read[0]], read[1]), least, power, block).warns:
-            scale, rate = read
+    levels: list[list[tuple[float, float]]] = [[(1.0, 1.0)]] if 1.0 in scales else []
+    for level in (*levels, units, [(free, float(fits[free].values[0]))]):
+        scale, rate = min(level, key=lambda one: float(_errors(every[one[0]], one[1]).sum()))
+        if not size_of(told := _errors(every[scale], rate), least, power, block).warns:
             break
     else:
         return None
@@ -108,10 +108,8 @@ def _turning(logs: Sequence[Log]) -> _Turning | None:
     if wraps is not None and wraps.warns and abs(rate) == _DEGREE:
         size = wraps
     ends = fit.interval(0)
-    return _Turning(
-        *(scale, abs(rate), 1 if rate > 0.0 else -1, float(fit.values[0]) / scale),
-        *(None if ends is None else (ends[0] / scale, ends[1] / scale), size),
-    )
+    ends = None if ends is None else (ends[0] / scale, ends[1] / scale)
+    return _Turning(scale, abs(rate), 1 if rate > 0.0 else -1, float(fit.values[0]) / scale, ends, size)
 
 
 def _errors(found: Turns, rate: float) -> Array:
@@ -123,15 +121,16 @@ def _errors(found: Turns, rate: float) -> Array:
 
 def _wraps(logs: Sequence[Log]) -> Size | None:
     """How much of the steps of headings is explained by turns of 360, beside turns of 2 pi: a record wraps by one."""
-    rows, begun = [], 0
+    columns, number, begun = [np.zeros((0, 3))], [np.zeros(0, dtype=np.int64)], 0
     for log in logs:
         heading = log.channels["psi"]
         step = np.abs(np.diff(heading.value))
-        radians, degrees = (np.minimum(step, np.abs(step - turn)) ** 2 for turn in (2.0 * np.pi, 360.0))
-        number = begun + ((heading.time[1:] - heading.time[0]) // (FEWEST * _PIECE)).astype(np.int64)
-        rows.append((radians, degrees, step**2, number))
-        begun = int(number[-1]) + 1 if number.size else begun
-    return size_of(*(np.concatenate(column) for column in zip(*rows, strict=True))) if rows else None  # type: ignore[arg-type]
+        radians, degrees = (np.minimum(step, np.abs(step - turn)) for turn in (2.0 * np.pi, 360.0))
+        columns.append(np.column_stack([radians, degrees, step]) ** 2)
+        number.append(begun + ((heading.time[1:] - heading.time[0]) // BLOCK).astype(np.int64))
+        begun = int(number[-1][-1]) + 1 if number[-1].size else begun
+    as_is, turned, power = np.concatenate(columns).T
+    return size_of(as_is, turned, power, np.concatenate(number)) if as_is.size else None
 
 
 def _in_degrees(turning: _Turning) -> Finding | None:
