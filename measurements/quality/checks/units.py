@@ -144,9 +144,9 @@ def _in_degrees(turning: _Turning) -> Finding | None:
         done, text = "psi and r turned from degrees into radians", "psi is in degrees and r in degrees per second"
         cure = "map both with 'scale: 0.017453292519943'"
     else:
-        done, text = f"{names[0]} turned from {units[names[0]]} into radians", f"{told}: {names[0]} is in "
-        text += units[names[0]]
-        cure = f"map it with '{names[0]}: {{from: ..., scale: 0.017453292519943}}'"
+        name = next(iter(names))
+        done, text = f"{name} turned from {units[name]} into radians", f"{told}: {name} is in {units[name]}"
+        cure = f"map it with '{name}: {{from: ..., scale: 0.017453292519943}}'"
     facts = {"told": text, "cure": cure}
     fix = _scale(names, _DEGREE, done)
     return Fault(Kind.ANGLE_UNIT, names, turning.size, facts, turning.ratio, turning.ends, fix).ruled()
@@ -317,14 +317,15 @@ def _factor(rows: Sequence[tuple[Array, Array, Array]], inverse: bool) -> tuple[
     table = np.column_stack([cause if inverse else change[:, None], besides])
     target = change if inverse else cause[:, 0]
     fit = robust_fit(table, target, piece)
-    each = [float(v) for k, v in enumerate(fit.values[: table.shape[1] - besides.shape[1]]) if fit.certain(k, FEWEST)]
-    if not each or max(each) <= 0.0:
+    values = fit.values[: table.shape[1] - besides.shape[1]]
+    known = np.array([value > 0.0 and fit.certain(place, FEWEST) for place, value in enumerate(values)])
+    if not known.any():
         return None
-    best, causes = max(each), table[:, : table.shape[1] - besides.shape[1]]
-    said, fitted = causes.sum(axis=1), causes @ fit.values[: causes.shape[1]]
-    series = np.column_stack([target - said, target - fitted, said])
+    strongest = int(np.argmax(np.where(known, values, -np.inf)))
+    best, said, left = float(values[strongest]), table[:, strongest], target - table @ fit.values
+    series = np.column_stack([left + (best - 1.0) * said, left, said])
     as_is, factored, power = ((series - besides @ np.linalg.lstsq(besides, series, rcond=1e-9)[0]) ** 2).T
-    return (1.0 / best if inverse else best), size_of(as_is, factored, power, piece * round(_PIECE) // round(BLOCK))
+    return 1.0 / best if inverse else best, size_of(as_is, factored, power, piece * round(_PIECE) // round(BLOCK))
 
 
 def _stretches(records: Sequence[Record]) -> list[tuple[Record, Stretch]]:
