@@ -26,8 +26,8 @@ from .quick_motion import rates_in_band
 from .record import RATE, Record
 
 OVERWHELMING = 0.25
-"""Share of the squared error, and of the accused record's power, that a fault must surely take away. Calibrated by
-`benchmarks/fault_sizes.py`, which prints the sizes of faults in sound logs and in spoilt ones."""
+"""Share of the squared error, and of the accused record's power, that a fault must surely take away. Calibrated:
+`benchmarks/sound_logs.py` prints the largest sizes of sound logs, `benchmarks/spoiling.py` the least of spoilt ones."""
 FEWEST = 4
 """Blocks below which nothing is sure: with fewer, half of all logs agree in every block by chance, one in 2^(n - 1)."""
 _LEVEL = 0.975

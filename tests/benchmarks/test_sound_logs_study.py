@@ -1,4 +1,4 @@
-"""The study of sound logs: it draws runs that are sound, records them at several rates, and counts refusals by check."""
+"""The study of sound logs: it draws sound runs, records them at several rates, and counts refusals by check."""
 
 import importlib
 from collections.abc import Iterator

@@ -32,15 +32,18 @@ _JUMP = 3.0
 """Times the last step that such a jump has at least."""
 _LEAST = 1.0
 """A value that stays for less than this is not called stuck [s]."""
-_BEFORE, _BEFORE_SECONDS = 10, 0.5
-"""Steps before a stay that tell whether the value was on the move, and the time that they take at least [s]: a log
-that was interpolated to a fine grid has ten rows on one line."""
+_BEFORE = 10
+"""Steps before a stay that tell whether the value was on the move."""
+_BEFORE_SECONDS = 0.5
+"""Time that they take at least [s]: a log that was interpolated to a fine grid has ten rows on one line."""
 _DIGITS = 3.0
 """Steps on the move are at least this many times the last digit of the channel."""
 _MUCH = 0.05
 """Share of the time from which a stuck sensor spoils what is learnt, as gaps do (`rates`)."""
-_TURNS, _RUNS = 0.5, 3.0
-"""Turning [rad] and way [m] from which the rest of the log says that the boat moved."""
+_TURNS = 0.5
+"""Turning from which the rest of the log says that the boat moved [rad]."""
+_RUNS = 3.0
+"""Way from which it does [m]."""
 _NO_DRIFT = 2e-4
 """Share of a track, about that of rounding, that is left by heading and speed where a boat does not drift."""
 _DRIVES = {"psi": "turns", "r": "turns", "v": "turns", "u": "runs", "x": "runs", "ax": "runs", "ay": "turns"}
