@@ -187,29 +187,13 @@ def _stands(commands: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     return stands, long
 
 
-def unexplained(
-    parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]], learnt: Sequence[NDArray[np.bool_]], driven: bool
-) -> Array:
-    """What hull forces, and commands if they are `driven`, do not explain of `left` in some rows, (m, 2).
-
-    Their coefficients are learnt in other rows, or in the same.
-    """
+def unexplained(parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]]) -> Array:
+    """What hull forces, fitted there, do not explain of `left` in some rows, (m, 2)."""
     found = []
     for axis in range(2):
-        tables = [_columns(part, axis, driven) for part in parts]
-        table, again = (
-            np.concatenate([one[use] for one, use in zip(tables, which, strict=True)]) for which in (learnt, rows)
+        table, target = (
+            np.concatenate([one[use] for one, use in zip(every, rows, strict=True)])
+            for every in ([part.states[axis] for part in parts], [part.left[:, axis] for part in parts])
         )
-        known, target = (
-            np.concatenate([part.left[use, axis] for part, use in zip(parts, which, strict=True)])
-            for which in (learnt, rows)
-        )
-        found.append(target - again @ np.linalg.lstsq(table, known, rcond=1e-6)[0])
+        found.append(target - table @ np.linalg.lstsq(table, target, rcond=1e-6)[0])
     return np.column_stack(found)
-
-
-def _columns(part: Part, axis: int, driven: bool) -> Array:
-    if not driven:
-        return part.states[axis]
-    both = np.column_stack([part.commands, part.commands * np.abs(part.commands)])
-    return np.column_stack([part.states[axis], band_passed(both, STEP, QUICK)])

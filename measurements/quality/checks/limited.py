@@ -61,7 +61,7 @@ class Limited(Check):
         left, motion = (
             (table.reshape(-1, _ROWS, 2) ** 2).mean(axis=1)
             for table in (
-                unexplained(parts, rows, rows, driven=False),
+                unexplained(parts, rows),
                 np.concatenate([part.rates[use] for part, use in zip(parts, rows, strict=True)]),
             )
         )
