@@ -2,9 +2,9 @@
 
 A number is a constant of a module of discovery or of the checks of a log; those of the computation (caches, seeds,
 rounding, steps, how many trials, in which band and over which pieces) decide nothing: their sentences have words of
-`COMPUTATION`. A number is calibrated
-where its sentence names a script or a page of one, or where a script writes it (the odds), derived where its sentence
-says from what (words of `DERIVED`), and else a judgement of ours, until somebody says where it comes from.
+`COMPUTATION`. A number is calibrated where its sentence names a script or a page of one, or where a script writes it
+(the odds), derived where its sentence says from what (words of `DERIVED`), and else a judgement of ours, until somebody
+says where it comes from.
 
     python benchmarks/decisive_numbers.py [--every]
 """
@@ -39,7 +39,7 @@ DERIVED = re.compile(
 """Words by which a sentence derives its number."""
 
 
-REFUSES = re.compile(r"faults import|OVERWHELMING =")
+REFUSES = re.compile(r"size_of|Kind\.|OVERWHELMING =")
 """What the source of a check has whose faults may refuse a log, or that says how sure a refusal must be."""
 
 

@@ -15,13 +15,19 @@ from ..record import Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r")
 _LEAST_ROWS = 50
-"""Rows of which the outermost 2 % are one: of fewer, no usual range can be told."""
+"""Rows of which the outermost 2 % are one: of fewer, no usual range can be told.
+Steady, see `benchmarks/steady_limits.py`."""
 _OUT = 0.5
-"""Share of a record's usual range by which a value must leave both its neighbours; a boat does not in one row."""
+"""Share of a record's usual range by which a value must leave both its neighbours; a boat does not in one row.
+Twice as much finds the same, half of it
+accuses quick turns at 1 Hz (`benchmarks/steady_limits.py`)."""
 _STEPS = 10.0
-"""Median steps by which a value must leave its neighbours, where the range is narrow: a jump, not a quick change."""
+"""Median steps by which a value must leave its neighbours, where the range is narrow: a jump, not a quick change.
+Twice as much finds the same, half of it
+accuses quick turns at 1 Hz (`benchmarks/steady_limits.py`)."""
 _WHOLE = 0.8
-"""Share of its whole range by which a record must jump in one row for a counter that turned over."""
+"""Share of its whole range by which a record must jump in one row for a counter that turned over.
+Steady, see `benchmarks/steady_limits.py`."""
 
 
 @final

@@ -28,24 +28,26 @@ _SENSORS: tuple[tuple[str, ...], ...] = (
 )
 _GOES_ON = ("x", "psi")
 """What the motion carries on while the sensor sleeps: it jumps at the end of the stay."""
-_JUMP = 3.0
-"""Times the last step that such a jump has at least."""
+_PLAINLY = 3.0
+"""Times the steps before it that such a jump has at least, and times its last digit that a step on the move has.
+Steady, see `benchmarks/steady_limits.py`."""
 _LEAST = 1.0
-"""A value that stays for less than this is not called stuck [s]."""
+"""A value that stays for less than this is not called stuck [s]. Steady, see `benchmarks/steady_limits.py`."""
 _BEFORE = 10
-"""Steps before a stay that tell whether the value was on the move."""
+"""Steps before a stay that tell whether the value was on the move. Steady, see `benchmarks/steady_limits.py`."""
 _BEFORE_SECONDS = 0.5
-"""Time that they take at least [s]: a log that was interpolated to a fine grid has ten rows on one line."""
-_DIGITS = 3.0
-"""Steps on the move are at least this many times the last digit of the channel."""
+"""Time that they take at least [s]: a log that was interpolated to a fine grid has ten rows on one line.
+Steady, see `benchmarks/steady_limits.py`."""
 _MUCH = 0.05
-"""Share of the time from which a stuck sensor spoils what is learnt, as gaps do (`rates`)."""
+"""Share of the time from which a stuck sensor spoils what is learnt, as gaps do (`rates`).
+Steady, see `benchmarks/steady_limits.py`."""
 _TURNS = 0.5
-"""Turning from which the rest of the log says that the boat moved [rad]."""
+"""Turning from which the rest of the log says that the boat moved [rad]. Steady, see `benchmarks/steady_limits.py`."""
 _RUNS = 3.0
-"""Way from which it does [m]."""
+"""Way from which it does [m]. Steady, see `benchmarks/steady_limits.py`."""
 _NO_DRIFT = 2e-4
-"""Share of a track, about that of rounding, that is left by heading and speed where a boat does not drift."""
+"""Share of a track, about that of rounding, that is left by heading and speed where a boat does not drift.
+Steady, see `benchmarks/steady_limits.py`."""
 _DRIVES = {"psi": "turns", "r": "turns", "v": "turns", "u": "runs", "x": "runs", "ax": "runs", "ay": "turns"}
 """What the boat must do for a record to change: a hull that turns drifts, one that runs straight need not."""
 
@@ -151,9 +153,9 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
     for start, end in zip(starts[long], ends[long], strict=True):
         before = steps[start - before_rows : start]
         moving = before[before > 0.0]
-        if moving.size < 0.6 * before.size / usual or min(np.median(moving), moving[-1]) < _DIGITS * digit:
+        if moving.size < 0.6 * before.size / usual or min(np.median(moving), moving[-1]) < _PLAINLY * digit:
             continue
-        if first.name in _GOES_ON and end < steps.size and steps[end] < _JUMP * np.median(moving):
+        if first.name in _GOES_ON and end < steps.size and steps[end] < _PLAINLY * np.median(moving):
             continue
         found.append((float(time[start]), float(time[end])))
     return found
