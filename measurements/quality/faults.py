@@ -11,7 +11,6 @@ is refused where both are surely beyond `OVERWHELMING`; where both are likely so
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..statistics.quantiles import student
-from .finding import Finding, Fix, Reach
+from .finding import Finding, Fix, Reach, Verdict
 from .quick_motion import rates_in_band
 from .record import RATE, Record
 
@@ -303,7 +302,7 @@ class Fault:
     kind: Kind
     channels: tuple[str, ...]
     size: Size
-    facts: Mapping[str, Any] = field(default_factory=dict)
+    facts: Mapping[str, object] = field(default_factory=dict)
     value: float | None = None
     ci95: tuple[float, float] | None = None
     fix: Fix | None = None
@@ -316,7 +315,7 @@ class Fault:
             return None
         return self.told("defect" if self.size.refuses else "warning")
 
-    def told(self, verdict: Any) -> Finding:
+    def told(self, verdict: Verdict) -> Finding:
         """The fault in words."""
         words: Words = self.kind.value
         known = {"names": " and ".join(self.channels), "share": self.size.share, "weight": self.size.weight}

@@ -12,6 +12,7 @@ from ..canonical import command_kind
 from ..preparation.resampling import command_step
 from ..statistics.paired import surely_more
 from ..statistics.robust import CI, Fit, robust_fit
+from .faults import Size, size_of
 from .lags import FOLLOWS, Response, lag_anywhere
 from .record import RATE, Record, Stretch, shared
 from .resting import centre_of, stands_still
@@ -98,10 +99,11 @@ class Fitted:
             found += (self.changes[:, axis] - kept @ np.linalg.lstsq(kept, self.changes[:, axis], rcond=None)[0]) ** 2
         return found
 
-    @property
-    def power(self) -> Array:
-        """Squares (n,) of both changes."""
-        return (self.changes**2).sum(axis=1)
+    def size_beside(self, without: Array) -> Size:
+        """How much of what the fit explains is gone where another one leaves these squared errors (n,)."""
+        left = self.errors()  # which is noise, and waves, and what else no command and no hull force makes
+        gone, explained = without - left, (self.changes**2).sum(axis=1) - left
+        return size_of(gone, 0.0 * gone, explained, self.stretch)
 
 
 @dataclass(frozen=True, slots=True)

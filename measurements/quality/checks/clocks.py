@@ -9,7 +9,7 @@ import numpy as np
 from ....physics.frames import Array
 from ...canonical import Channel
 from ...statistics.robust import CI
-from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model, size_of
+from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..record import RATE, Record, Stretch
@@ -18,8 +18,8 @@ from ..resting import centre_of, stands_still
 
 _STEP = 1.0 / RATE
 """Of the even time base [s]."""
-_IN_STEP = _STEP
-"""Offset up to which records are in step [s]."""
+_IN_STEP = 0.03
+"""Offset up to which records are in step [s]: half a step of the 20 Hz on which they are compared, and rounding."""
 _REACH = (-0.6, 1.0)
 """Delays that are tried about the one that explains the commands' answer best [s]."""
 
@@ -233,7 +233,7 @@ def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: 
     for one in found if size is None else ():
         stepped, best = one.stepped and one.stepped.fitted, one.best.fitted
         if stepped is not None and best is not None and not one.best.in_step:
-            size = size_of(stepped.errors(), best.errors(), best.power, best.stretch)
+            size = best.size_beside(stepped.errors())
     return size
 
 

@@ -216,6 +216,8 @@ def _of_another_run(records: Sequence[Record], parts: Sequence[Part], names: lis
     if found is None:
         return None
     if not all("u" in record.log.channels for record in records):  # derived speeds put their noise into the hull's part
+        if found.weight.value < 1.0 - OVERWHELMING:
+            return None
         found = replace(found, weight=replace(found.weight, error=np.inf))
     facts = {"names": ", ".join(names), "reach": _LAGS, "share": found.weight}
     return Fault(Kind.OTHER_RUN, tuple(names), found, facts).ruled()

@@ -10,7 +10,7 @@ from ...alignment import LEAST_CORRELATION, band_passed
 from ...canonical import command_kind
 from ...statistics.robust import CI
 from ..expected_answers import SIDE, Expected, as_expected, expected_of, side_of, told_of
-from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model, size_of
+from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
 from ..finding import Check, Finding
 from ..likely_places import likely_reversed, likely_swapped
 from ..place_remedies import all_of, called, map_line, or_vehicle, swapped
@@ -103,7 +103,7 @@ def _size(records: Sequence[Record], expected: Mapping[str, Expected], told: Map
     for one in explained if size is None else ():
         fitted = one.best.fitted
         if fitted is not None and (turned | moved) & set(fitted.names):
-            size = size_of(fitted.errors(turned, turned | moved), fitted.errors(), fitted.power, fitted.stretch)
+            size = fitted.size_beside(fitted.errors(turned, turned | moved))
     return size
 
 

@@ -50,28 +50,43 @@ class Spikes(Check):
 def _told(name: str, channels: Sequence[Channel]) -> list[Finding]:
     out = sum(int(np.count_nonzero(_spiked(_values(channel)))) for channel in channels)
     jumps = [float(jump) for channel in channels for jump in _jumps(_values(channel))]
-    unit, whole = channels[0].unit if channels else "", Size(Share(1.0, 0.0), Share(1.0, 0.0))
     if len(jumps) > 1 and not out:
+        unit = channels[0].unit
         facts = {"jump": abs(jumps[0]), "unit": unit, "count": len(jumps)}
-        return [Fault(Kind.WRAPPED, (name,), whole, facts, jumps[0], unit=unit).told("defect")]
+        size = replace(_size(channels, _unwrapped), weight=Share(1.0, 0.0))  # all that follows a jump is wrong
+        fault = Fault(Kind.WRAPPED, (name,), size, facts, jumps[0], unit=unit)
+        return [] if (found := fault.ruled()) is None else [found]
     if not out:
         return []
-    share, size = out / sum(channel.time.size for channel in channels), _size(channels)
+    share, size = out / sum(channel.time.size for channel in channels), _size(channels, _smoothed)
     fix = Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name))
     fault = Fault(Kind.SPIKES, (name,), size, {"count": out, "part": 100.0 * share}, share, fix=fix)
     return [fault.told("defect" if size.refuses else "warning")]
 
 
-def _size(channels: Sequence[Channel]) -> Size:
-    """How much of the bends of records lies in values that stand out, and over the records' own power."""
+def _size(channels: Sequence[Channel], mended: Callable[[Array], Array]) -> Size:
+    """How much of the bends of records goes where they are mended, and over the records' own power."""
     rows, begun = [], 0
     for channel in channels:
         values = _values(channel)
-        bend = (values[1:-1] - 0.5 * (values[:-2] + values[2:])) ** 2
+        bends = [np.diff(one, 2) ** 2 for one in (values, mended(values))]
         number = begun + ((channel.time[1:-1] - channel.time[0]) // BLOCK).astype(np.int64)
-        rows.append((bend, np.where(_spiked(values)[1:-1], 0.0, bend), (values[1:-1] - np.median(values)) ** 2, number))
+        rows.append((*bends, (values[1:-1] - np.median(values)) ** 2, number))
         begun = int(number[-1]) + 1
     return size_of(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+
+
+def _smoothed(values: Array) -> Array:
+    """The record (n,) with lines between the neighbours of values that stand out."""
+    rows, out = np.arange(values.size), _spiked(values)
+    return np.where(out, np.interp(rows, rows[~out], values[~out]), values)
+
+
+def _unwrapped(values: Array) -> Array:
+    """The record (n,) of a counter that goes on where it turned over: by its whole range."""
+    steps, whole = np.diff(values), float(np.ptp(values))
+    turns = np.where(np.isin(steps, _jumps(values)), -np.sign(steps), 0.0)
+    return values + np.concatenate([[0.0], np.cumsum(turns)]) * (whole + float(np.median(np.abs(steps))))
 
 
 def _values(channel: Channel) -> Array:

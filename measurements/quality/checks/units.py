@@ -16,7 +16,7 @@ from ...canonical import Channel
 from ...log import Log
 from ...statistics.robust import robust_fit
 from ..axes import LENGTHS, SPEEDS, Track, mixed_up, track_of
-from ..faults import BLOCK, FEWEST, Fault, Kind, Size, size_of
+from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
 from ..finding import Channels, Check, Finding, Fix
 from ..pieces import Turns, blocks_of_pieces, turns
 from ..record import RATE, Record, Stretch
@@ -243,7 +243,7 @@ def speed_unit(records: Sequence[Record]) -> list[Finding]:
             continue
         factor, size = found
         unit = next((one for one in SPEEDS if abs(factor / one - 1.0) <= _FINE), None)
-        if unit is not None:
+        if unit is not None and size.share.low > 1.0 - OVERWHELMING:  # it explains the log, and does not only better it
             told = f"{' and '.join(channels)} are in {SPEEDS[unit]}: {witness} moves {factor:.3g} times as fast as said"
             cure = f"map them with 'scale: {unit:g}', or mend the vehicle's mass or thrust if speeds are right"
             fault = Fault(Kind.SPEED_UNIT, channels, size, {"told": told, "cure": cure}, factor)
