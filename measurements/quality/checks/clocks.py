@@ -224,7 +224,7 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     facts = {"seconds": -seconds, "shift": seconds, "size": moved}
     fix = Fix(f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds)))
     fault = Fault(Kind.LATE_COMMANDS, channels, size or Size(none, none), facts, seconds, ends, fix)
-    return [fault.told("defect" if fault.size.refuses else "warning")]
+    return [fault.told("defect" if far and fault.size.refuses else "warning")]  # in step, for a log in such rows
 
 
 def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: float) -> Size | None:
