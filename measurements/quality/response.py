@@ -100,9 +100,9 @@ class Fitted:
         return found
 
     def size_beside(self, without: Array) -> Size:
-        """How much of what the fit explains is gone where another one leaves these squared errors (n,)."""
+        """How much of what the commands explain is gone where another fit leaves these squared errors (n,)."""
         left = self.errors()  # which is noise, and waves, and what else no command and no hull force makes
-        gone, explained = without - left, (self.changes**2).sum(axis=1) - left
+        gone, explained = without - left, self.errors(self.names, self.names) - left
         return size_of(gone, 0.0 * gone, explained, self.stretch)
 
 

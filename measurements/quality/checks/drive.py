@@ -17,7 +17,7 @@ from ....physics.matrices import mass_matrix, push_of
 from ....physics.thrusters import Thruster, command_of, resting_commands
 from ...alignment import band_passed
 from ..expected_answers import explained_as_expected, side_of
-from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Size, blocks_of, size_of, squared_held_out
+from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
 from ..finding import Check, Finding
 from ..quick_motion import LEAST, QUICK, STEP, Part, parts_of
 from ..record import RATE, Record
@@ -216,18 +216,17 @@ def _of_another_run(records: Sequence[Record], parts: Sequence[Part], names: lis
     if found is None:
         return None
     if not all("u" in record.log.channels for record in records):  # derived speeds put their noise into the hull's part
-        if found.weight.value < 1.0 - OVERWHELMING:
-            return None
         found = replace(found, weight=replace(found.weight, error=np.inf))
-    facts = {"names": ", ".join(names), "reach": _LAGS, "share": found.weight}
+    unanswered = Share(0.5 * (1.0 + found.weight.value), 0.5 * found.weight.error)
+    facts = {"names": ", ".join(names), "reach": _LAGS, "share": unanswered}
     return Fault(Kind.OTHER_RUN, tuple(names), found, facts).ruled()
 
 
 def _unanswered(records: Sequence[Record], band: tuple[float, float]) -> Size | None:
-    """How much of the accelerations in a band, beyond noise and hull, no command explains at the best delay.
+    """How much more of the accelerations in a band, beyond noise and hull, no command explains than any does.
 
-    It is that of the axis that answers more. The vehicle says what its hull does, and what each thrust is but for its
-    size and sign; without a vehicle both are fitted. None where there is little but noise.
+    It is that of the axis and the delay that answer most. The vehicle says what its hull does, and what each thrust is
+    but for its size and sign; without a vehicle both are fitted. None where there is little but noise.
     """
     parts = parts_of(records, band)[2]
     modelled = all(part.modelled for part in parts)
@@ -250,7 +249,7 @@ def _unanswered(records: Sequence[Record], band: tuple[float, float]) -> Size | 
                 continue
             columns = table if modelled else np.column_stack([table, beside])
             left = squared_held_out(target, columns, block) - noise
-            size = size_of(left, 0.0 * left, power, block)
+            size = size_of(left, power - left, power, block)
             found = size if found is None or size.weight.value < found.weight.value else found
             if not found.warns:
                 return found
