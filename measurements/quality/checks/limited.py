@@ -48,6 +48,9 @@ class Limited(Check):
         having, names, every = parts_of(records, _BAND)
         if not every or not all(part.modelled for part in every):
             return []  # without a model, what follows a change of the commands late would be taken for their doing
+        logged = [record.log.channels[name].period for record in having for name in "ur" if name in record.log.channels]
+        if 2.0 * _BAND[1] * max(logged, default=0.0) > 1.0:
+            return []  # two samples a period at least (Nyquist): fewer do not hold the band
         parts, rows = zip(*(_stand_by_stand(part) for part in every), strict=True)
         commands = np.concatenate([part.commands[use] for part, use in zip(parts, rows, strict=True)])
         rests = np.array([neutral_of(having, name) is not None for name in names])
