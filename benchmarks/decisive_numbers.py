@@ -1,9 +1,10 @@
 """List the numbers that decide a verdict, or a refusal, and where each comes from.
 
 A number is a constant of a module of discovery or of the checks of a log; those of the computation (caches, seeds,
-rounding, steps, how many trials) decide nothing: their sentences have words of `COMPUTATION`. A number is calibrated
-where its sentence names a script or a page of one, or where a script writes it (the odds), derived where its sentence
-says from what (words of `DERIVED`), and else a judgement of ours, until somebody says where it comes from.
+rounding, steps, how many trials, in which band and over which pieces) decide nothing: their sentences have words of
+`COMPUTATION`. A number is calibrated where its sentence names a script or a page of one, or where a script writes it
+(the odds), derived where its sentence says from what (words of `DERIVED`), and else a judgement of ours, until somebody
+says where it comes from.
 
     python benchmarks/decisive_numbers.py [--every]
 """
@@ -25,7 +26,8 @@ COMPUTATION = re.compile(
     r"bytes?\b|\bseed|rounding|cache|at hand|are kept|kept at|Newton|Gauss|halv|steps of|Fits? after|times that|"
     r"columns? is taken|are tried|tried in full|at once|regulari|ridge|precision|how many draws|Resamples|numbers of|"
     r"differentiated|derivative is taken|the same noise is drawn|is rounded|a step is a thirtieth|bends no column|"
-    r"costs time|stands for none|it does not matter any more|divided by|even time base",
+    r"costs time|stands for none|it does not matter any more|divided by|even time base|length of a piece|"
+    r"band in which|no number that decides",
     re.IGNORECASE,
 )
 """Words of the sentences of numbers that only say how something is computed."""
@@ -37,8 +39,8 @@ DERIVED = re.compile(
 """Words by which a sentence derives its number."""
 
 
-REFUSES = re.compile(r"Reach\.LOG|OVERWHELMING =")
-"""What the source of a check has that may refuse a log, or says how sure a refusal must be."""
+REFUSES = re.compile(r"size_of|Kind\.|OVERWHELMING =")
+"""What the source of a check has whose faults may refuse a log, or that says how sure a refusal must be."""
 
 
 class Number(NamedTuple):

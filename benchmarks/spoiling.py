@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from study.noted_faults import noted, sure_sizes
 from study.spoils import SOUND, SPOILS, Spoil
 
 from undertow.measurements.inspection import inspect_log
@@ -157,7 +158,7 @@ def main() -> int:
     cases = [with_pwm(case) for case in cases] if chosen.pwm else cases
     lines = ["| log | spoilt by | right | inspect | discover |", "| --- | --- | --- | --- | --- |"]
     print("\n".join(lines), flush=True)
-    missed, accused, false, ways = [], [], [], {}
+    missed, accused, false, ways, sizes = [], [], [], {}, {}
     with tempfile.TemporaryDirectory() as folder:
         for case in cases:
             for spoil in (*SOUND, *SPOILS):
@@ -167,7 +168,12 @@ def main() -> int:
                 rng = np.random.default_rng(len(spoil.name))
                 with np.errstate(all="ignore"):
                     spoil.plant(case.table, rng).round(9).to_csv(path, index=False)
-                named, sound, said = looked_over(path, case, spoil)
+                with noted() as faults:
+                    named, sound, said = looked_over(path, case, spoil)
+                wanted = {check for check, _ in spoil.causes}
+                least = sure_sizes([fault for fault in faults if fault.kind.value.check in wanted])
+                for kind in least:
+                    sizes.setdefault(kind, []).append(least[kind])
                 right = named if spoil.causes else sound
                 told, lies = discovered(path, case) if chosen.discover else ("", False)
                 where = f"{case.name}: {spoil.name}"
@@ -189,7 +195,12 @@ def main() -> int:
         *(f"- accused: {where}" for where in accused),
         *(f"- false name: {where}" for where in false),
     ]
-    print("\n".join(lines[len(lines) - 2 - len(missed) - len(accused) - len(false) :]))
+    told = [
+        f"| {kind} | {len(few)} | {', '.join(f'{x:.2f}' for x in sorted(few)[:5])} |" for kind, few in sizes.items()
+    ]
+    lines += ["", "| fault | logs spoilt so, or so that it is weighed | least sizes that are sure |"]
+    lines += ["| --- | --- | --- |", *told]
+    print("\n".join(lines[len(lines) - 5 - len(told) - len(missed) - len(accused) - len(false) :]))
     print(f"{time.perf_counter() - begun:.0f} s")
     if chosen.table is not None:
         write_text(chosen.table, "\n".join(lines) + "\n")

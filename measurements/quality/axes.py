@@ -1,32 +1,30 @@
-"""Which way the axes point: the track by position against heading and speeds, under every way of mixing them up.
+"""Which way the axes point and in which units: the track by position against heading and speeds, under every reading.
 
-Position rate = R(psi) [u v] + current. Whatever is reversed, exchanged or turned by an angle in positions, heading or
-speeds is one of four rules, each with an angle: the heading runs the right way round or not, and sway to the right side
-or not. The rule that explains the track is what the log has.
+Position rate = R(psi) c [u v] + current, with a complex number c. Whatever is reversed, exchanged, turned by an angle
+or in another unit in positions, heading or speeds is one of four rules, each with such a number: the heading runs the
+right way round or not, and sway to the right side or not. The simplest reading is taken on which no other is much
+better, by the rule of `faults`.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ...physics.frames import Array
 from ..canonical import Channel
 from ..log import Log
 from ..statistics.robust import CI
+from ..statistics.white_noise import noise_level
+from .faults import OVERWHELMING, Size, size_of
 from .finding import Channels, Fix
-from .pieces import fit_pieces, ways
+from .pieces import Ways, blocks_of_pieces, fit_ways, ways
 
-_TIMES = 12.0
-"""Standard errors that a ratio must reach to be spoken of: a sixth of itself either way is the widest interval."""
-_BETTER = 4.0
-"""Times less that another rule must leave of the track: 11 is the least that the right rule has over others in logs of
-real boats that turn, 1 what all have where the boat goes straight."""
-_LEAST = 2e-4
-"""Share of the track that every rule leaves, by rounding and interpolation."""
-_TURNED = np.radians(20.0)
-"""Angle up to which heading and track differ by a compass or an antenna, and not by axes."""
-_QUARTER = np.radians(15.0)
-"""Distance from a quarter turn up to which axes are exchanged [rad]: what a compass or an antenna adds to that."""
+SPEEDS = {0.514444: "knots", 0.277778: "km/h", 0.3048: "feet per second", 0.44704: "miles per hour", 0.01: "cm/s"}
+"""Metres a second in one of the other units of speed: no number that decides."""
+LENGTHS = {3.28084: "feet", 100.0: "cm", 1000.0: "mm", 0.001: "km"}
+"""The other units of length in a metre, which positions can be in."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +36,11 @@ class Track:
     turn, side : -1 where the heading runs the other way round, and where sway points to the other side; else 1
     scale, interval : way by position over way by speeds [1], and its 95 % interval
     angle : from the way by speeds to the way by position, clockwise [rad]
+    quarters : quarter turns in that angle; None where it is none of these
+    unit : the other unit of a length or a speed that the scale is; 1 for none, None for a scale that is no unit
     left : share of the track that this leaves unexplained
-    certain : whether scale and angle are known at all
+    size : how much this reading explains beside that of the log as it is recorded
+    unrelated : how much of the track no reading explains, beyond noise
     """
 
     turn: int
@@ -47,13 +48,21 @@ class Track:
     scale: float
     interval: tuple[float, float]
     angle: float
+    quarters: int | None
+    unit: float | None
     left: float
-    certain: bool
+    size: Size
+    unrelated: Size
+
+    @property
+    def certain(self) -> bool:
+        """Whether the track follows from heading and speeds."""
+        return self.left < OVERWHELMING
 
     @property
     def sound(self) -> bool:
         """Whether all axes point where they should."""
-        return self.turn == self.side == 1 and abs(self.angle) <= _TURNED
+        return self.turn == self.side == 1 and self.quarters == 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,39 +82,107 @@ class Mixed:
     fix: Fix | None = None
 
 
-def surveyed(logs: Sequence[Log]) -> bool:
-    """Whether positions came from latitude and longitude, which fix the handedness of the axes."""
-    origins = [log.channels["x"].origin.lower() for log in logs if "x" in log.channels]
-    return bool(origins) and all("lat" in origin for origin in origins)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rule:
+    """One way round of heading and sway: the ways by it, the number that fits best, and the interval of its size."""
+
+    turn: int
+    side: int
+    ways: Ways
+    best: complex
+    interval: tuple[float, float]
+
+    def errors(self, c: complex) -> Array:
+        """Squared errors (pieces,) [m^2] with a given number, and the current that fits then."""
+        return _beside_current(self.ways.made - c * self.ways.sailed, self.ways.span)
+
+
+def _beside_current(way: NDArray[np.complex128], span: Array) -> Array:
+    """Squared ways (pieces,) [m^2] beside the current that is in them all."""
+    drift = way / span
+    return np.abs(way - (np.median(drift.real) + 1j * np.median(drift.imag)) * span) ** 2
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """A rule with a number that it has by some quarter turns and a unit, or by any angle and size (None)."""
+
+    rule: _Rule
+    c: complex
+    quarters: int | None
+    unit: float | None
+
+    def errors(self) -> Array:
+        return self.rule.errors(self.c)
 
 
 def track_of(logs: Sequence[Log]) -> Track | None:
-    """The rule that explains the tracks of logs best; the right one where no other is clearly better.
+    """Find the simplest reading of tracks, headings and speeds on which no other is much better.
 
     None without positions, speed and heading, or where there is too little to compare.
     """
     both = [log for log in logs if {"x", "y", "psi", "u"} <= set(log.channels)]
-    rules = [_fitted(both, turn, side) for turn in (1, -1) for side in (1, -1)]
-    found = [rule for rule in rules if rule is not None]
-    if len(found) < len(rules):
+    rules = [one for turn in (1, -1) for side in (1, -1) if (one := _rule(both, turn, side)) is not None]
+    if len(rules) < 4:
         return None
-    best, right = min(found, key=lambda rule: rule.left), found[0]
-    clearly = best.certain and max(right.left, _LEAST) > _BETTER * max(best.left, _LEAST)
-    return best if clearly else right
+    ways, block = rules[0].ways, blocks_of_pieces(rules[0].ways.piece)
+    way, sway = (_beside_current(one, ways.span) for one in (ways.made, 0.5 * (ways.sailed - rules[1].ways.sailed)))
+    as_is, least = rules[0].errors(1.0 + 0.0j), min((rule.errors(rule.best) for rule in rules), key=np.sum)
+    for level in _readings(rules):
+        reading = min(level, key=lambda one: float(one.errors().sum()))
+        rule, told = reading.rule, reading.errors()
+        own = sway if (rule.turn, rule.side, reading.quarters) == (1, -1, 0) else way
+        # Sway alone makes little of the way, and is weighed against its own part of it.
+        other = next(one for one in rules if (one.turn, one.side) == (rule.turn, -rule.side)).errors(reading.c)
+        if not size_of(told, least, way, block).warns and not size_of(told, other, sway, block).warns:
+            break
+    noise = _noise(both)
+    return Track(
+        *(rule.turn, rule.side, abs(rule.best), rule.interval, float(np.angle(rule.best))),
+        *(reading.quarters, reading.unit, float(told.sum() / max(way.sum(), 1e-300))),
+        *(size_of(as_is, told, own, block), size_of(least - noise, 0.0 * way, way - noise, block)),
+    )
 
 
-def _fitted(logs: Sequence[Log], turn: int, side: int) -> Track | None:
-    fit = fit_pieces([ways(log, turn, side) for log in logs])
-    if fit is None:
+def _readings(rules: Sequence[_Rule]) -> list[list[_Reading]]:
+    """Readings from the simplest on: as recorded, by quarter turns, in another unit, of any size, at any angle."""
+    quarters = [round(float(np.angle(rule.best)) / (0.5 * np.pi)) % 4 for rule in rules]
+    sizes = [max(abs(rule.best), 1e-12) for rule in rules]
+    units = [min((*SPEEDS, *LENGTHS), key=lambda unit, s=size: abs(np.log(s / unit))) for size in sizes]
+    pairs = list(zip(rules, quarters, strict=True))
+    return [
+        [_Reading(rules[0], 1.0 + 0.0j, 0, 1.0)],
+        [_Reading(rule, 1j**near, near, 1.0) for rule, near in pairs],
+        [_Reading(rule, unit * 1j**near, near, unit) for (rule, near), unit in zip(pairs, units, strict=True)],
+        [_Reading(rule, size * 1j**near, near, None) for (rule, near), size in zip(pairs, sizes, strict=True)],
+        [_Reading(rule, rule.best / size, None, 1.0) for rule, size in zip(rules, sizes, strict=True)],
+        [_Reading(rule, rule.best, None, None) for rule in rules],
+    ]
+
+
+def _noise(logs: Sequence[Log]) -> float:
+    """Mean square of what noise of the positions makes of the way over a piece [m^2]."""
+    found = [sum((noise_level(log.channels[name].value) or 0.0) ** 2 for name in ("x", "y")) for log in logs]
+    return 2.0 * float(np.mean(found))
+
+
+def _rule(logs: Sequence[Log], turn: int, side: int) -> _Rule | None:
+    found = ways(logs, turn, side)
+    fit = None if found is None else fit_ways(found)
+    if found is None or fit is None:
         return None
     (ahead, across), (one, other) = fit.values[:2], fit.errors[:2]
     scale = float(np.hypot(ahead, across))
     # A boat that only ever goes straight ahead says nothing of the way across, whose error is infinite.
     known = scale > 0.0 and np.isfinite([one, other]).all()
     error = float(np.hypot(ahead * one, across * other) / scale) if known else np.inf
-    certain = bool(fit.explained >= 0.5 and scale > _TIMES * max(one, other))
-    ends = (scale - CI * error, scale + CI * error)
-    return Track(turn, side, scale, ends, float(np.arctan2(across, ahead)), 1.0 - fit.explained, certain)
+    return _Rule(turn, side, found, complex(ahead, across), (scale - CI * error, scale + CI * error))
+
+
+def surveyed(logs: Sequence[Log]) -> bool:
+    """Whether positions came from latitude and longitude, which fix the handedness of the axes."""
+    origins = [log.channels["x"].origin.lower() for log in logs if "x" in log.channels]
+    return bool(origins) and all("lat" in origin for origin in origins)
 
 
 def mixed_up(track: Track, opposed: bool | None) -> Mixed | None:
@@ -115,46 +192,39 @@ def mixed_up(track: Track, opposed: bool | None) -> Mixed | None:
     ----------
     opposed : whether heading and yaw rate have opposite signs; None where that is not known
     """
-    if track.sound:
-        return None
-    quarter = round(track.angle / (0.5 * np.pi))
-    degrees = float(np.degrees(track.angle))
-    if abs(track.angle - 0.5 * np.pi * quarter) > _QUARTER:
-        return _turned(track, degrees, opposed)
-    quarter %= 4
-    if track.turn == 1:
-        return _SPEEDS[quarter] if track.side == -1 else _turned(track, degrees, opposed)
-    if track.side == -1:
-        return _PLACES[quarter]
-    return _turned(track, degrees, opposed)
+    return None if track.sound else mixed_axes(track.turn, track.side, track.angle, track.quarters, opposed)
 
 
-def other_places(angle: float) -> Mixed | None:
-    """What positions may be mixed up where the heading seems mirrored by this angle [rad]; None off a quarter turn."""
-    quarter = round(angle / (0.5 * np.pi))
-    return _PLACES[quarter % 4] if abs(angle - 0.5 * np.pi * quarter) <= _QUARTER else None
-
-
-def _turned(track: Track, degrees: float, opposed: bool | None) -> Mixed:
-    """The heading off by an angle, and perhaps the wrong way round."""
-    names = ("psi",) if track.turn == 1 or opposed else ("psi", "r")
-    if track.turn == 1:
+def mixed_axes(turn: int, side: int, angle: float, quarters: int | None, opposed: bool | None) -> Mixed:
+    """What is mixed up where heading and sway run these ways round, at an angle; see `Track` and `mixed_up`."""
+    if quarters is not None and turn == 1 and side == -1:
+        return _SPEEDS[quarters]
+    if quarters is not None and turn == side == -1:
+        return _PLACES[quarters]
+    names = ("psi",) if turn == 1 or opposed else ("psi", "r")
+    degrees = float(np.degrees(angle))
+    if turn == 1:
         text = f"the boat goes {abs(degrees):.0f} degrees to the {'right' if degrees > 0 else 'left'} of its heading"
         remedy = (
-            f"turn the heading with 'psi: {{from: ..., offset: {track.angle:.4f}}}' in a channel map, or x and y, or u "
+            f"turn the heading with 'psi: {{from: ..., offset: {angle:.4f}}}' in a channel map, or x and y, or u "
             "and v, whichever is not in its axes"
         )
-        if track.side == -1:
+        if side == -1:
             text = f"{text}, and sway is to the other side"
         return Mixed(("psi", "x", "y", "u", "v"), f"{text}: heading, positions and speeds have other axes", remedy)
     psi = "psi has" if len(names) == 1 else "psi and r have"
     text = f"{psi} the opposite sign: the heading turns against the track"
-    if abs(degrees) > np.degrees(_TURNED):
+    if quarters != 0:
         text = f"{text}, from another north (by {degrees:.0f} degrees)"
-    remedy = f"map it with 'psi: {{from: ..., scale: -1, offset: {track.angle:.4f}}}'"
+    remedy = f"map it with 'psi: {{from: ..., scale: -1, offset: {angle:.4f}}}'"
     if len(names) > 1:
         remedy = f"{remedy} and 'r: {{from: ..., scale: -1}}', or say --frame enu if the log is ENU/FLU"
     return Mixed(names, text, remedy)
+
+
+def other_places(quarters: int | None) -> Mixed | None:
+    """What positions may be mixed up where the heading seems mirrored by so many quarter turns; None off them."""
+    return None if quarters is None else _PLACES[quarters]
 
 
 def _given(rules: Mapping[str, tuple[str, float]]) -> Callable[[Channels], dict[str, Channel]]:

@@ -18,7 +18,7 @@ from ..canonical import command_kind
 from ..log import Log
 from ..statistics.robust import CI, robust_fit
 from ..statistics.white_noise import noise_level
-from .axes import Mixed, Track, mixed_up, other_places
+from .axes import Mixed, mixed_axes, other_places
 from .pieces import courses
 
 _LEAST = 8
@@ -163,21 +163,19 @@ def off_course(course: Course, opposed: bool | None, surveyed: bool) -> tuple[Mi
     """
     if course.kept < _KEEPS:
         return None
-    quarter = 0.5 * np.pi * round(course.angle / (0.5 * np.pi))
-    angle = quarter if abs(course.angle - quarter) <= _QUARTER else course.angle
+    number = round(course.angle / (0.5 * np.pi))
+    near = abs(course.angle - 0.5 * np.pi * number) <= _QUARTER
+    angle, quarters = (0.5 * np.pi * number, number % 4) if near else (course.angle, None)
     if course.turn == 1:
         least = _ACROSS if course.one_sided else _TURNED
         if not abs(angle) - CI * course.error > least:
             return None
         if abs(angle) > _ASTERN and (course.driven is None or course.driven < 0.0):
             return None  # it is driven astern, or may be
-    track = Track(course.turn, 1, 1.0, (1.0, 1.0), angle, 1.0 - course.kept, True)
-    mixed = mixed_up(track, opposed)
-    if mixed is None:
-        return None
+    mixed = mixed_axes(course.turn, 1, angle, quarters, opposed)
     if course.turn == 1 and abs(angle) > _ASTERN:
         mixed = replace(mixed, sentence=f"the bow is taken for the stern, for {mixed.sentence}")
-    others = None if course.turn == 1 or surveyed else other_places(angle)
+    others = None if course.turn == 1 or surveyed else other_places(quarters)
     if others is not None:
         mixed = replace(
             mixed,

@@ -11,13 +11,10 @@ from ..alignment import band_passed, drift_free
 from ..statistics.peak import turning_point
 from ..statistics.quantiles import student
 from ..statistics.robust import CI
+from .faults import BLOCK, FEWEST, Size, size_of
 
-_BLOCK = 10.0
-"""Length of the stretches that are left out one at a time [s]."""
-_LEAST_BLOCKS = 4
-"""Stretches without which no error is told: leaving out one of three says little of the rest."""
 _FAR = (-5.0, 5.0)
-"""Delays between records of one quantity that are looked for [s]: clocks that were set by hand are seconds apart."""
+"""Delays between records of one quantity that are tried [s]: clocks that were set by hand are seconds apart."""
 FOLLOWS = 0.6
 """Share of a record that another of the same quantity must explain before its delay means anything."""
 QUICK = (0.2, 2.0)
@@ -51,6 +48,7 @@ class Lag:
     explained : share of the record's power that the drivers and the rest explain at that delay
     slope : of the record over the first driver
     stretches : of 10 s that tell it
+    size : what the delay explains of the record, beside none
     """
 
     seconds: float
@@ -58,6 +56,7 @@ class Lag:
     explained: float
     slope: float
     stretches: int
+    size: Size
 
     @property
     def ci95(self) -> tuple[float, float]:
@@ -88,7 +87,7 @@ def lag_of(
     """
     lags = np.arange(round(reach[0] / step), round(reach[1] / step) + 1, dtype=np.int64)
     margin = int(np.abs(lags).max())
-    block = round(_BLOCK / step)
+    block = round(BLOCK / step)
     grams: list[Array] = []
     for one in responses:
         if one.rate.size < 2 * margin + block // 2:
@@ -98,7 +97,7 @@ def lag_of(
             continue
         smooth = smoothed(smooth, step)
         grams.append(_grams(smooth, one.drivers.shape[1], lags, margin, block))
-    if sum(gram.shape[0] for gram in grams) < _LEAST_BLOCKS:
+    if sum(gram.shape[0] for gram in grams) < FEWEST:
         return None
     every = np.concatenate(grams) if len(grams) > 1 else grams[0]
     total = every.sum(axis=0)
@@ -116,7 +115,7 @@ def lag_of(
     count = known.size
     error = float(np.sqrt((count - 1) / count * ((known - known.mean()) ** 2).sum()))
     few = student(count - 1, 0.975) / CI
-    return Lag(seconds, few * error, 1.0 - left, slope, count)
+    return Lag(seconds, few * error, 1.0 - left, slope, count, _size(every, lags, round(seconds / step)))
 
 
 def lag_anywhere(responses: Sequence[Response], step: float) -> Lag | None:
@@ -140,6 +139,18 @@ def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, bl
             part[:, :drivers] = smooth[first - lag : last - lag, :drivers]
             found[b, k] = part.T @ part
     return found
+
+
+def _size(grams: Array, lags: NDArray[np.int64], lag: int) -> Size:
+    """What a delay explains, beside none, in each stretch, of normal matrices (stretches, lags, p, p)."""
+
+    def errors(wanted: int) -> Array:
+        each = grams[:, int(np.argmin(np.abs(lags - wanted)))]
+        total = each.sum(axis=0)
+        c = np.append(-np.linalg.pinv(total[:-1, :-1], rcond=1e-9, hermitian=True) @ total[:-1, -1], 1.0)
+        return np.einsum("i,bij,j->b", c, each, c)
+
+    return size_of(errors(0), errors(lag), grams[:, 0, -1, -1], np.arange(grams.shape[0]))
 
 
 def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, float, float] | None:

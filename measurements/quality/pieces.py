@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,11 @@ from ...physics.frames import Array, body_to_earth
 from ..canonical import Channel
 from ..log import Log
 from ..statistics.robust import Fit, robust_fit
+from .faults import BLOCK
 
 _WINDOW = 4.0
-"""Length of the pieces over which changes are compared [s]: long beside the noise of a position, short beside drift."""
+"""Length of a piece over which changes are compared [s]: long beside the noise of a position, short beside drift."""
+
 _LATEST, _LAG = 5.0, 0.5
 """Delays of heading and rate against each other that are tried, both ways, and their step [s]."""
 _MANY = 20
@@ -22,32 +25,44 @@ _SHARED = 0.3
 """That correlation."""
 _TURNS = 0.2
 """Spread of the turning over pieces [rad] that is no noise of a compass or drift of a gyro."""
-_LEAST_PIECES = 6
-"""Pieces that are needed: each has two ways, and a track has four unknowns."""
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
-    """Changes over pieces by one record and by what should explain it, with the number of the piece of each row."""
+class Turns:
+    """Turning of the heading over pieces, and that by the yaw rate (m,) [rad]; their lengths [s], and their numbers."""
 
-    target: Array
-    columns: Array
+    heading: Array
+    rate: Array
+    span: Array
     piece: NDArray[np.int64]
 
 
-def turns(log: Log, scale: float, late: float = 0.0) -> Pieces | None:
-    """Turning of the heading, times `scale`, and that by the yaw rate; a bias of the rate is a constant.
+@dataclass(frozen=True, slots=True)
+class Ways:
+    """Way made good by position over pieces, and by the speeds turned into the earth, north + i east (m,) [m]."""
 
-    The heading is read as if it were `late` [s].
+    made: NDArray[np.complex128]
+    sailed: NDArray[np.complex128]
+    span: Array
+    piece: NDArray[np.int64]
+
+
+def turns(logs: Sequence[Log], scale: float, late: float = 0.0) -> Turns | None:
+    """Turning by headings, times `scale`, and by yaw rates, over the pieces of all logs; None where there is none.
+
+    Headings are read as if they were `late` [s].
     """
-    heading, rate = log.channels["psi"], log.channels["r"]
-    angle = np.unwrap(scale * heading.value)
-    total = _integral(rate, rate.value, heading.time - late)
-    cut = _cut(heading.time, max(heading.period, rate.period))
-    if cut is None:
-        return None
-    first, last, span = cut
-    return _kept(angle[last] - angle[first], [total[last] - total[first], span], np.arange(span.size))
+    found, begun = [], 0
+    for log in logs:
+        heading, rate = log.channels["psi"], log.channels["r"]
+        cut = _cut(heading.time, max(heading.period, rate.period))
+        if cut is None:
+            continue
+        first, last, span = cut
+        angle, total = np.unwrap(scale * heading.value), _integral(rate, rate.value, heading.time - late)
+        found.append((angle[last] - angle[first], total[last] - total[first], span, begun + np.arange(span.size)))
+        begun += span.size + 1
+    return Turns(*_joined(found)) if found else None
 
 
 def apart(logs: Sequence[Log]) -> float | None:
@@ -56,43 +71,36 @@ def apart(logs: Sequence[Log]) -> float | None:
     None where they go together, or where neither turns.
     """
     both = [log for log in logs if {"psi", "r"} <= set(log.channels)]
-    lags = np.arange(-_LATEST, _LATEST + 0.5 * _LAG, _LAG)
     best, turned = 0.0, 0.0
-    for lag in lags.tolist():
-        tables = [turns(log, 1.0, lag) for log in both]
-        known = [one for one in tables if one is not None]
-        if sum(one.target.size for one in known) < _MANY:
+    for late in np.arange(-_LATEST, _LATEST + 0.5 * _LAG, _LAG).tolist():
+        found = turns(both, 1.0, late)
+        if found is None or found.span.size < _MANY:
             return None
-        target = np.concatenate([one.target for one in known])
-        rate = np.concatenate([one.columns[:, 0] for one in known])
-        turned = max(turned, float(target.std()), float(rate.std()))
-        if target.std() > 0.0 and rate.std() > 0.0:
-            best = max(best, float(np.corrcoef(target, rate)[0, 1] ** 2))
+        spread = float(found.heading.std()), float(found.rate.std())
+        turned = max(turned, *spread)
+        if min(spread) > 0.0:
+            best = max(best, float(np.corrcoef(found.heading, found.rate)[0, 1] ** 2))
     return 1.0 - best if turned > _TURNS and best < _SHARED else None
 
 
-def ways(log: Log, turn: float, side: float) -> Pieces | None:
-    """Way made good by position, and that by the speeds turned into the earth, as two numbers: ahead and across.
-
-    Position = c times the sum of exp(i turn psi) (u + i side v), plus a current: real and imaginary part of c come
-    first, then the current. `turn` and `side` are 1 or -1; an angle of c is the angle by which axes are off.
-    """
-    x, y, u = (log.channels[name] for name in ("x", "y", "u"))
-    if x.time.size != y.time.size:
-        return None
-    psi, sway = log.channels["psi"], log.channels.get("v")
-    heading = np.interp(u.time, psi.time, np.unwrap(psi.value))
-    across = np.interp(u.time, sway.time, sway.value) if sway else np.zeros(u.time.size)
-    rates = body_to_earth(turn * heading, u.value, side * across)
-    cut = _cut(x.time, max(x.period, u.period))
-    if cut is None:
-        return None
-    first, last, span = cut
-    north, east = (total[last] - total[first] for total in (_integral(u, rate, x.time) for rate in rates))
-    target = np.concatenate([channel.value[last] - channel.value[first] for channel in (x, y)])
-    nothing = np.zeros(span.size)
-    columns = [(north, east), (-east, north), (span, nothing), (nothing, span)]
-    return _kept(target, [np.concatenate(pair) for pair in columns], np.tile(np.arange(span.size), 2))
+def ways(logs: Sequence[Log], turn: int, side: int) -> Ways | None:
+    """Way by positions and by the sum of exp(i turn psi) (u + i side v), over the pieces of all logs."""
+    found, begun = [], 0
+    for log in logs:
+        x, y, u = (log.channels[name] for name in ("x", "y", "u"))
+        cut = _cut(x.time, max(x.period, u.period)) if x.time.size == y.time.size else None
+        if cut is None:
+            continue
+        psi, sway = log.channels["psi"], log.channels.get("v")
+        heading = np.interp(u.time, psi.time, np.unwrap(psi.value))
+        across = np.interp(u.time, sway.time, sway.value) if sway else np.zeros(u.time.size)
+        north, east = body_to_earth(turn * heading, u.value, side * across)
+        first, last, span = cut
+        sailed = _integral(u, north, x.time) + 1j * _integral(u, east, x.time)
+        made = x.value + 1j * y.value
+        found.append((made[last] - made[first], sailed[last] - sailed[first], span, begun + np.arange(span.size)))
+        begun += span.size + 1
+    return Ways(*_joined(found)) if found else None
 
 
 def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Array] | None:
@@ -121,17 +129,19 @@ def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Arra
     return way[known], heading[known], turning[known], x.time[first][known], x.time[last][known]
 
 
-def fit_pieces(found: Sequence[Pieces | None]) -> Fit | None:
-    """Fit the pieces of all logs together; None where there are fewer than six."""
-    known = [pieces for pieces in found if pieces is not None]
-    if not known or sum(np.unique(pieces.piece).size for pieces in known) < _LEAST_PIECES:
+def fit_ways(found: Ways) -> Fit | None:
+    """Fit the complex number c and the current of made = c sailed + current span; None for too few pieces to do it."""
+    ahead, nothing = found.sailed, np.zeros(found.span.size)
+    columns = [(ahead.real, ahead.imag), (-ahead.imag, ahead.real), (found.span, nothing), (nothing, found.span)]
+    target = np.concatenate([found.made.real, found.made.imag])
+    if target.size <= len(columns):
         return None
-    begun, numbers = 0, []
-    for pieces in known:
-        numbers.append(begun + pieces.piece)
-        begun += int(pieces.piece.max()) + 1
-    target = np.concatenate([pieces.target for pieces in known])
-    return robust_fit(np.concatenate([pieces.columns for pieces in known]), target, np.concatenate(numbers))
+    return robust_fit(np.column_stack([np.concatenate(pair) for pair in columns]), target, np.tile(found.piece, 2))
+
+
+def blocks_of_pieces(piece: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Numbers of the blocks of time to which pieces of some numbers belong."""
+    return piece // round(BLOCK / _WINDOW)
 
 
 def _integral(channel: Channel, rate: Array, at: Array) -> Array:
@@ -157,7 +167,8 @@ def _cut(time: Array, period: float) -> tuple[NDArray[np.int64], NDArray[np.int6
     return (first[whole], last[whole], span[whole]) if whole.any() else None
 
 
-def _kept(target: Array, columns: list[Array], piece: NDArray[np.int64]) -> Pieces | None:
-    table = np.column_stack(columns)
-    keep = np.isfinite(table).all(axis=1) & np.isfinite(target)
-    return Pieces(target[keep], table[keep], piece[keep]) if keep.any() else None
+def _joined(found: Sequence[tuple[NDArray[Any], ...]]) -> list[NDArray[Any]]:
+    """The pieces of all logs whose numbers are all known."""
+    table = [np.concatenate(column) for column in zip(*found, strict=True)]
+    keep = np.logical_and.reduce([np.isfinite(column) for column in table])
+    return [column[keep] for column in table]

@@ -148,15 +148,27 @@ def _white(record: Record, motion: Motion, band: tuple[float, float]) -> Array:
         channel = record.log.channels.get(name)
         if channel is not None and channel.period > 0.0:
             levels.append((noise_level(channel.value) or 0.0, 1.0 / channel.period))
-        found.append(max(_of_rates(level, rate, band) for level, rate in levels))
+        noise = [_of_rates(level, rate, band) for level, rate in levels]
+        if channel is None and name == "u":
+            places = [record.log.channels[place] for place in ("x", "y") if place in record.log.channels]
+            noise += [_of_rates(_of_places(one.value), 1.0 / one.period, band, 2) for one in places if one.period > 0.0]
+        found.append(max(noise))
     return np.array(found)
 
 
-def _of_rates(level: float, rate: float, band: tuple[float, float]) -> float:
-    """Root mean square in a band of the rates of white noise that was recorded `rate` times a second."""
+def _of_places(values: Array) -> float:
+    """White noise of positions (n,) [m], at least that of their last digit, which is evenly spread over it."""
+    steps = np.abs(np.diff(values))
+    digit = float(np.min(steps[steps > 0.0], initial=np.inf))
+    return max(noise_level(values) or 0.0, digit / np.sqrt(12.0) if np.isfinite(digit) else 0.0)
+
+
+def _of_rates(level: float, rate: float, band: tuple[float, float], times: int = 1) -> float:
+    """Root mean square in a band of white noise that was recorded `rate` times a second, differentiated some times."""
     low, high = band[0], min(band[1], 0.5 * rate)
-    # White noise of one sample's variance is spread evenly up to half the rate; a derivative is 2 pi f as large.
-    return level * 2.0 * np.pi * float(np.sqrt(max(high**3 - low**3, 0.0) / 3.0 / (0.5 * rate)))
+    # White noise of one sample's variance is spread evenly up to half the rate; each derivative is 2 pi f as large.
+    power = 2 * times + 1
+    return level * (2.0 * np.pi) ** times * float(np.sqrt(max(high**power - low**power, 0.0) / power / (0.5 * rate)))
 
 
 def _stands(commands: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -175,29 +187,13 @@ def _stands(commands: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     return stands, long
 
 
-def unexplained(
-    parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]], learnt: Sequence[NDArray[np.bool_]], driven: bool
-) -> Array:
-    """What hull forces, and commands if they are `driven`, do not explain of `left` in some rows, (m, 2).
-
-    Their coefficients are learnt in other rows, or in the same.
-    """
+def unexplained(parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]]) -> Array:
+    """What hull forces, fitted there, do not explain of `left` in some rows, (m, 2)."""
     found = []
     for axis in range(2):
-        tables = [_columns(part, axis, driven) for part in parts]
-        table, again = (
-            np.concatenate([one[use] for one, use in zip(tables, which, strict=True)]) for which in (learnt, rows)
+        table, target = (
+            np.concatenate([one[use] for one, use in zip(every, rows, strict=True)])
+            for every in ([part.states[axis] for part in parts], [part.left[:, axis] for part in parts])
         )
-        known, target = (
-            np.concatenate([part.left[use, axis] for part, use in zip(parts, which, strict=True)])
-            for which in (learnt, rows)
-        )
-        found.append(target - again @ np.linalg.lstsq(table, known, rcond=1e-6)[0])
+        found.append(target - table @ np.linalg.lstsq(table, target, rcond=1e-6)[0])
     return np.column_stack(found)
-
-
-def _columns(part: Part, axis: int, driven: bool) -> Array:
-    if not driven:
-        return part.states[axis]
-    both = np.column_stack([part.commands, part.commands * np.abs(part.commands)])
-    return np.column_stack([part.states[axis], band_passed(both, STEP, QUICK)])

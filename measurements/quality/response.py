@@ -1,6 +1,6 @@
 """How surge and yaw answer each command, tried at every delay: which way a thruster pushes, on which side it sits."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from ..canonical import command_kind
 from ..preparation.resampling import command_step
 from ..statistics.paired import surely_more
 from ..statistics.robust import CI, Fit, robust_fit
+from .faults import Size, size_of
 from .lags import FOLLOWS, Response, lag_anywhere
 from .record import RATE, Record, Stretch, shared
 from .resting import centre_of, stands_still
@@ -78,6 +79,33 @@ class Answer:
         return {1: "port", -1: "starboard"}.get(self.turn * self.ahead, "")
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """The problem that a trial fits: changes of surge and yaw (n, 2) of power 1, columns of each, and their stretches.
+
+    The first columns are those of the commands, in the order of their `names`.
+    """
+
+    names: tuple[str, ...]
+    changes: Array
+    columns: tuple[Array, ...]
+    stretch: NDArray[np.int64]
+
+    def errors(self, idle: Collection[str] = (), turning_nothing: Collection[str] = ()) -> Array:
+        """Squared errors (n,) where some commands push nothing ahead, and some turn nothing."""
+        found = np.zeros(self.stretch.size)
+        for axis, silent in enumerate((idle, turning_nothing)):
+            kept = np.delete(self.columns[axis], [k for k, name in enumerate(self.names) if name in silent], axis=1)
+            found += (self.changes[:, axis] - kept @ np.linalg.lstsq(kept, self.changes[:, axis], rcond=None)[0]) ** 2
+        return found
+
+    def size_beside(self, without: Array) -> Size:
+        """How much of what the commands explain is gone where another fit leaves these squared errors (n,)."""
+        left = self.errors()  # which is noise, and waves, and what else no command and no hull force makes
+        gone, explained = without - left, self.errors(self.names, self.names) - left
+        return size_of(gone, 0.0 * gone, explained, self.stretch)
+
+
 @dataclass(frozen=True, slots=True)
 class Trial:
     """The answers where the boat answers its commands `seconds` after them.
@@ -88,12 +116,14 @@ class Trial:
     answers : to each command of one kind
     left : (stretches,) what this leaves of the changes of surge and yaw, over what the best delay leaves on average
     row : from one record of the commands to the next [s]
+    fitted : what was fitted, to be weighed against other explanations
     """
 
     seconds: float
     answers: Mapping[str, Answer]
     left: Array
     row: float = ROW
+    fitted: "Fitted | None" = None
 
     @property
     def in_step(self) -> bool:
@@ -114,10 +144,12 @@ class Trials:
     ----------
     best : leaves least
     rivals : local optima of the delay that are not surely worse, best first
+    stepped : the best of those in step, whether it is surely worse or not
     """
 
     best: Trial
     rivals: tuple[Trial, ...]
+    stepped: Trial | None = None
 
     @property
     def contrary(self) -> tuple[Trial, ...]:
@@ -206,7 +238,8 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     found = [_trial(tables, int(lags[k]), margin, full, left[tried[0]], row) for k in tried]
     if found[0].left.size < _LEAST_BLOCKS:
         return None
-    return Trials(found[0], tuple(trial for trial in found[1:] if not surely_more(trial.left, found[0].left)))
+    stepped = next((trial for trial in found if trial.in_step), None)
+    return Trials(found[0], tuple(one for one in found[1:] if not surely_more(one.left, found[0].left)), stepped)
 
 
 def _scores(left: Array) -> Array:
@@ -315,11 +348,14 @@ def _trial(
         ]
         told[name] = Answer(*(full[name] * number for part in both for number in part))
     _, number = np.unique(stretch, return_inverse=True)
-    left = np.zeros(int(number.max()) + 1 if number.size else 0)
+    count = int(number.max()) + 1 if number.size else 0
+
+    left, size = np.zeros(count), np.maximum((changes**2).mean(axis=0), 1e-300)
     for axis, columns in enumerate(beside_drag):
         rest = changes[:, axis] - columns @ np.linalg.lstsq(columns, changes[:, axis], rcond=None)[0]
-        left += np.bincount(number, rest**2, left.size) / scale[axis] * left.size
-    return Trial(lag * _STEP, told, left, row)
+        left += np.bincount(number, rest**2, count) / scale[axis] * count
+    fitted = Fitted(tuple(full), changes / np.sqrt(size), tuple(beside_drag), number)
+    return Trial(lag * _STEP, told, left, row, fitted)
 
 
 def _full(records: Sequence[Record], name: str, centre: float) -> float:

@@ -1,4 +1,4 @@
-"""The study of sound logs: it draws logs that are sound, judges what every verb would read, and counts honestly."""
+"""The study of sound logs: it draws sound runs, records them at several rates, and counts refusals by check."""
 
 import importlib
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from places import ROOT
 
-from undertow.physics.errors import LogError
+from undertow.measurements.quality.faults import Fault, Kind, Share, Size
 
 
 @pytest.fixture(scope="module")
@@ -18,28 +18,66 @@ def study() -> Iterator[ModuleType]:
         yield importlib.import_module("sound_logs")
 
 
-@pytest.mark.parametrize("number", [3, 5, 11])
+@pytest.fixture(scope="module")
+def worlds(study: ModuleType) -> ModuleType:
+    return importlib.import_module("study.sound_worlds")
+
+
+@pytest.mark.parametrize("number", [3, 5])
 def test_logs_that_were_refused_once_are_not(study: ModuleType, number: int):
-    """Full throttle, a slow ship at 10 Hz with noise of 1 cm/s, and a ship without noise."""
+    """Full throttle, whose speeds turn quickly for 1 Hz, and a slow ship with noise of 1 cm/s and derived speeds."""
     record = study.judge(study.FIRST["tuning"], number)
-    assert (record["refused"], record["accused"], record["corrected"]) == ("", [], [])
+    assert [log["rate"] for log in record["logs"]] == [50.0, 20.0, 10.0, 5.0, 2.0, 1.0]
+    assert [log["refused"] for log in record["logs"]] == [{}] * 6
+    assert all(log["sizes"] for log in record["logs"])
 
 
-def test_one_side_is_saturated_while_the_other_steers(study: ModuleType):
-    boat, log, _ = study.full_throttle(0, 7, np.random.default_rng(7))
+def test_one_side_is_saturated_while_the_other_steers(worlds: ModuleType):
+    boat, log, _ = worlds.full_throttle(0, 7, np.random.default_rng(7))
     ends = np.array([max(thruster.curve.command) for thruster in boat.thrusters])
     saturated = np.isclose(log.commands, ends).mean(axis=0)
     assert saturated.max() > 0.5
     assert saturated.min() < 0.5
 
 
-def test_a_refusal_is_counted_and_told(study: ModuleType, monkeypatch: pytest.MonkeyPatch):
-    def refuse(path, vehicle, *, progress):
-        raise LogError(f"{path}: it is wrong. Nothing found in such logs is about the boat.")
+def test_a_run_is_recorded_as_its_number_says(worlds: ModuleType):
+    boat, log, _ = worlds.calm(0, 7, np.random.default_rng(7))
+    whole = worlds.in_memory(log)
+    for number, names, together in ((0, "xyuvr", False), (3, "uvr", True), (4, "xyr", False)):
+        logs = worlds.recorded(whole, number)
+        for rate, one in logs.items():
+            assert set("xyuvr") & set(one.channels) == set(names)
+            assert one.channels["r"].period == pytest.approx(1.0 / rate, rel=0.02)
+            command = one.channels[boat.thrusters[0].channel]
+            assert (command.time is one.channels["r"].time or np.array_equal(command.time, one.channels["r"].time)) is (
+                together
+            )
 
-    monkeypatch.setattr(study, "read_inputs", refuse)
-    record = study.judge(study.FIRST["tuning"], 0)
-    assert record["refused"] == "it is wrong. "
+
+def test_sizes_of_faults_are_noted_told_or_not():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "benchmarks"))
+        study = importlib.import_module("study.noted_faults")
+    before = Fault.ruled
+    with study.noted() as faults:
+        silent = Fault(Kind.EXCHANGED, ("u", "v"), Size(Share(0.1, 0.05), Share(0.9, 0.0)))
+        assert silent.ruled() is None
+    assert faults == [silent]
+    assert study.sure_sizes(faults) == {"EXCHANGED": pytest.approx(0.05)}
+    assert Fault.ruled is before
+
+
+def test_a_refusal_is_counted_and_told(study: ModuleType):
+    log = {
+        "rate": 10.0,
+        "refused": {"drive": "it is wrong"},
+        "accused": {"drive": "it is wrong"},
+        "sizes": {"CUT": 0.3},
+    }
+    record = {"number": 4, "kind": "calm", "what": "rich", "logs": [log]}
     text = study.page([record], "python benchmarks/sound_logs.py")
-    assert "**1 of 1 sound logs were refused**" in text
-    assert "| calm | 1 | 1 | 0 | 0 |" in text
+    assert "**1 of 1 sound logs of 1 runs were refused**" in text
+    assert "| drive | 1 | 100.00% (< 100.00%) | 0 |" in text
+    assert "| cut | limited | 1 | 0.30 |" in text
+    assert "- number 4 at 10 Hz (calm, rich), drive: it is wrong" in text
+    assert study.most_refused([record]) == 1.0

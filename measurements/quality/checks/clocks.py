@@ -9,41 +9,27 @@ import numpy as np
 from ....physics.frames import Array
 from ...canonical import Channel
 from ...statistics.robust import CI
-from ..fault_size import delayed, share_by_model
-from ..finding import Channels, Check, Finding, Fix, Reach
+from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
+from ..finding import Channels, Check, Finding, Fix
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..record import RATE, Record, Stretch
-from ..response import COARSE, MADE_GOOD, ROW, SLOW, made_good, row_of, trials
+from ..response import COARSE, MADE_GOOD, ROW, SLOW, Trials, made_good, row_of, trials
 from ..resting import centre_of, stands_still
 
 _STEP = 1.0 / RATE
+"""Of the even time base [s]."""
 _IN_STEP = 0.03
 """Offset up to which records are in step [s]: half a step of the 20 Hz on which they are compared, and rounding."""
-_PITCHING = 0.05
-"""Offset up to which records are in step [s]; a boat that pitches as it speeds up holds its accelerometer back."""
-_ALIKE = (0.8, 1.25)
-"""Slope of one record over the other between which they are records of one quantity; a filter makes it smaller."""
-_NEARLY = 0.1
-"""Offset that must be ruled out before records are said to be in step [s]."""
 _REACH = (-0.6, 1.0)
-"""Delays about the one that explains the commands' answer best in which it is looked for closely [s]."""
-_APART = 0.3
-"""Delay from which a record that forces are made of tells of another manoeuvre than the rest of the log [s]: a third of
-the shortest period of a command, and more than any lag of a receiver."""
-_ANSWERS = 0.5
-"""Share of a record that the other must explain, in the band of their comparison, before its delay means anything."""
-_STRETCHES = 8
-"""Stretches of 10 s from which an answer to the commands is believed: its model is a coarse one."""
-_UNSURE = 0.06
-_SURE = 0.02
-"""Standard errors above which a delay is not known, and above which it is not told for a single log of several [s]."""
+"""Delays that are tried about the one that explains the commands' answer best [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Comparison:
     """Two records of one quantity: how they are made of a record, and what a delay between them does.
 
-    Beyond the delays `fatal` [s], every finding would be about the clocks.
+    `grave` has the signs of the delays that make a record of which forces are made tell of another manoeuvre: a
+    position that is late is no force's concern, and an accelerometer is not used.
     """
 
     late: str
@@ -52,9 +38,7 @@ class _Comparison:
     needs: frozenset[str]
     response: Callable[[Record, Stretch], Response]
     consequence: str
-    tolerance: float = _IN_STEP
-    alike: tuple[float, float] = _ALIKE
-    fatal: tuple[float, float] = (-np.inf, np.inf)
+    grave: tuple[int, ...] = ()
 
 
 def _turning(record: Record, stretch: Stretch) -> Response:
@@ -82,7 +66,7 @@ _COMPARISONS = (
         frozenset({"psi", "r"}),
         _turning,
         "yaw rate and heading tell of different instants; a thruster lag of that size is no finding",
-        fatal=(-_APART, _APART),
+        grave=(-1, 1),
     ),
     _Comparison(
         "the surge speed",
@@ -91,8 +75,7 @@ _COMPARISONS = (
         MADE_GOOD,
         made_good,
         "speeds and positions tell of different instants; a lag of that size is no finding",
-        alike=(0.4, 1.25),
-        fatal=(-np.inf, _APART),  # a position that is late is no force's concern
+        grave=(1,),
     ),
     _Comparison(
         "the accelerometer",
@@ -101,8 +84,6 @@ _COMPARISONS = (
         frozenset({"psi", "ax"}),
         _surging,
         "an accelerometer that is late makes a lag of the thrusters that is not there",
-        _PITCHING,
-        (0.5, 2.0),
     ),
 )
 
@@ -123,7 +104,7 @@ class Clocks(Check):
             lags = [lag_anywhere([pair.response(record, s) for s in record.stretches], _STEP) for record in having]
             every = (pair.response(r, s) for r in having for s in r.stretches)
             lag = lags[0] if len(having) == 1 else lag_anywhere(list(every), _STEP)
-            known = [one for one in lags if one is not None and _sure(one, FOLLOWS, _SURE)]
+            known = [one for one in lags if one is not None and _sure(one)]
             finding = _compared(pair, lag, known, any(record.steered for record in having))
             if pair.channels == ("r",) and finding.fix is not None and lag is not None:
                 gyro = lag.seconds
@@ -137,53 +118,47 @@ def on_grid(record: Record, name: str, time: Array) -> Array:
     return np.interp(time, channel.time, channel.value)
 
 
-def _sure(lag: Lag | None, explained: float, error: float = _UNSURE) -> bool:
-    return lag is not None and lag.explained >= explained and lag.error <= error
+def _sure(lag: Lag | None) -> bool:
+    """Whether one record follows the other, at a delay that is known to a row of the commands."""
+    return lag is not None and lag.explained >= FOLLOWS and CI * lag.error <= ROW
 
 
 def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: bool) -> Finding:
     """The finding on one pair of records; no force is learnt of a boat that a rudder steers, whatever its clocks."""
     names = (*pair.channels[:1],)
-    if lag is None or not _sure(lag, FOLLOWS) or not pair.alike[0] <= lag.slope <= pair.alike[1]:
+    if lag is None or not _sure(lag):
         text = f"too little motion to tell whether {pair.late} is in step with {pair.reference}"
         return Finding(check="clocks", verdict="cannot tell", sentence=text, unit="s", channels=names)
     low, high = lag.ci95
-    if low <= pair.tolerance and high >= -pair.tolerance:
-        if max(high, -low) > _NEARLY:
+    if low <= _IN_STEP and high >= -_IN_STEP:
+        verdict, text = "ok", f"{pair.late} is in step with {pair.reference} (to {max(abs(lag.seconds), 0.001):.3f} s)"
+        if max(high, -low) > ROW:
+            verdict = "cannot tell"
             text = f"{pair.late} may be {low:+.2f} to {high:+.2f} s after {pair.reference}: too little motion to tell"
-            return Finding(
-                check="clocks",
-                verdict="cannot tell",
-                sentence=text,
-                value=lag.seconds,
-                unit="s",
-                ci95=lag.ci95,
-                channels=names,
-            )
-        text = f"{pair.late} is in step with {pair.reference} (to {max(abs(lag.seconds), 0.001):.3f} s)"
         return Finding(
-            check="clocks", verdict="ok", sentence=text, value=lag.seconds, unit="s", ci95=lag.ci95, channels=names
+            check="clocks",
+            verdict=verdict,
+            sentence=text,
+            value=lag.seconds,
+            unit="s",
+            ci95=lag.ci95,
+            channels=names,
         )
     spread = [one.seconds for one in each]
     between = f" ({min(spread):.2f} to {max(spread):.2f} s over the logs)" if len(spread) > 1 else ""
     order = "after" if lag.seconds > 0 else "before"
-    text = f"{pair.late} tells of a motion {abs(lag.seconds):.2f} s {order} {pair.reference} does{between}"
+    moved = " and ".join(pair.channels)
     shifts = dict.fromkeys(pair.channels, -lag.seconds)
-    apart = not steered and (low > pair.fatal[1] or high < pair.fatal[0])
-    return Finding(
-        check="clocks",
-        verdict="defect" if apart else "warning",
-        sentence=text,
-        value=lag.seconds,
-        unit="s",
-        ci95=lag.ci95,
-        channels=names,
-        consequence=pair.consequence,
-        remedy=f"move {' and '.join(pair.channels)} by {-lag.seconds:+.2f} s",
-        fix=Fix(f"stamps of {' and '.join(pair.channels)} moved by {-lag.seconds:+.3f} s", _move(shifts)),
-        short=f"{pair.late} is {abs(lag.seconds):.2f} s {order} {pair.reference}",
-        reach=Reach.LOG if apart else Reach.NUMBERS,
+    facts = {"late": pair.late, "reference": pair.reference, "order": order, "wrong": pair.consequence, "moved": moved}
+    facts |= {"seconds": abs(lag.seconds), "shift": -lag.seconds}
+    facts["told"] = (
+        f"{pair.late} tells of a motion {abs(lag.seconds):.2f} s {order} {pair.reference} does{between}: moved there, "
+        f"they agree in {lag.size.share} of what parts them"
     )
+    fix = Fix(f"stamps of {moved} moved by {-lag.seconds:+.3f} s", _move(shifts))
+    fault = Fault(Kind.APART, names, lag.size, facts, lag.seconds, lag.ci95, fix)
+    grave = lag.size.refuses and np.sign(lag.seconds) in pair.grave and not steered
+    return fault.told("defect" if grave else "warning")
 
 
 def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
@@ -214,7 +189,7 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     # which a programme may keep step, nearly all of it.
     before = max(0.5 * row, row - 0.5 * ROW)
     if ends[1] >= -_IN_STEP - before:
-        if ends[0] < -_NEARLY - before:
+        if ends[0] < -ROW - before:
             between = " to ".join(_when(end, 2) for end in ends)
             text = f"the boat may answer its commands {between}: too little to tell"
             return [
@@ -243,28 +218,23 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         return [
             Finding(check="clocks", verdict="ok", sentence=text, value=seconds, unit="s", ci95=ends, channels=channels)
         ]
-    share = share_by_model(records, delayed(seconds)) if far else None
-    size = "" if share is None else f" (moved there, they explain {share} of what the vehicle leaves of surge and yaw)"
-    certain = far and (share is None or share.overwhelming)
-    return [
-        Finding(
-            check="clocks",
-            verdict="defect" if certain else "warning",
-            sentence=f"the motion leads the command by {-seconds:.2f} s: the boat cannot know, the stamps are "
-            f"late{size}",
-            value=seconds,
-            unit="s",
-            ci95=ends,
-            channels=channels,
-            consequence="a delay of the thrusters comes out too small or negative, and damping with it",
-            remedy=f"move the commands by {seconds:+.2f} s or more",
-            fix=Fix(
-                f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds))
-            ),
-            short=f"the motion leads the command by {-seconds:.2f} s",
-            reach=Reach.LOG,
-        )
-    ]
+    size = _size_of_delay(records, found, seconds)
+    moved = "" if size is None else f" (moved there, they explain {size.share} of what is left of surge and yaw)"
+    none = Share(0.0, np.inf)
+    facts = {"seconds": -seconds, "shift": seconds, "size": moved}
+    fix = Fix(f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds)))
+    fault = Fault(Kind.LATE_COMMANDS, channels, size or Size(none, none), facts, seconds, ends, fix)
+    return [fault.told("defect" if far and fault.size.refuses else "warning")]  # in step, for a log in such rows
+
+
+def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: float) -> Size | None:
+    """What the motion gains where commands are moved to a delay [s]: by the vehicle, or by the answers fitted there."""
+    size = size_by_model(records, delayed(seconds))
+    for one in found if size is None else ():
+        stepped, best = one.stepped and one.stepped.fitted, one.best.fitted
+        if stepped is not None and best is not None and not one.best.in_step:
+            size = best.size_beside(stepped.errors())
+    return size
 
 
 def _early(seconds: float, ends: tuple[float, float], channels: tuple[str, ...]) -> Finding:
@@ -296,7 +266,7 @@ def _answer(records: Sequence[Record], gyro: float, about: float, row: float) ->
     for response in (_surge_answer, _yaw_answer):
         every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
         lag = lag_of(every, _STEP, quick, (about + _REACH[0] - max(row - ROW, 0.0), about + _REACH[1]))
-        if lag is not None and lag.stretches >= _STRETCHES and _sure(lag, _ANSWERS):
+        if lag is not None and lag.stretches >= FEWEST and _sure(lag):
             lags.append(lag)
     if not lags:
         return None

@@ -14,7 +14,7 @@ from ....physics.in_words import percent
 from ....physics.motion import Motion
 from ....physics.thrusters import TableCurve, Thruster, command_of
 from ....physics.vehicle import Vehicle
-from ..fault_size import Altered, Share, share_by_model
+from ..faults import Altered, Size, size_by_model
 from ..finding import Check, Finding, Reach
 from ..place_remedies import all_of
 from ..record import Record
@@ -73,10 +73,14 @@ class CommandRange(Check):
             return [Finding(check=self.name, verdict="ok", sentence=text, channels=names)] if having else []
         names = tuple(one.thruster.channel for one in beyond)
         told = "; ".join(one.sentence for one in beyond)
-        factors, share = _best_factors(records, beyond)
+        factors, weighed = _best_factors(records, beyond)
         lines = all_of([f"'{n}: {{from: ..., scale: {f:.4g}}}'" for n, f in factors.items()])
-        sure = share is not None and share.overwhelming
-        size = "" if share is None else f"; scaled by {_factors(factors)}, they explain {share} more of the motion"
+        sure = weighed is not None and weighed.refuses
+        size = (
+            ""
+            if weighed is None
+            else f"; scaled by {_factors(factors)}, they explain {weighed.share} more of the motion"
+        )
         return [
             Finding(
                 check=self.name,
@@ -116,7 +120,7 @@ def _beyond(records: Sequence[Record], thruster: Thruster) -> Beyond | None:
     return Beyond(thruster, largest, end, float(np.mean(out)), abs(largest - neutral) / reach, neutral)
 
 
-def _best_factors(records: Sequence[Record], beyond: Sequence[Beyond]) -> tuple[dict[str, float], Share | None]:
+def _best_factors(records: Sequence[Record], beyond: Sequence[Beyond]) -> tuple[dict[str, float], Size | None]:
     """The scales of the commands that explain the log best, of those that people meet; and how much they explain."""
     reach = {one.thruster.channel: abs(one.largest - one.neutral) / one.ratio for one in beyond}
     tried = [
@@ -125,9 +129,9 @@ def _best_factors(records: Sequence[Record], beyond: Sequence[Beyond]) -> tuple[
         dict.fromkeys(reach, 0.01),
         dict.fromkeys(reach, 0.1),
     ]
-    shares = [(factors, share_by_model(records, _scaled(factors))) for factors in tried]
-    known = [(factors, share) for factors, share in shares if share is not None]
-    return max(known, key=lambda pair: pair[1].low, default=(tried[0], None))
+    sizes = [(factors, size_by_model(records, _scaled(factors))) for factors in tried]
+    known = [(factors, size) for factors, size in sizes if size is not None]
+    return max(known, key=lambda pair: pair[1].share.low, default=(tried[0], None))
 
 
 def _scaled(factors: Mapping[str, float]) -> Altered:

@@ -9,7 +9,7 @@ from ....physics.motion import Motion
 from ...compass import compass_of
 from ...preparation.derive import smooth
 from ...statistics.robust import CI
-from ..fault_size import Share, blocks_of, share_explained, squared_held_out
+from ..faults import OVERWHELMING, Share, blocks_of, ratio_by_blocks, squared_held_out
 from ..finding import Check, Finding
 from ..record import Record
 
@@ -47,7 +47,7 @@ class Deviation(Check):
         names = ("constant", "sin", "cos")
         values = (compass.constant, compass.sine, compass.cosine)
         parts = {name: float(np.degrees(value)) for name, value in zip(names, values, strict=True)}
-        if not compass.plain or ends[0] < _LEAST or not _beside_drift(motions).overwhelming:
+        if not compass.plain or ends[0] < _LEAST or not _beside_drift(motions).low > OVERWHELMING:
             verdict = "ok" if compass.sound else "cannot tell"
             return [
                 Finding(
@@ -92,4 +92,4 @@ def _beside_drift(motions: Sequence[Motion]) -> Share:
     turned = [surge, surge * np.sin(heading), surge * np.cos(heading)]
     block = blocks_of([motion.time.size for motion in motions])
     without, beside = (squared_held_out(sway, np.column_stack(table), block) for table in (drift, [*drift, *turned]))
-    return share_explained(without, beside, block)
+    return ratio_by_blocks(without - beside, without, block)

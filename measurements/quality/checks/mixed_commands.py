@@ -17,7 +17,7 @@ from ....physics.vehicle import Vehicle
 from ...canonical import Channel, command_kind
 from ...channels.mixing import mixed
 from ..expected_answers import SIDE, expected_of
-from ..fault_size import Share, delayed, share_by_model
+from ..faults import Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix, Reach
 from ..place_remedies import called
 from ..record import Record
@@ -82,28 +82,28 @@ class MixedCommands(Check):
             return []
         tried = [replace(pair, scale=scale, sign=sign) for scale in _SCALES for sign in (1.0, -1.0)]
         late = delayed(told.seconds)
-        shares = [(mix, share_by_model(records, partial(_alter, mix, names), late)) for mix in tried]
-        known = [(mix, share) for mix, share in shares if share is not None]
-        mix, share = max(known, key=lambda found: found[1].low, default=(pair, None))
-        return [_finding(records, names, mix, share)]
+        sizes = [(mix, size_by_model(records, partial(_alter, mix, names), late)) for mix in tried]
+        known = [(mix, size) for mix, size in sizes if size is not None]
+        mix, size = max(known, key=lambda found: found[1].share.low, default=(pair, None))
+        return [_finding(records, names, mix, size)]
 
 
-def _finding(records: Sequence[Record], names: tuple[str, str], mix: _Mix, share: Share | None) -> Finding:
-    sure = share is None or share.overwhelming
+def _finding(records: Sequence[Record], names: tuple[str, str], mix: _Mix, size: Size | None) -> Finding:
+    sure = size is None or size.refuses
     text = (
         f"{called(records, mix.throttle)} and {called(records, mix.steering)} look like throttle and steering, "
         "not like two sides: one pushes and hardly turns the boat, the other turns and hardly pushes it"
     )
-    if share is not None:
-        text += f"; mixed into sides, they explain {share} of what the vehicle leaves of surge and yaw"
+    if size is not None:
+        text += f"; mixed into sides, they explain {size.share} of what the vehicle leaves of surge and yaw"
     lines = " and ".join(mix.line(records, name) for name in names)
-    alone = share is not None and share.overwhelming and len(records) == 1
+    alone = size is not None and size.refuses and len(records) == 1
     return Finding(
         check=MixedCommands.name,
         verdict="defect" if sure else "warning",
         sentence=text,
-        value=None if share is None else share.value,
-        unit="" if share is None else "1",
+        value=None if size is None else size.share.value,
+        unit="" if size is None else "1",
         channels=names,
         consequence="what the two sides did is lost, and a thruster is blamed for it",
         remedy=f"mix them in a channel map (--map): {lines}",

@@ -11,17 +11,18 @@ from ...canonical import command_kind
 from ...statistics.robust import CI
 from ..axes import surveyed
 from ..expected_answers import SIDE, Expected, as_expected, expected_of, side_of, told_of
-from ..fault_size import delayed, misplaced, share_by_model
-from ..finding import Check, Finding, Reach
+from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
+from ..finding import Check, Finding
 from ..likely_places import likely_reversed, likely_swapped
-from ..place_remedies import all_of, are, called, map_line, or_vehicle, swapped
+from ..place_remedies import all_of, called, map_line, or_vehicle, swapped
 from ..record import RATE, Record
 from ..response import Answer, Trials, trials
 from .swapped_channels import may_be_exchanged
 
 _STEP = 1.0 / RATE
+"""Of the even time base [s]."""
 _TURNING = (0.05, 1.0)
-"""The band in which heading and yaw rate are compared [Hz]: slower is drift, faster is noise."""
+"""The band in which differentiated headings and yaw rates are compared [Hz]: slower is drift, faster is noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,51 +71,52 @@ class Sides(Check):
                 for check in ("direction", "sides")
             ]
         turned, moved = (likely and one(records, expected, likely) for one in (likely_reversed, likely_swapped))
-        if told and not as_expected(told, expected) and (small := _too_small(records, expected, told)):
-            return small
-        found = [turned or _direction(records, expected, told, unsure)]
+        size = _size(records, expected, told)
+        small = _too_small(expected, told, size) if size is not None and not size.warns else None
+        found = [small or turned or _direction(records, expected, told, unsure, size)]
         if len(names) > 1 and _turns_apart(records):
             text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
             return [*found, Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))]
-        return [*found, moved or _sides(records, expected, told, unsure)] if len(names) > 1 else found
+        sides = small and small.model_copy(update={"check": "sides"})
+        return [*found, sides or moved or _sides(records, expected, told, unsure, size)] if len(names) > 1 else found
 
 
-def _too_small(
-    records: Sequence[Record], expected: Mapping[str, Expected], told: Mapping[str, Answer]
-) -> list[Finding]:
-    """The warnings that thrusters answer another way than the vehicle's, where that explains too little to be sure.
-
-    None where the vehicle with its thrusters turned round, or moved to the other side, surely explains much of what it
-    leaves of the log as it is; nor without a vehicle, which alone says how much that is.
-    """
+def _misplaced(expected: Mapping[str, Expected], told: Mapping[str, Answer]) -> tuple[frozenset[str], frozenset[str]]:
+    """Commands that push the other way than they should, and those that are on the other side."""
     turned = frozenset(n for n, a in told.items() if not expected[n].ahead_as(a))
     moved = frozenset(n for n, a in told.items() if a.side and SIDE[a.side] * expected[n].side < 0)
+    return turned, moved
+
+
+def _size(records: Sequence[Record], expected: Mapping[str, Expected], told: Mapping[str, Answer]) -> Size | None:
+    """How much is explained by thrusters that push another way than they should; None where none does.
+
+    The vehicle tells it with its thrusters turned round, or moved to the other side, against what it says as it is.
+    Without a vehicle, commands that push the wrong way are held against ones that push nothing, which is the most that
+    they could explain with the sign that they should have.
+    """
+    turned, moved = _misplaced(expected, told)
     if not turned | moved:
-        return []
-    late = float(np.median([one.best.seconds for one in trials(records)]))
-    share = share_by_model(records, misplaced(turned, moved), delayed(late))
-    if share is None or share.overwhelming:
-        return []
-    names = tuple(sorted(turned | moved))
+        return None
+    explained = trials(records)
+    late = float(np.median([one.best.seconds for one in explained]))
+    size = size_by_model(records, misplaced(turned, moved), delayed(late))
+    for one in explained if size is None else ():
+        fitted = one.best.fitted
+        if fitted is not None and (turned | moved) & set(fitted.names):
+            size = fitted.size_beside(fitted.errors(turned, turned | moved))
+    return size
+
+
+def _too_small(expected: Mapping[str, Expected], told: Mapping[str, Answer], size: Size) -> Finding:
+    """The finding that thrusters seem to push another way, which explains too little to be told as a fault."""
+    names = tuple(sorted(frozenset.union(*_misplaced(expected, told))))
     text = (
-        f"{all_of(names)} may push another way than the vehicle file says, or sit on the other side; but put so into "
-        f"it, that explains only {share} of what it leaves of surge and yaw"
+        f"{all_of(names)} may push another way than expected, or sit on the other side; but that explains only "
+        f"{size.share} of what is left of surge and yaw without it"
     )
-    checks = ("direction", "sides") if len(expected) > 1 else ("direction",)
-    return [
-        Finding(
-            check=check,
-            verdict="warning",
-            sentence=text,
-            value=share.value,
-            unit="1",
-            channels=names,
-            consequence="if they do, the motion is predicted the wrong way",
-            remedy="drive each thruster alone, ahead and astern, and look at the log again",
-            short=f"{all_of(names)} may push another way",
-        )
-        for check in checks
-    ]
+    remedy = "drive each thruster alone, ahead and astern, and look at the log again"
+    return Finding(check="direction", verdict="cannot tell", sentence=text, channels=names, remedy=remedy)
 
 
 def _turns_apart(records: Sequence[Record]) -> bool:
@@ -133,7 +135,11 @@ def _turns_apart(records: Sequence[Record]) -> bool:
 
 
 def _direction(
-    records: Sequence[Record], expected: Mapping[str, Expected], told: Mapping[str, Answer], unsure: Sequence[Trials]
+    records: Sequence[Record],
+    expected: Mapping[str, Expected],
+    told: Mapping[str, Answer],
+    unsure: Sequence[Trials],
+    size: Size | None,
 ) -> Finding:
     names = list(expected)
     found = {name: answer for name, answer in told.items() if answer.ahead and expected[name].push}
@@ -144,7 +150,7 @@ def _direction(
             text = f"whether a thruster is reversed cannot be told: {_either(unsure, expected)}"
         return Finding(check="direction", verdict="cannot tell", sentence=text, channels=tuple(names))
     parts = {name: answer.surge for name, answer in found.items()}
-    if not wrong:
+    if not wrong or size is None:
         least = min(found.values(), key=lambda answer: abs(answer.surge))
         as_told = "ahead" if all(answer.ahead > 0 for answer in found.values()) else "as the vehicle file says"
         text = f"more command pushes {as_told} on {all_of(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
@@ -179,24 +185,22 @@ def _direction(
     listed = [name for name in names if name in wrong or (name in moved and moved & set(wrong))]
     maps = [map_line(records, name, name in wrong, name in moved) for name in listed]
     pushes = "astern" if worst.ahead < 0 else "ahead, and that thruster of the vehicle astern"
-    return Finding(
-        check="direction",
-        verdict="defect",
-        sentence=f"{all_of(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
-        value=worst.surge,
-        unit="m/s^2",
-        ci95=(worst.surge - CI * worst.surge_error, worst.surge + CI * worst.surge_error),
-        channels=tuple(wrong),
-        consequence="a model drives ahead where the boat goes astern; no thrust can be fitted",
-        remedy=f"turn it round in a channel map: {', '.join(maps)}{or_vehicle(wrong, expected, 'curve or the angle')}",
-        parts=parts,
-        short=f"{all_of(tuple(wrong))} {are(tuple(wrong))} reversed",
-        reach=Reach.LOG,
-    )
+    facts = {
+        "told": f"{all_of(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
+        "names": all_of(tuple(wrong)),
+        "cure": f"{', '.join(maps)}{or_vehicle(wrong, expected, 'curve or the angle')}",
+    }
+    ends = worst.surge - CI * worst.surge_error, worst.surge + CI * worst.surge_error
+    fault = Fault(Kind.REVERSED, tuple(wrong), size, facts, worst.surge, ends, parts=parts)
+    return fault.told("defect" if size.refuses else "warning")
 
 
 def _sides(
-    records: Sequence[Record], expected: Mapping[str, Expected], told: Mapping[str, Answer], unsure: Sequence[Trials]
+    records: Sequence[Record],
+    expected: Mapping[str, Expected],
+    told: Mapping[str, Answer],
+    unsure: Sequence[Trials],
+    size: Size | None,
 ) -> Finding:
     names = list(expected)
     found = {name: answer for name, answer in told.items() if answer.side}
@@ -211,7 +215,7 @@ def _sides(
     parts: Mapping[str, float | str] = {name: answer.side for name, answer in found.items()}
     wrong = [name for name, answer in found.items() if SIDE[answer.side] * expected[name].side < 0]
     value, ends = _turn(found, expected)
-    if not wrong:
+    if not wrong or size is None:
         known = all(expected[name].side for name in found)
         words = "in the vehicle file" if any(expected[name].thruster for name in found) else "named"
         text = f"the sides of {all_of(tuple(found))} are as {words}" if known else "; ".join(lies)
@@ -233,25 +237,11 @@ def _sides(
     remedy = f"swap them in a channel map: {', '.join(maps)}" if maps else "say in a channel map which is which"
     if all(side_of(name) == found[name].side for name in wrong):
         remedy = f"the names agree with the log, so look at the vehicle file first; or {remedy}"
-    either = (
-        ""
-        if surveyed([record.log for record in records])
-        else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
-    )
-    return Finding(
-        check="sides",
-        verdict="defect",
-        sentence=f"port and starboard look swapped: {'; '.join(lies)}",
-        value=value,
-        unit="rad/s^2",
-        ci95=ends,
-        channels=tuple(wrong),
-        consequence="every turn is predicted to the wrong side",
-        remedy=f"{remedy}{or_vehicle(wrong, expected, 'sign of y')}{either}",
-        parts=parts,
-        short="port and starboard look swapped",
-        reach=Reach.LOG,
-    )
+    logs = [record.log for record in records]
+    either = "" if surveyed(logs) else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
+    cure = f"{remedy}{or_vehicle(wrong, expected, 'sign of y')}{either}"
+    fault = Fault(Kind.SWAPPED, tuple(wrong), size, {"told": "; ".join(lies), "cure": cure}, value, ends, parts=parts)
+    return fault.told("defect" if size.refuses else "warning")
 
 
 def _either(unsure: Sequence[Trials], expected: Mapping[str, Expected]) -> str:

@@ -9,20 +9,25 @@ from numpy.typing import NDArray
 
 from ....physics.frames import Array
 from ...canonical import Channel
-from ..finding import Channels, Check, Finding, Fix, Reach
+from ..faults import BLOCK, Fault, Kind, Share, Size, size_of
+from ..finding import Channels, Check, Finding, Fix
 from ..record import Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r")
 _LEAST_ROWS = 50
-"""Rows of which the outermost 2 % are one: of fewer, no usual range can be told."""
+"""Rows of which the outermost 2 % are one: of fewer, no usual range can be told.
+Steady, see `benchmarks/steady_limits.py`."""
 _OUT = 0.5
-"""Share of a record's usual range by which a value must leave both its neighbours; a boat does not in one row."""
+"""Share of a record's usual range by which a value must leave both its neighbours; a boat does not in one row.
+Twice as much finds the same, half of it
+accuses quick turns at 1 Hz (`benchmarks/steady_limits.py`)."""
 _STEPS = 10.0
-"""Median steps by which a value must leave its neighbours, where the range is narrow: a jump, not a quick change."""
+"""Median steps by which a value must leave its neighbours, where the range is narrow: a jump, not a quick change.
+Twice as much finds the same, half of it
+accuses quick turns at 1 Hz (`benchmarks/steady_limits.py`)."""
 _WHOLE = 0.8
-"""Share of its whole range by which a record must jump in one row for a counter that turned over."""
-_FEW = 0.002
-"""Share of spikes up to which the rest of a record can be used as it is."""
+"""Share of its whole range by which a record must jump in one row for a counter that turned over.
+Steady, see `benchmarks/steady_limits.py`."""
 
 
 @final
@@ -45,41 +50,43 @@ class Spikes(Check):
 def _told(name: str, channels: Sequence[Channel]) -> list[Finding]:
     out = sum(int(np.count_nonzero(_spiked(_values(channel)))) for channel in channels)
     jumps = [float(jump) for channel in channels for jump in _jumps(_values(channel))]
-    rows = sum(channel.time.size for channel in channels)
     if len(jumps) > 1 and not out:
-        text = f"{name} jumps by {abs(jumps[0]):.4g} {channels[0].unit} {len(jumps)} times, all of its range"
-        wrong = "the boat seems to leap from one end of the range to the other"
-        remedy = "unwrap it: its counter is too short for what it measures"
-        return [
-            Finding(
-                check="spikes",
-                verdict="defect",
-                sentence=text,
-                value=jumps[0],
-                unit=channels[0].unit,
-                channels=(name,),
-                consequence=wrong,
-                remedy=remedy,
-                reach=Reach.LOG,
-            )
-        ]
+        unit = channels[0].unit
+        facts = {"jump": abs(jumps[0]), "unit": unit, "count": len(jumps)}
+        size = replace(_size(channels, _unwrapped), weight=Share(1.0, 0.0))  # all that follows a jump is wrong
+        fault = Fault(Kind.WRAPPED, (name,), size, facts, jumps[0], unit=unit)
+        return [] if (found := fault.ruled()) is None else [found]
     if not out:
         return []
-    share = out / rows
-    return [
-        Finding(
-            check="spikes",
-            verdict="defect" if share > _FEW else "warning",
-            sentence=f"{out} values of {name} stand far out of their record ({100.0 * share:.2g} %)",
-            value=share,
-            unit="1",
-            channels=(name,),
-            consequence="each is a force that never was",
-            remedy="leave these values out",
-            fix=Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name)),
-            reach=Reach.LOG,
-        )
-    ]
+    share, size = out / sum(channel.time.size for channel in channels), _size(channels, _smoothed)
+    fix = Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name))
+    fault = Fault(Kind.SPIKES, (name,), size, {"count": out, "part": 100.0 * share}, share, fix=fix)
+    return [fault.told("defect" if size.refuses else "warning")]
+
+
+def _size(channels: Sequence[Channel], mended: Callable[[Array], Array]) -> Size:
+    """How much of the bends of records goes where they are mended, and over the records' own power."""
+    rows, begun = [], 0
+    for channel in channels:
+        values = _values(channel)
+        bends = [np.diff(one, 2) ** 2 for one in (values, mended(values))]
+        number = begun + ((channel.time[1:-1] - channel.time[0]) // BLOCK).astype(np.int64)
+        rows.append((*bends, (values[1:-1] - np.median(values)) ** 2, number))
+        begun = int(number[-1]) + 1
+    return size_of(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+
+
+def _smoothed(values: Array) -> Array:
+    """The record (n,) with lines between the neighbours of values that stand out."""
+    rows, out = np.arange(values.size), _spiked(values)
+    return np.where(out, np.interp(rows, rows[~out], values[~out]), values)
+
+
+def _unwrapped(values: Array) -> Array:
+    """The record (n,) of a counter that goes on where it turned over: by its whole range."""
+    steps, whole = np.diff(values), float(np.ptp(values))
+    turns = np.where(np.isin(steps, _jumps(values)), -np.sign(steps), 0.0)
+    return values + np.concatenate([[0.0], np.cumsum(turns)]) * (whole + float(np.median(np.abs(steps))))
 
 
 def _values(channel: Channel) -> Array:

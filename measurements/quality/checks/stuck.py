@@ -9,6 +9,7 @@ from ....physics.frames import Array
 from ...canonical import Channel
 from ...log import Log
 from ..axes import track_of
+from ..faults import Fault, Kind, Share, Size
 from ..finding import Check, Finding, Reach
 from ..fixes import fixes_of
 from ..record import Record
@@ -27,23 +28,26 @@ _SENSORS: tuple[tuple[str, ...], ...] = (
 )
 _GOES_ON = ("x", "psi")
 """What the motion carries on while the sensor sleeps: it jumps at the end of the stay."""
-_JUMP = 3.0
-"""Times the last step that such a jump has at least."""
+_PLAINLY = 3.0
+"""Times the steps before it that such a jump has at least, and times its last digit that a step on the move has.
+Steady, see `benchmarks/steady_limits.py`."""
 _LEAST = 1.0
-"""A value that stays for less than this is not called stuck [s]."""
-_BEFORE, _BEFORE_SECONDS = 10, 0.5
-"""Steps before a stay that tell whether the value was on the move, and the time that they take at least [s]: a log
-that was interpolated to a fine grid has ten rows on one line."""
-_DIGITS = 3.0
-"""Steps on the move are at least this many times the last digit of the channel."""
+"""A value that stays for less than this is not called stuck [s]. Steady, see `benchmarks/steady_limits.py`."""
+_BEFORE = 10
+"""Steps before a stay that tell whether the value was on the move. Steady, see `benchmarks/steady_limits.py`."""
+_BEFORE_SECONDS = 0.5
+"""Time that they take at least [s]: a log that was interpolated to a fine grid has ten rows on one line.
+Steady, see `benchmarks/steady_limits.py`."""
 _MUCH = 0.05
-"""Share of the time from which a stuck sensor spoils what is learnt, as gaps do (`rates`)."""
-_MOST = 0.3
-"""Share of the time from which what is left of a stuck sensor's log is no log of it."""
-_TURNS, _RUNS = 0.5, 3.0
-"""Turning [rad] and way [m] from which the rest of the log says that the boat moved."""
+"""Share of the time from which a stuck sensor spoils what is learnt, as gaps do (`rates`).
+Steady, see `benchmarks/steady_limits.py`."""
+_TURNS = 0.5
+"""Turning from which the rest of the log says that the boat moved [rad]. Steady, see `benchmarks/steady_limits.py`."""
+_RUNS = 3.0
+"""Way from which it does [m]. Steady, see `benchmarks/steady_limits.py`."""
 _NO_DRIFT = 2e-4
-"""Share of a track, about that of rounding, that is left by heading and speed where a boat does not drift."""
+"""Share of a track, about that of rounding, that is left by heading and speed where a boat does not drift.
+Steady, see `benchmarks/steady_limits.py`."""
 _DRIVES = {"psi": "turns", "r": "turns", "v": "turns", "u": "runs", "x": "runs", "ax": "runs", "ay": "turns"}
 """What the boat must do for a record to change: a hull that turns drifts, one that runs straight need not."""
 
@@ -75,21 +79,12 @@ class Stuck(Check):
             if not lengths:
                 continue
             share, longest = sum(lengths) / times[names], max(lengths)
-            found.append(
-                Finding(
-                    check=self.name,
-                    verdict="defect" if share > _MUCH else "warning",
-                    sentence=f"{' and '.join(names)} {'are' if len(names) > 1 else 'is'} stuck in mid-motion "
-                    f"{_times(len(lengths))}, for up to {longest:.2g} s",
-                    value=longest,
-                    unit="s",
-                    channels=names,
-                    consequence="the boat seems to stop, and to jump when the sensor wakes up",
-                    remedy="drop those rows, so that they are a gap; look at the sensor's own status",
-                    parts={"share": share},
-                    reach=Reach.LOG if share > _MOST else Reach.SECONDS,
-                )
-            )
+            counted = Share(share, 0.0)
+            facts = {"seconds": longest, "times": _times(len(lengths))}
+            fault = Fault(Kind.STUCK, names, Size(counted, counted), facts, longest, parts={"share": share})
+            verdict = "defect" if share > _MUCH else "warning"
+            reach = Reach.LOG if fault.size.refuses else Reach.SECONDS
+            found.append(fault.told(verdict).model_copy(update={"reach": reach}))
         return found or [
             Finding(
                 check=self.name, verdict="ok", sentence="no sensor repeats a value in mid-motion", value=0.0, unit="s"
@@ -108,27 +103,12 @@ def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
         return None
     if names[0] == "v" and _follows([record.log for record in having]):
         return None
-    value = every[0].value[0]
-    many, first = len(names) > 1, every[0].name
-    listed = " and ".join(names)
-    text = f"{listed} never {'change' if many else 'changes'} ({value:g} {every[0].unit} in every row)"
-    text = f"{text} although the boat {drive}"
-    wrong = "a record that was never measured is taken for a measurement"
-    remedy = f"leave it out with '{first}: null' in a channel map, so that it is derived where that can be"
-    short = f"{listed} never change{'' if many else 's'}"
-    reach = Reach.NUMBERS if first in ("ax", "ay") else Reach.LOG
-    return Finding(
-        check="stuck",
-        verdict="defect",
-        sentence=text,
-        value=float(value),
-        unit=every[0].unit,
-        channels=names,
-        consequence=wrong,
-        remedy=remedy,
-        short=short,
-        reach=reach,
-    )
+    value, first, many = float(every[0].value[0]), every[0].name, len(names) > 1
+    facts = {"value": value, "unit": every[0].unit, "does": drive, "first": first}
+    facts["change"] = "change" if many else "changes"
+    whole = Size(Share(1.0, 0.0), Share(1.0, 0.0))  # in every row
+    told = Fault(Kind.NEVER, names, whole, facts, value, unit=every[0].unit).told("defect")
+    return told.model_copy(update={"reach": Reach.NUMBERS}) if first in ("ax", "ay") else told
 
 
 def _follows(logs: Sequence[Log]) -> bool:
@@ -173,9 +153,9 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
     for start, end in zip(starts[long], ends[long], strict=True):
         before = steps[start - before_rows : start]
         moving = before[before > 0.0]
-        if moving.size < 0.6 * before.size / usual or min(np.median(moving), moving[-1]) < _DIGITS * digit:
+        if moving.size < 0.6 * before.size / usual or min(np.median(moving), moving[-1]) < _PLAINLY * digit:
             continue
-        if first.name in _GOES_ON and end < steps.size and steps[end] < _JUMP * np.median(moving):
+        if first.name in _GOES_ON and end < steps.size and steps[end] < _PLAINLY * np.median(moving):
             continue
         found.append((float(time[start]), float(time[end])))
     return found

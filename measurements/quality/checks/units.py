@@ -1,60 +1,34 @@
-"""Whether two records of one quantity agree in size and sign: degrees for radians, knots for metres a second, axes."""
+"""Whether two records of one quantity agree in size and sign: degrees for radians, knots for metres a second, axes.
+
+Each pair is read in the ways in which it may have been recorded. The simplest reading is taken on which no other is
+much better, and if that is not the log as it is recorded, the fault is ruled upon by its size; see `faults`.
+"""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import ClassVar, final
+from dataclasses import replace
+from typing import ClassVar, NamedTuple, final
 
 import numpy as np
 
+from ....physics.forces import modelled_acceleration
+from ....physics.frames import Array
 from ...canonical import Channel
 from ...log import Log
-from ...statistics.robust import Fit
-from ..axes import Mixed, Track, mixed_up, surveyed, track_of
+from ...statistics.robust import robust_fit
+from ..axes import LENGTHS, SPEEDS, Track, mixed_up, surveyed, track_of
 from ..course import contradicts, course_of, off_course
-from ..finding import Channels, Check, Finding, Fix, Reach, Verdict
-from ..pieces import apart, fit_pieces, turns
-from ..record import Record
-from ..speed_unit import speed_unit
+from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
+from ..finding import Channels, Check, Finding, Fix, Reach
+from ..pieces import Turns, apart, blocks_of_pieces, turns
+from ..record import RATE, Record, Stretch
 
-_NEAR = 0.12
-"""Relative distance to a known ratio up to which it is that one."""
-_FINE = 0.05
-"""Share by which two records of one quantity may differ in size: sensors are calibrated to some per cent."""
-_LARGE = 0.15
-"""Share by which one of two records must be too large, over all of its interval, to make what is found false: compass
-deviation makes up to that of the ratio of heading and yaw rate in a log of few headings."""
-_TIMES = 12.0
-"""Standard errors that a ratio must reach to be spoken of: a sixth of itself either way is the widest interval."""
-_CLEARLY = 0.02
-"""Share of the turning by which the heading must follow better in degrees than in radians to be in degrees."""
-_CONTRADICTS = 0.3
-"""Share of the track that speeds leave unexplained from which they are of another motion; real logs have 0.004."""
+_FINE = 0.1
+"""Share by which two records of one quantity may differ in size, and a factor from a unit: sensors are calibrated to
+some per cent, thrust and mass are known to ten."""
+_PIECE = 2.0
+"""Length of a piece over which changes of speed are compared [s]: a boat's answer to its thrusters."""
 _DEGREE = float(np.pi / 180.0)
-SPEEDS = {
-    0.514444: "knots",
-    0.277778: "km/h",
-    0.3048: "feet per second",
-    0.44704: "miles per hour",
-    0.01: "cm/s",
-}
-"""Metres a second in one of the other units of speed."""
-_LENGTHS = {3.28084: "feet", 100.0: "cm", 1000.0: "mm", 0.001: "km"}
-"""The other units of length in a metre, which positions can be in."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Turning:
-    """How heading and yaw rate compare.
-
-    Attributes
-    ----------
-    ratio, ends : turning of the heading over that of the yaw rate [1], and its interval
-    degrees : whether the heading is to be read in degrees
-    """
-
-    ratio: float
-    ends: tuple[float, float] | None
-    degrees: bool
+"""Radians in a degree: no number that decides."""
 
 
 @final
@@ -67,7 +41,7 @@ class Units(Check):
         """See `Check`: one finding for the angles, one for the speeds."""
         logs = [record.log for record in records]
         turned = any({"psi", "r"} <= set(log.channels) for log in logs)
-        turning = _turning(logs)
+        turning = _turning([log for log in logs if {"psi", "r"} <= set(log.channels)])
         degrees = None if turning is None else _in_degrees(turning)
         cured = [_with(log, degrees.fix.apply) for log in logs] if degrees and degrees.fix else logs
         track = track_of(cured)
@@ -83,11 +57,11 @@ class Units(Check):
             found.append(_unlike(left))
         elif turned:
             found.append(Finding(check=self.name, verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r")))
-        opposed = None if turning is None else turning.ratio < 0.0
+        opposed = None if turning is None else turning.sign < 0
         speeds = _speeds(cured, track, opposed)
         if speeds is None or (speeds.verdict == "ok" and all(_turned_by_heading(log) for log in cured)):
             found += _course(cured, opposed)
-        found += [speeds] if speeds is not None else speed_unit(records, SPEEDS)
+        found += [speeds] if speeds is not None else speed_unit(records)
         return found or [
             Finding(
                 check=self.name, verdict="cannot tell", sentence="nothing was measured twice; no unit can be checked"
@@ -95,85 +69,143 @@ class Units(Check):
         ]
 
 
+class _Turning(NamedTuple):
+    """How heading and yaw rate are read: factors to radians, the sign of the rate, and what that explains.
+
+    Attributes
+    ----------
+    heading, rate : radians in what each is recorded in; the rate's is any number where it is in no unit
+    sign : -1 where the rate runs the other way round
+    ratio, ends : turning of the heading as it is recorded over that of the yaw rate [1], and its interval
+    size : what this reading explains beside that of the log as it is recorded
+    """
+
+    heading: float
+    rate: float
+    sign: int
+    ratio: float
+    ends: tuple[float, float] | None
+    size: Size
+
+
 def _turning(logs: Sequence[Log]) -> _Turning | None:
-    both = [log for log in logs if {"psi", "r"} <= set(log.channels)]
-    if not both:
+    """The simplest reading of heading and yaw rate; None where no reading makes them agree."""
+    wraps = _wraps(logs) if logs else None
+    every = {scale: found for scale in (1.0, _DEGREE) if logs and (found := turns(logs, scale)) is not None}
+    scales = (_DEGREE,) if wraps is not None and wraps.warns else tuple(every)
+    if len(every) < 2 or every[1.0].span.size < FEWEST:
         return None
-    fits = {scale: fit_pieces([turns(log, scale) for log in both]) for scale in (1.0, _DEGREE)}
-    radians, degrees = fits[1.0], fits[_DEGREE]
-    # Where the heading never wraps, both readings of it fit alike, and the ratio alone speaks.
-    wraps = degrees is not None and (radians is None or degrees.explained > radians.explained + _CLEARLY)
-    best = _DEGREE if wraps else 1.0
-    fit = fits[best]
-    if fit is None or not _known(fit):
+    fits = {s: robust_fit(np.column_stack([t.rate, t.span]), t.heading, t.piece) for s, t in every.items()}
+    block = blocks_of_pieces(every[1.0].piece)
+    as_is, power = _errors(every[1.0], 1.0), np.ones(block.size)
+    free = min(scales, key=lambda scale: float(_errors(every[scale], float(fits[scale].values[0])).sum()))
+    least = _errors(every[free], float(fits[free].values[0]))
+    units = [(s, q) for q in (1.0, _DEGREE, -1.0, -_DEGREE) for s in scales]
+    levels: list[list[tuple[float, float]]] = [[(1.0, 1.0)]] if 1.0 in scales else []
+    for level in (*levels, units, [(free, float(fits[free].values[0]))]):
+        scale, rate = min(level, key=lambda one: float(_errors(every[one[0]], one[1]).sum()))
+        if not size_of(told := _errors(every[scale], rate), least, power, block).warns:
+            break
+    else:
         return None
-    interval = fit.interval(0)
-    ends = None if interval is None else (interval[0] / best, interval[1] / best)
-    return _Turning(float(fit.values[0]) / best, ends, wraps)
+    size, fit = size_of(as_is, told, power, block), fits[scale]
+    if size_of(power, least, power, block).share.value < 0.5:  # most of the turning has another cause
+        return None
+    if wraps is not None and wraps.warns and abs(rate) == _DEGREE:
+        size = wraps
+    ends = fit.interval(0)
+    ends = None if ends is None else (ends[0] / scale, ends[1] / scale)
+    return _Turning(scale, abs(rate), 1 if rate > 0.0 else -1, float(fit.values[0]) / scale, ends, size)
+
+
+def _errors(found: Turns, rate: float) -> Array:
+    """Squared errors by piece of turning, over its power, where the yaw rate is times a factor; with its bias."""
+    left = found.heading - rate * found.rate
+    bias = np.median(left / found.span)
+    return (left - bias * found.span) ** 2 / max(float((found.heading**2).mean()), 1e-300)
+
+
+def _wraps(logs: Sequence[Log]) -> Size | None:
+    """How much of the steps of headings is explained by turns of 360, beside turns of 2 pi: a record wraps by one."""
+    columns, number, begun = [np.zeros((0, 3))], [np.zeros(0, dtype=np.int64)], 0
+    for log in logs:
+        heading = log.channels["psi"]
+        step = np.abs(np.diff(heading.value))
+        radians, degrees = (np.minimum(step, np.abs(step - turn)) for turn in (2.0 * np.pi, 360.0))
+        columns.append(np.column_stack([radians, degrees, step]) ** 2)
+        number.append(begun + ((heading.time[1:] - heading.time[0]) // BLOCK).astype(np.int64))
+        begun = int(number[-1][-1]) + 1 if number[-1].size else begun
+    as_is, turned, power = np.concatenate(columns).T
+    return size_of(as_is, turned, power, np.concatenate(number)) if as_is.size else None
 
 
 def _in_degrees(turning: _Turning) -> Finding | None:
     """The finding that heading or yaw rate is in degrees, None where neither is."""
-    ratio, channels = turning.ratio, ("psi", "r")
-    told = f"the heading psi turns {abs(ratio):.3g} times as fast as the yaw rate r says"
-    wrong = "turns, yaw damping and every yaw moment come out wrong by this factor"
-    for factor, name, unit in ((1.0 / _DEGREE, "psi", "degrees"), (_DEGREE, "r", "degrees per second")):
-        if abs(abs(ratio) / factor - 1.0) <= _NEAR:
-            fix = _scale((name,), _DEGREE, f"{name} turned from {unit} into radians")
-            remedy = f"map it with '{name}: {{from: ..., scale: 0.017453292519943}}'"
-            return _off("defect", f"{told}: {name} is in {unit}", ratio, turning.ends, (name,), wrong, remedy, fix)
-    if turning.degrees and abs(abs(ratio) * _DEGREE - _DEGREE) <= _NEAR * _DEGREE:
-        fix = _scale(channels, _DEGREE, "psi and r turned from degrees into radians")
-        text = "psi is in degrees and r in degrees per second"
-        remedy = "map both with 'scale: 0.017453292519943'"
-        return _off("defect", text, ratio, turning.ends, channels, wrong, remedy, fix)
-    return None
+    told = f"the heading psi turns {abs(turning.ratio):.3g} times as fast as the yaw rate r says"
+    names = tuple(n for n, unit in (("psi", turning.heading), ("r", turning.rate)) if unit == _DEGREE)
+    if not names:
+        return None
+    units = {"psi": "degrees", "r": "degrees per second"}
+    if len(names) > 1:
+        done, text = "psi and r turned from degrees into radians", "psi is in degrees and r in degrees per second"
+        cure = "map both with 'scale: 0.017453292519943'"
+    else:
+        name = next(iter(names))
+        done, text = f"{name} turned from {units[name]} into radians", f"{told}: {name} is in {units[name]}"
+        cure = f"map it with '{name}: {{from: ..., scale: 0.017453292519943}}'"
+    facts = {"told": text, "cure": cure}
+    fix = _scale(names, _DEGREE, done)
+    return Fault(Kind.ANGLE_UNIT, names, turning.size, facts, turning.ratio, turning.ends, fix).ruled()
 
 
 def _turns(turning: _Turning, track: Track | None) -> Finding:
     """How heading and yaw rate compare where both are in radians; the track says which of the two is at fault."""
     ratio, ends, channels = turning.ratio, turning.ends, ("psi", "r")
-    if abs(ratio - 1.0) <= _FINE:
-        text = f"heading and yaw rate agree in size (ratio {ratio:.3f})"
-        return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
-    if ratio < 0.0:
-        remedy = "say --frame enu if the log is ENU/FLU, or turn one of them with 'scale: -1' in a channel map"
-        text = f"psi and r have opposite signs (ratio {ratio:.3g})"
-        if track is not None and track.certain and track.turn == 1:
-            text = f"{text}; the track follows psi, so r has the opposite sign"
-            remedy = (
-                "turn it with 'r: {from: ..., scale: -1}' in a channel map; or say --frame enu if the log is ENU/FLU"
-            )
-        return _off("defect", text, ratio, ends, channels, "which side is port is lost", remedy)
     told = f"the heading psi turns {ratio:.3g} times as fast as the yaw rate r says"
-    wrong = "turns, yaw damping and every yaw moment come out wrong by this factor"
-    remedy = (
-        f"check the gyro's scale ('r: {{from: ..., scale: {ratio:.3g}}}' would agree); a compass deviation changes "
-    )
-    remedy += "the ratio with the heading, too"
-    return _off(_verdict(ratio, ends), told, ratio, ends, channels, wrong, remedy)
+    cure = f"check the gyro's scale ('r: {{from: ..., scale: {ratio:.3g}}}' would agree); a compass deviation changes "
+    cure += "the ratio with the heading, too"
+    kind = Kind.ANGLE_UNIT
+    if turning.sign < 0:
+        kind, told = Kind.OPPOSED, f"psi and r have opposite signs (ratio {ratio:.3g})"
+        cure = "say --frame enu if the log is ENU/FLU, or turn one of them with 'scale: -1' in a channel map"
+        if track is not None and track.certain and track.turn == 1:
+            told = f"{told}; the track follows psi, so r has the opposite sign"
+            cure = "turn it with 'r: {from: ..., scale: -1}' in a channel map; or say --frame enu if the log is ENU/FLU"
+    fault = Fault(kind, channels, turning.size, {"told": told, "cure": cure}, ratio, ends)
+    if (found := fault.ruled()) is not None:
+        return found
+    if abs(ratio - 1.0) > _FINE:
+        return fault.told("note")
+    text = f"heading and yaw rate agree in size (ratio {ratio:.3f})"
+    return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
 
 
 def _unlike(left: float) -> Finding:
     """Heading and yaw rate that have nothing to do with each other, whichever of them is late."""
-    text = (
-        f"heading and yaw rate contradict each other: {100.0 * left:.0f} % of the turning of psi does not follow from r"
+    return Finding(
+        check="units",
+        verdict="defect",
+        sentence=f"heading and yaw rate contradict each other: {100.0 * left:.0f} % of the turning of psi does not "
+        "follow from r",
+        value=left,
+        unit="1",
+        channels=("psi", "r"),
+        consequence="one of them is of another thing, or was never measured",
+        remedy="find out which, and leave it out with 'psi: null' or 'r: null' in a channel map, or map the boat's own",
+        reach=Reach.LOG,
     )
-    wrong = "one of them is of another thing, or was never measured"
-    remedy = "find out which, and leave it out with 'psi: null' or 'r: null' in a channel map, or map the boat's own"
-    return _off("defect", text, left, None, ("psi", "r"), wrong, remedy)
 
 
 def _clock(turning: _Turning | None, track: Track | None) -> Finding | None:
     """Stamps in another unit: heading and track both move as much faster, or slower, than their rates say."""
-    if turning is None or track is None or not track.certain or turning.degrees or turning.ratio <= 0.0:
+    if turning is None or track is None or not track.certain or turning.heading == _DEGREE or turning.sign < 0:
         return None
     ratio = turning.ratio
-    if abs(ratio - 1.0) <= _LARGE or abs(track.scale / ratio - 1.0) > _FINE:
+    if not turning.size.warns or turning.rate == _DEGREE or abs(track.scale / ratio - 1.0) > _FINE:
         return None
-    text = f"the stamps run {1.0 / ratio:.3g} times as fast as the motion: heading and track both say so"
-    remedy = f"give the time in seconds (times {ratio:.3g})"
-    return _off("defect", text, ratio, turning.ends, tuple("t"), "every acceleration is wrong", remedy)
+    return Fault(
+        Kind.TIME_UNIT, ("t",), turning.size, {"fast": 1.0 / ratio, "slow": ratio}, ratio, turning.ends
+    ).ruled()
 
 
 def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> Finding | None:
@@ -183,30 +215,34 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
         return None
     channels = ("u", "v", "x", "y") if all("v" in log.channels for log in both) else ("u", "x", "y")
     if track is None or not track.certain:
-        return _unrelated(both, track, channels)
-    mixed = mixed_up(track, opposed)
+        found = None if track is None else Fault(Kind.UNRELATED, channels, track.unrelated, value=track.left).ruled()
+        return found or Finding(check="units", verdict="cannot tell", sentence=_MOVES_LITTLE, channels=channels)
+    mixed, ratio, ends = mixed_up(track, opposed), track.scale, track.interval
     if mixed is not None:
-        return _axes(mixed, track)
-    ratio, ends = track.scale, track.interval
-    if abs(ratio - 1.0) <= _FINE:
-        text = f"position and speed agree in size (ratio {ratio:.3f})"
-        return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
-    told = f"the way made good is {ratio:.3g} times what the speeds say"
-    wrong = "drag and thrust come out wrong by powers of this factor"
+        facts = {"told": mixed.sentence, "follows": 100.0 * (1.0 - track.left), "cure": mixed.remedy}
+        angle = float(np.degrees(track.angle))
+        parts = {"angle": angle, "heading": float(track.turn), "sway": float(track.side)}
+        found = Fault(Kind.AXES, mixed.channels, track.size, facts, ratio, ends, mixed.fix, parts).ruled()
+        if found is not None:
+            return found
+    names, told, cure, fix = channels, f"the way made good is {ratio:.3g} times what the speeds say", _EITHER, None
     speeds = tuple(name for name in ("u", "v") if name in channels)
-    for factor, unit in SPEEDS.items():
-        if abs(ratio / factor - 1.0) <= _FINE:
-            fix = _scale(speeds, factor, f"{' and '.join(speeds)} turned from {unit} into m/s")
-            remedy = f"map them with 'scale: {factor:g}'"
-            return _off("defect", f"{told}: they are in {unit}", ratio, ends, speeds, wrong, remedy, fix)
-    for factor, unit in _LENGTHS.items():
-        if abs(ratio / factor - 1.0) <= _FINE:
-            other = " (or the speeds in mm/s)" if unit == "km" else ""
-            remedy = f"map x and y with 'scale: {1.0 / factor:g}' if that is so"
-            text = f"{told}: the positions look like {unit}{other}"
-            return _off("defect", text, ratio, ends, ("x", "y"), wrong, remedy)
-    remedy = "find out which of the two is in another unit, and map it with a scale"
-    return _off(_verdict(ratio, ends), told, ratio, ends, channels, wrong, remedy)
+    unit = next((one for one in (*SPEEDS, *LENGTHS) if abs(ratio / one - 1.0) <= _FINE and track.unit == one), None)
+    if unit in SPEEDS:
+        names, told = speeds, f"{told}: they are in {SPEEDS[unit]}"
+        cure = f"map them with 'scale: {unit:g}'"
+        fix = _scale(speeds, unit, f"{' and '.join(speeds)} turned from {SPEEDS[unit]} into m/s")
+    elif unit is not None:
+        other = " (or the speeds in mm/s)" if LENGTHS[unit] == "km" else ""
+        names, told = ("x", "y"), f"{told}: the positions look like {LENGTHS[unit]}{other}"
+        cure = f"map x and y with 'scale: {1.0 / unit:g}' if that is so"
+    fault = Fault(Kind.SPEED_UNIT, names, track.size, {"told": told, "cure": cure}, ratio, ends, fix)
+    if track.unit != 1.0 and (found := fault.ruled()) is not None:
+        return found
+    if abs(ratio - 1.0) > _FINE:
+        return fault.told("note")
+    text = f"position and speed agree in size (ratio {ratio:.3f})"
+    return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
 
 
 def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
@@ -221,7 +257,19 @@ def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
             f"do with psi, nor with its mirror image (concentrations {course.kept:.2f} and {course.other:.2f})"
         )
         remedy = "one of them is of another thing or another run: find out which, and map the boat's own (--map)"
-        return [_off("defect", text, course.kept, None, channels, wrong, remedy)]
+        return [
+            Finding(
+                check="units",
+                verdict="defect",
+                sentence=text,
+                value=course.kept,
+                unit="1",
+                channels=channels,
+                consequence=wrong,
+                remedy=remedy,
+                reach=Reach.LOG,
+            )
+        ]
     rated = any("r" in log.channels for log in logs)  # else the heading alone can be turned
     off = off_course(course, opposed if rated else True, surveyed(logs))
     if off is None:
@@ -249,89 +297,129 @@ def _turned_by_heading(log: Log) -> bool:
     return "u" in log.channels and ", " in log.channels["u"].origin
 
 
-def _axes(mixed: Mixed, track: Track) -> Finding:
-    text = f"{mixed.sentence} (so {100.0 * (1.0 - track.left):.1f} % of the track follows from heading and speeds)"
-    angle = float(np.degrees(track.angle))
-    wrong = "forces act along other axes than the boat's; nothing can be learned"
-    parts = {"angle": angle, "heading": float(track.turn), "sway": float(track.side)}
-    return Finding(
-        check="units",
-        verdict="defect",
-        sentence=text,
-        value=track.scale,
-        unit="1",
-        ci95=track.interval,
-        channels=mixed.channels,
-        consequence=wrong,
-        remedy=mixed.remedy,
-        fix=mixed.fix,
-        parts=parts,
-        short=mixed.sentence,
-        reach=Reach.LOG,
-    )
+def speed_unit(records: Sequence[Record]) -> list[Finding]:
+    """Tell the unit of speeds that are measured once; one finding, none where the logs have no speeds of their own.
+
+    Parameters
+    ----------
+    records : logs without positions
+    """
+    having = [record for record in records if "u" in record.log.channels and record.stretches]
+    if not having:
+        return []
+    channels = ("u", "v") if all("v" in record.log.channels for record in having) else ("u",)
+    for witness, asked in (
+        ("the accelerometer", _by_accelerometer),
+        ("the vehicle's mass, as its thrusters push it,", _by_mass),
+    ):
+        found = asked(having)
+        if found is None:
+            continue
+        factor, size = found
+        unit = next((one for one in SPEEDS if abs(factor / one - 1.0) <= _FINE), None)
+        if unit is not None and size.share.low > 1.0 - OVERWHELMING:  # it explains the log, and does not only better it
+            told = f"{' and '.join(channels)} are in {SPEEDS[unit]}: {witness} moves {factor:.3g} times as fast as said"
+            cure = f"map them with 'scale: {unit:g}', or mend the vehicle's mass or thrust if speeds are right"
+            fault = Fault(Kind.SPEED_UNIT, channels, size, {"told": told, "cure": cure}, factor)
+            if (one := fault.ruled()) is not None:
+                return [one]
+        if abs(factor - 1.0) <= _FINE:
+            text = f"{witness} agrees with speeds in m/s"
+            return [Finding(check="units", verdict="ok", sentence=text, value=factor, unit="1", channels=channels)]
+    top = max(float(np.abs(stretch.motion.velocity[:, 0]).max()) for record in having for stretch in record.stretches)
+    return [
+        Finding(
+            check="units",
+            verdict="cannot tell",
+            sentence=f"the unit of speed cannot be told: speed was measured once (no positions), and its top is "
+            f"{top:.2g} m/s, or {0.514444 * top:.2g} m/s if it is in knots",
+            value=top,
+            unit="m/s",
+            channels=channels,
+            consequence="drag and thrust come out wrong by powers of the unit",
+            remedy="make sure that speeds are in m/s, or log positions, too",
+            short="the unit of speed, which was measured once",
+        )
+    ]
 
 
-def _unrelated(logs: Sequence[Log], track: Track | None, channels: tuple[str, ...]) -> Finding:
-    """Positions and speeds that have nothing to do with each other, or too little of both to tell."""
-    moves = [_moves(log) for log in logs]
-    if track is None or track.left < _CONTRADICTS or not all(moves):
-        return Finding(check="units", verdict="cannot tell", sentence=_MOVES_LITTLE, channels=channels)
-    text = f"positions and speeds contradict each other: {100.0 * track.left:.0f} % of the track follows from neither"
-    wrong = "one of them is of another motion, or was never measured"
-    remedy = "find out which, and leave it out with 'u: null' (and v) or 'x: null' (and y) in a channel map"
-    return _off("defect", text, track.left, None, channels, wrong, remedy)
+def _by_accelerometer(records: Sequence[Record]) -> tuple[float, Size] | None:
+    """How many times as fast as the speeds say the accelerometer moves; a tilt by speed is a part of its own."""
+    rows = []
+    for record, stretch in _stretches(records):
+        channel = record.log.channels.get("ax")
+        if channel is None:
+            continue
+        surge, sway, rate = stretch.motion.velocity.T
+        felt = np.interp(stretch.motion.time, channel.time, channel.value)
+        total = _summed([felt, -sway * rate, np.ones_like(surge), surge * np.abs(surge)])
+        rows.append((total[:, :1], _changed(surge) + total[:, 1], total[:, 2:]))
+    return _factor(rows, inverse=False)
 
 
-def _moves(log: Log) -> bool:
-    """Whether positions and speed both move, far beyond their noise."""
-    x, y, u = (log.channels[name] for name in ("x", "y", "u"))
-    if min(channel.time.size for channel in (x, y, u)) < 3:
-        return False
-    way = np.hypot(np.ptp(x.value), np.ptp(y.value))
-    steps = np.hypot(np.median(np.abs(np.diff(x.value))), np.median(np.abs(np.diff(y.value))))
-    ahead = float(np.abs(u.value).mean()) * float(u.time[-1] - u.time[0])
-    return bool(way > 100.0 * steps and ahead > 0.3 * way)
+def _by_mass(records: Sequence[Record]) -> tuple[float, Size] | None:
+    """How many times as fast as the speeds say thrust moves the vehicle's mass, whatever its drag may be."""
+    rows = []
+    for record, stretch in _stretches(records):
+        motion, vehicle = record.driven(stretch), record.vehicle
+        if motion is None or vehicle is None:
+            continue
+        still = replace(motion, velocity=np.zeros_like(motion.velocity))
+        scales = [f"{thruster.name}_scale" for thruster in vehicle.thrusters]
+        without = vehicle.with_values(dict.fromkeys(scales, 0.0))
+        weather = modelled_acceleration(without, still)[:, 0]
+        alone = [without.with_values({s: vehicle.value(s)}) for s in scales]
+        push = [modelled_acceleration(one, still)[:, 0] - weather for one in alone]
+        surge, sway, rate = motion.velocity.T
+        total = _summed([*push, surge, surge * np.abs(surge), sway * rate, weather])
+        rows.append((total[:, : len(push)], _changed(surge), total[:, len(push) :]))
+    return _factor(rows, inverse=True)
 
 
-def _known(fit: Fit) -> bool:
-    return bool(fit.explained >= 0.5 and fit.certain(0, _TIMES))
+def _factor(rows: Sequence[tuple[Array, Array, Array]], inverse: bool) -> tuple[float, Size] | None:
+    """The factor of the speeds, and what it explains beside none; None where it is not known.
+
+    Parameters
+    ----------
+    rows : of each stretch, what moves the boat (pieces, k), what the speeds say (pieces,), and what is there besides
+    inverse : one of several causes may be weak, and the strongest that can tell is heard; else there is but one
+    """
+    if not rows:
+        return None
+    cause, change, besides = (np.concatenate([row[k] for row in rows]) for k in range(3))
+    piece = np.arange(change.size)
+    table = np.column_stack([cause if inverse else change[:, None], besides])
+    target = change if inverse else cause[:, 0]
+    fit = robust_fit(table, target, piece)
+    values = fit.values[: table.shape[1] - besides.shape[1]]
+    known = np.array([value > 0.0 and fit.certain(place, FEWEST) for place, value in enumerate(values)])
+    if not known.any():
+        return None
+    strongest = int(np.argmax(np.where(known, values, -np.inf)))
+    best, said, left = float(values[strongest]), table[:, strongest], target - table @ fit.values
+    series = np.column_stack([left + (best - 1.0) * said, left, said])
+    as_is, factored, power = ((series - besides @ np.linalg.lstsq(besides, series, rcond=1e-9)[0]) ** 2).T
+    return 1.0 / best if inverse else best, size_of(as_is, factored, power, piece * round(_PIECE) // round(BLOCK))
 
 
-def _verdict(ratio: float, ends: tuple[float, float] | None) -> Verdict:
-    """A defect where all of the interval is off; a warning where the ratio is, by a fifth; else a note."""
-    if ends is not None and (ends[0] > 1.0 + _LARGE or ends[1] < 1.0 - _LARGE):
-        return "defect"
-    return "warning" if abs(ratio - 1.0) > 0.2 else "note"
+def _stretches(records: Sequence[Record]) -> list[tuple[Record, Stretch]]:
+    return [(record, stretch) for record in records for stretch in record.stretches]
+
+
+def _changed(series: Array) -> Array:
+    """Changes of a series over pieces."""
+    return np.diff(series[:: round(_PIECE * RATE)])
+
+
+def _summed(columns: Sequence[Array]) -> Array:
+    """Integrals of columns over pieces, (pieces, columns)."""
+    total = np.cumsum(np.column_stack(columns), axis=0) / RATE
+    return np.diff(np.concatenate([np.zeros((1, total.shape[1])), total])[:-1][:: round(_PIECE * RATE)], axis=0)
 
 
 _TURNS_LITTLE = "the boat turns too little to compare the units of heading and yaw rate"
 _MOVES_LITTLE = "the boat moves too little to compare the units of position and speed"
-
-
-def _off(
-    verdict: Verdict,
-    sentence: str,
-    ratio: float,
-    ends: tuple[float, float] | None,
-    channels: tuple[str, ...],
-    wrong: str,
-    remedy: str,
-    fix: Fix | None = None,
-) -> Finding:
-    """Two records that do not agree; a defect of this kind spoils the whole log."""
-    return Finding(
-        check="units",
-        verdict=verdict,
-        sentence=sentence,
-        value=ratio,
-        unit="1",
-        ci95=ends,
-        channels=channels,
-        consequence=wrong,
-        remedy=remedy,
-        fix=fix,
-        reach=Reach.LOG,
-    )
+_EITHER = "find out which of the two is in another unit, and map it with a scale"
 
 
 def _scale(names: Sequence[str], factor: float, sentence: str) -> Fix:

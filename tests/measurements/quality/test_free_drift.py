@@ -2,13 +2,10 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from undertow.measurements.alignment import band_passed
 from undertow.measurements.log import read_log
-from undertow.measurements.quality.checks.drive import _ANSWERS, Drive, _answered
-from undertow.measurements.quality.quick_motion import QUICK, STEP, parts_of
+from undertow.measurements.quality.checks.drive import Drive
 from undertow.measurements.quality.record import Record
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -25,9 +22,6 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
 
 
 def test_it_is_not_taken_for_another_run(record: Record):
-    parts = parts_of([record])[2]
-    driven = [band_passed(np.column_stack([p.commands, p.commands * np.abs(p.commands)]), STEP, QUICK) for p in parts]
-    assert max(_answered(parts, driven, lag) for lag in range(-60, 61, 2)) < _ANSWERS, "the case that this is about"
     assert [finding.verdict for finding in Drive().examine([record])] == ["ok"]
 
 

@@ -8,7 +8,16 @@ from places import shared
 
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import read_log
-from undertow.measurements.quality.fault_size import OVERWHELMING, blocks_of, share_explained, squared_held_out
+from undertow.measurements.quality.faults import (
+    OVERWHELMING,
+    Fault,
+    Kind,
+    Share,
+    Size,
+    blocks_of,
+    size_of,
+    squared_held_out,
+)
 from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.quick_motion import STEP, parts_of, rates_in_band
 from undertow.measurements.quality.record import Record
@@ -75,22 +84,62 @@ def test_a_share_is_one_for_the_cause_and_none_for_anything_else():
     rng = np.random.default_rng(5)
     cause, other, noise = rng.standard_normal((3, 4000))
     target, block = cause + 0.5 * noise, blocks_of([2000, 2000])
-    shares = [
-        share_explained(target**2, squared_held_out(target, column[:, None], block), block) for column in (cause, other)
+    sizes = [
+        size_of(target**2, squared_held_out(target, column[:, None], block), target**2, block)
+        for column in (cause, other)
     ]
-    assert shares[0].value == pytest.approx(0.8, abs=0.03)  # 1 / (1 + 0.5^2)
-    assert shares[0].low > 0.75
-    assert shares[1].high < 0.02
-    assert [one.overwhelming for one in shares] == [True, False]
+    assert sizes[0].share.value == pytest.approx(0.8, abs=0.03)  # 1 / (1 + 0.5^2)
+    assert sizes[0].share.low > 0.75
+    assert sizes[1].share.high < 0.02
+    assert [one.refuses for one in sizes] == [True, False]
 
 
 def test_a_share_of_too_few_blocks_is_never_sure():
     ones, block = np.ones(600), blocks_of([600])
-    assert share_explained(ones, 0.0 * ones, block).value == 1.0
-    assert not share_explained(ones, 0.0 * ones, block).overwhelming
+    size = size_of(ones, 0.0 * ones, ones, block)
+    assert size.share.value == 1.0
+    assert (size.warns, size.refuses) == (True, False)
 
 
-def test_the_limit_of_a_share_is_a_knife_edge():
+@pytest.mark.parametrize("which", ["share", "weight"])
+def test_the_limit_of_a_size_is_a_knife_edge(which: str):
     ones, block = np.ones(4000), blocks_of([4000])
     for beyond, refused in ((1e-6, True), (-1e-6, False)):
-        assert share_explained(ones, (1.0 - OVERWHELMING - beyond) * ones, block).overwhelming is refused
+        gain = OVERWHELMING + beyond
+        size = size_of(ones, (1.0 - gain) * ones, 0.5 * ones, block)
+        if which == "weight":
+            size = size_of(gain * ones, 0.0 * ones, ones, block)
+        assert size.refuses is refused
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "verdict"),
+    [(0.9, 0.1, "defect"), (0.9, 0.7, "warning"), (0.2, 0.01, None), (0.9, np.inf, "warning")],
+)
+def test_a_fault_refuses_where_it_is_overwhelming_warns_where_it_is_likely_and_is_else_silent(
+    value: float, error: float, verdict: str | None
+):
+    for size in (Size(Share(value, error), Share(1.0, 0.0)), Size(Share(1.0, 0.0), Share(value, error))):
+        told = Fault(Kind.FROZEN, ("pwm_port",), size, {"seconds": 40.0, "push": 7.0}).ruled()
+        assert (told and told.verdict) == verdict
+        assert told is None or told.refused is (verdict == "defect")
+
+
+FACTS = {
+    **dict.fromkeys(
+        ("told", "cure", "cause", "late", "order", "reference", "wrong", "moved", "size", "times"), "words"
+    ),
+    **dict.fromkeys(("change", "unit", "does", "first"), "words"),
+    **dict.fromkeys(("seconds", "push", "reach", "fast", "slow", "follows", "shift", "value", "part", "jump"), 1.0),
+    "count": 3,
+}
+"""A value for each place in the words of any kind."""
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_every_kind_has_words_of_its_own_that_take_its_facts(kind: Kind):
+    told = Fault(kind, ("u", "v"), Size(Share(0.9, 0.0), Share(0.8, 0.1)), FACTS).told("defect")
+    assert told.refused
+    assert all((told.sentence, told.consequence, told.remedy))
+    assert "{" not in f"{told.sentence}{told.short}{told.consequence}{told.remedy}"
+    assert Kind(kind.value) is kind, "no two kinds have the same words"

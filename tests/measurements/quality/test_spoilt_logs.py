@@ -21,10 +21,10 @@ from undertow.measurements.clock import APART
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import read_log
 from undertow.measurements.quality.axes import mixed_up, track_of
+from undertow.measurements.quality.checks.units import speed_unit
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding, Reach
 from undertow.measurements.quality.record import Record
-from undertow.measurements.quality.speed_unit import speed_unit
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.manoeuvres import programme
@@ -326,6 +326,6 @@ def test_knots_are_told_by_what_thrust_does_to_the_mass(factor: float, check: st
     table = table[~table["field"].isin(["x", "y"])]
     table.loc[table["field"].isin(["u", "v"]), "value"] *= factor
     table.to_csv(tmp_path / "speeds.csv", index=False)
-    (found,) = speed_unit([Record.of(read_log(tmp_path / "speeds.csv"), hull)], {0.514444: "knots", 0.277778: "km/h"})
+    (found,) = speed_unit([Record.of(read_log(tmp_path / "speeds.csv"), hull)])
     assert (found.check, found.verdict) == ("units", check)
     assert ("in knots" in found.sentence) is (check == "defect")
