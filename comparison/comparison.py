@@ -13,8 +13,10 @@ from ..measurements.preparation.held_out import Fold
 from ..measurements.preparation.idle import active
 from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import ALL, WHOLE, Inputs, Parts
+from ..measurements.statistics.paired import MATERIAL
 from ..physics.errors import RequestError
-from ..physics.in_words import percent
+from ..physics.frames import AXES
+from ..physics.in_words import listing, percent
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from ..residuals.models.band_record import PredictionBand
@@ -32,6 +34,7 @@ from .facts import (
     CALIBRATED,
     CORRECTED,
     NOMINAL,
+    Best,
     ComparedModel,
     Comparison,
     Domain,
@@ -205,7 +208,12 @@ def comparison(
         differences=tuple(apart),
         failures=failures,
         structure=structure,
-        notes=(*notes, *_far_out(judged, parts), *_at_rest(parts.judged.motions, inputs.vehicle)),
+        notes=(
+            *notes,
+            *_far_out(judged, parts),
+            *_at_rest(parts.judged.motions, inputs.vehicle),
+            *_with_noise(recommended, judged),
+        ),
         noise=by_axis(np.sqrt(judged[0].errors.noise)),
     )
 
@@ -285,6 +293,23 @@ def _at_rest(motions: Sequence[Motion], vehicle: Vehicle) -> list[str]:
     return [
         f"{percent(idle)} of the {sum(m.duration for m in motions):.0f} s that are judged pass with nothing commanded: "
         "errors tell of water and wind there more than of the models"
+    ]
+
+
+def _with_noise(best: Best, judged: Sequence[Judged]) -> list[str]:
+    """A sentence where the errors of the table, which hold the noise of the sensors, tell another share than best."""
+    if best.saved is None or not best.horizon:
+        return []
+    errors = {found.name: found.errors for found in judged}
+    own, nominal = (errors[name].rollout_scores[best.horizon].velocity for name in (best.model, judged[0].name))
+    share = 1.0 - float(np.exp(np.log(own / nominal).mean()))
+    if abs(share - best.saved) < MATERIAL:
+        return []
+    noise = zip(np.sqrt(judged[0].errors.noise), AXES, strict=True)
+    told = listing([f"{size:.2g} {ROLLOUT_UNITS[axis]} in {axis}" for size, axis in noise])
+    return [
+        f"the noise of the sensors, {told}, stands in every error of the table and not in the verdict: with it "
+        f"{best.model} errs {percent(share)} less"
     ]
 
 

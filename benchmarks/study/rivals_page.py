@@ -27,7 +27,8 @@ _CLEARLY = 0.95
 def page(results: Results) -> str:
     """The page in Markdown."""
     every = [record for _, records in results.values() for record in records]
-    seeds = len({record["seed"] for record in every})
+    seeds, made = len({record["seed"] for record in every}), names_in(every)
+    left = [] if len(made) == len(CONTENDERS) else [f"Of {len(CONTENDERS)} models, these {len(made)} were made here."]
     parts = [
         "# Rivals",
         "Every kind of hybrid that the literature names, and other ways to model a boat, beside undertow's own.",
@@ -36,6 +37,7 @@ def page(results: Results) -> str:
         "and of open-loop rollouts. A model is told velocities and the thrust of each thruster by the vehicle's curve; "
         f"only what stands beside a vehicle knows more. Figures are means over {seeds} seed{'s' * (seeds > 1)}; what "
         "no seed changes is made once.",
+        *left,
         "## What it says",
         "\n".join(f"- {sentence}" for sentence in sentences(results)),
         "## All cases",
@@ -44,7 +46,7 @@ def page(results: Results) -> str:
         "rollouts of 10 s that reached 50 m/s; they count with their clipped speeds.",
         summary(results),
         "## What they are",
-        "\n".join(f"- **{name}** ({who.kind}): {who.what}." for name, who in CONTENDERS.items()),
+        "\n".join(f"- **{name}** ({CONTENDERS[name].kind}): {CONTENDERS[name].what}." for name in made),
         _SETTINGS,
     ]
     for name, (case, records) in results.items():

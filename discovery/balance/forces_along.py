@@ -28,6 +28,7 @@ T = TypeVar("T")
 _MOST = 30_000_000
 """Bytes of arrays that are kept, however long the log is."""
 _NOTHING = [0.0, 0.0, 0.0]
+"""Coefficients of a product that a vehicle does not have."""
 
 
 @final

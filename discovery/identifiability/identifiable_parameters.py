@@ -159,7 +159,7 @@ def _vague(scores: GramScores, chosen: Sequence[Option], amounts: Mapping[str, f
         return {}
     _, left, _ = scores.block_normal(endless)
     symbols, normal = list(_columns(endless)), correlations(left.sum(axis=0))[0]
-    correlation, _ = correlations(np.linalg.inv(normal + 1e-9 * np.eye(len(symbols))))
+    correlation, _ = correlations(np.asarray(np.linalg.inv(normal + 1e-9 * np.eye(len(symbols))), dtype=float))
     reasons = {}
     for symbol in wide:
         row = np.abs(correlation[symbols.index(symbol)])

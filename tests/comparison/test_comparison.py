@@ -31,6 +31,7 @@ from undertow.measurements.preparation.dataset import WEAK, DataSet
 from undertow.measurements.prepared_logs import ALL, Inputs, Parts
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
+from undertow.physics.in_words import percent
 from undertow.physics.integration import Rollouts
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
@@ -254,7 +255,7 @@ def with_noise(errors: Errors, seed: int, share: float) -> Errors:
     for name, found in errors.rollouts.items():
         squares = tuple(x * np.exp(share * rng.normal(size=x.shape)) for x in found.squares)
         rolled[name] = type(found)(squares, found.spacing, found.diverged)
-    return type(errors)(errors.measured, errors.acceleration, errors.step, rolled, errors.seconds)
+    return replace(errors, rollouts=rolled)
 
 
 def test_noise_is_never_recommended_over_a_simpler_model(inputs: Inputs):
@@ -485,3 +486,19 @@ def test_judged_rows_with_nothing_commanded_are_told(inputs: Inputs):
 def test_a_model_given_twice_is_refused(inputs: Inputs, files: Path):
     with pytest.raises(RequestError, match=r"true.yaml is given twice; give it once"):
         compare(inputs, [files / "true.yaml", files / "true.yaml"])
+
+
+def test_where_noise_makes_much_of_the_errors_both_shares_are_told(inputs: Inputs):
+    """As much noise as half of the better model's errors: it saves more without it."""
+    louder = [judge(model, inputs.parts) for model in (VehicleModel(HULL, "nominal"), VehicleModel(TRUE, "true"))]
+    own, noise = louder[1].errors.rollout_scores["10"].velocity ** 2, louder[1].errors.noise
+    quiet = comparison([replace(one, errors=replace(one.errors, noise=0.0 * noise)) for one in louder], inputs)
+    loud = comparison([replace(one, errors=replace(one.errors, noise=0.5 * own)) for one in louder], inputs)
+    assert quiet.best.saved is not None
+    assert loud.best.saved is not None
+    assert loud.best.saved > quiet.best.saved + 0.01
+    assert loud.noise is not None
+    assert loud.noise.surge == pytest.approx(np.sqrt(0.5 * own[0]))
+    assert not [note for note in quiet.notes if "noise of the sensors" in note]
+    (told,) = [note for note in loud.notes if "noise of the sensors" in note]
+    assert told.endswith(f"with it true errs {percent(quiet.best.saved)} less")
