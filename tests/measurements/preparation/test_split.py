@@ -76,7 +76,8 @@ def test_what_happens_later_cannot_reach_an_earlier_part(recipe):
     for one, other in ((before.train, after.train), (before.validation, after.validation)):
         for name in ("velocity", "position", "commands", "heading"):
             np.testing.assert_array_equal(getattr(one.motions[0], name), getattr(other.motions[0], name))
-    assert np.abs(before.test.motions[0].velocity - after.test.motions[0].velocity).min() > 1.0
+    rows = min(part.test.motions[0].time.size for part in (before, after))  # the log is cut where it jumps
+    assert np.abs(before.test.motions[0].velocity[-rows:] - after.test.motions[0].velocity[-rows:]).min() > 1.0
     early = split(prepare(log(change=70.2), PORT, recipe))
     np.testing.assert_array_equal(before.train.motions[0].velocity, early.train.motions[0].velocity)
 
