@@ -70,7 +70,7 @@ class PredictionBand(Record):
         """Which speeds (..., 3) [m/s, m/s, rad/s] lie where the band is told."""
         if self.lowest is None or self.highest is None:
             return np.ones(speeds.shape[:-1], dtype=bool)
-        return ((speeds >= self.lowest) & (speeds <= self.highest)).all(axis=-1)
+        return np.all((speeds >= self.lowest) & (speeds <= self.highest), axis=-1)
 
     def moved(self, motion: Motion) -> list[Motion]:
         """A motion with each state of its starts moved in turn."""

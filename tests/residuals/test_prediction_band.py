@@ -105,17 +105,18 @@ def test_a_band_says_nothing_far_beyond_the_speeds_of_its_run(band: PredictionBa
     assert band.highest == pytest.approx(high + ROOM * (high - low), abs=0.1)
     held = held_predictions(MODEL, band, data_of(SECOND))
     assert held.beyond == 0
-    slow = band.but(highest=(0.5 * float(SECOND.velocity[:, 0].max()), *band.highest[1:]))
+    half = 0.5 * float(SECOND.velocity[:, 0].max())
+    slow = band.but(highest=(half, *band.highest[1:]))
     part = held_predictions(MODEL, slow, data_of(SECOND))
     assert part.predictions + part.beyond == held.predictions
     assert min(part.predictions, part.beyond) > 20
     [widths] = half_widths(MODEL, slow, [SECOND])
     [states] = restarted([MODEL], [SECOND])[0]
     row = np.arange(len(states))
-    fast = np.flatnonzero(states[:, 3] > slow.highest[0])
+    fast = np.flatnonzero(states[:, 3] > half)
     for k in fast[:50]:
         assert np.isnan(widths[k : k + 100 - k % 100]).all(), "and not again until the next prediction begins"
-    assert np.isfinite(widths[(row % 100 == 0) & (states[:, 3] <= slow.highest[0])]).all()
+    assert np.isfinite(widths[(row % 100 == 0) & (states[:, 3] <= half)]).all()
     none = band.but(highest=(-1.0, 0.0, 0.0))
     assert held_predictions(MODEL, none, data_of(SECOND)).position != 0.0
     assert "All 290 go far beyond" in held_words(held_predictions(MODEL, none, data_of(SECOND)), "it")

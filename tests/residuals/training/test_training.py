@@ -375,7 +375,7 @@ def test_a_checkpoint_goes_on_only_with_its_own_settings_and_data(brief: Split, 
     (tmp_path / CHECKPOINT).write_bytes(whole)
     assert again().epochs[-1].number == 3
     with pytest.raises(RequestError, match="resume needs the folder"):
-        train(dragged, HULL, Choice("mlp"), settings=settings, resume=True)
+        train(brief, HULL, Choice("mlp"), settings=settings, resume=True)
 
 
 def test_a_loss_that_is_not_finite_stops_and_keeps_the_last_good_state(dragged: Split, tmp_path: Path) -> None:
