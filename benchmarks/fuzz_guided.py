@@ -15,6 +15,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from importlib import import_module
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
@@ -30,7 +31,7 @@ _WHOLE = ("whole", "part_8", "part_40")
 
 def one(name: str, words: list[str]) -> None:
     """Fuzz one format in this process; does not come back."""
-    import atheris
+    atheris = import_module("atheris")
 
     with atheris.instrument_imports(include=["undertow.measurements"]):
         from undertow.measurements.log import read_log

@@ -100,7 +100,6 @@ def judge(network: str, first: int, only: Sequence[str], n: int) -> dict[str, An
         "cause": cause,
         "seed": seed,
         "variant": variant,
-        "share": done.share,
         "error": error,
         "change": error / alone - 1.0,
         "seconds": seconds,

@@ -74,7 +74,10 @@ def _blueos(folder: Path) -> Sample:
 def _numpy(folder: Path) -> Sample:
     path, found = folder / "log.npy", small_world()
     names = ["t", "x", "y", "psi", "u", "v", "r"]
-    np.save(path, np.rec.fromarrays([found.odometry_time, *found.odometry.T], names=names))
+    table = np.empty(found.odometry_time.size, dtype=[(name, float) for name in names])
+    for name, column in zip(names, (found.odometry_time, *found.odometry.T), strict=True):
+        table[name] = column
+    np.save(path, table)
     return Sample(path, path)
 
 

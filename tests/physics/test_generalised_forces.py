@@ -35,7 +35,7 @@ def generalised(**changes) -> Vehicle:
 def test_it_acts_as_the_thrusters_whose_sum_it_is():
     rng = np.random.default_rng(0)
     commands = rng.uniform(-30.0, 30.0, (200, 2)).repeat(5, axis=0)
-    time = 0.1 * np.arange(1000)
+    time = 0.1 * np.arange(1000.0, dtype=np.float64)
     motion = Motion(
         time=time,
         position=np.zeros((1000, 2)),

@@ -105,16 +105,18 @@ def _as_craft(kind: int, name: str) -> Spoil:
             writer.add(
                 BOOT, ardupilotmega.MAVLink_param_value_message(f"SERVO{number}_FUNCTION".encode(), function, 9, 4, 0)
             )
-        for row in table.itertuples():
-            stamp = round(1000 * row.t) + 20_000
+        columns = {str(name): table[name].to_numpy(dtype=float) for name in table.columns}
+        still = np.zeros(len(table))
+        for at in range(len(table)):
+            t, x, y, heading = (float(columns[name][at]) for name in ("t", "x", "y", "psi"))
+            surge, sway, rate = (float(columns.get(name, still)[at]) for name in ("u", "v", "r"))
+            stamp = round(1000 * t) + 20_000
             now = BOOT + 1000 * stamp
-            psi = float(np.angle(np.exp(1j * row.psi)))
-            rate = float(getattr(row, "r", 0.0))
+            psi = float(np.angle(np.exp(1j * heading)))
             writer.add(now, ardupilotmega.MAVLink_attitude_message(stamp, 0.0, 0.0, psi, 0.0, 0.0, rate))
-            speed = tuple(map(float, body_to_earth(np.array(row.psi), getattr(row, "u", 0.0), getattr(row, "v", 0.0))))
-            place = (float(row.x), float(row.y), 0.0)
-            writer.add(now, ardupilotmega.MAVLink_local_position_ned_message(stamp, *place, *speed, 0.0))
-            pulses = [round(1500 + 10 * np.sin(0.3 * row.t + k)) for k in range(4)] + [0] * 12
+            north, east = (float(part) for part in body_to_earth(np.array(heading), np.array(surge), np.array(sway)))
+            writer.add(now, ardupilotmega.MAVLink_local_position_ned_message(stamp, x, y, 0.0, north, east, 0.0))
+            pulses = [round(1500 + 10 * np.sin(0.3 * t + k)) for k in range(4)] + [0] * 12
             writer.add(now, ardupilotmega.MAVLink_servo_output_raw_message(1000 * stamp % 2**32, 0, *pulses))
         path = folder / "flight.tlog"
         path.write_bytes(bytes(writer.content))

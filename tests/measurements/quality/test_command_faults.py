@@ -14,7 +14,7 @@ from undertow.measurements.channels.channel_map import entries_of
 from undertow.measurements.log import Log
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding
-from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
+from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import simulate_world
 
 BOAT = load_vehicle("blueboat")
@@ -31,7 +31,7 @@ def changed(**values: np.ndarray) -> Log:
     return replace(sound(), channels=channels | {n: replace(channels[n], value=v) for n, v in values.items()})
 
 
-def told(log: Log, check: str, vehicle=BOAT) -> Finding | None:
+def told(log: Log, check: str, vehicle: Vehicle | None = BOAT) -> Finding | None:
     found = [one for one in examine(log, vehicle).findings if one.check == check]
     assert len(found) <= 1
     return found[0] if found else None
