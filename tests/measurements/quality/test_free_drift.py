@@ -25,8 +25,10 @@ def test_it_is_not_taken_for_another_run(record: Record):
     assert [finding.verdict for finding in Drive().examine([record])] == ["ok"]
 
 
-def test_commands_of_another_run_are_still_told(record: Record):
+@pytest.mark.parametrize(("known", "verdict"), [(True, "defect"), (False, "warning")])
+def test_commands_of_another_run_are_still_told(record: Record, known: bool, verdict: str):
+    """Without a vehicle its hull is fitted too, and takes some of the motion for its own."""
     mirrored = tuple(replace(s, commands=s.commands[::-1].copy()) for s in record.stretches)
-    found = Drive().examine([replace(record, stretches=mirrored, vehicle=None)])
-    assert [finding.verdict for finding in found] == ["defect"]
+    found = Drive().examine([replace(record, stretches=mirrored, vehicle=record.vehicle if known else None, known={})])
+    assert [finding.verdict for finding in found] == [verdict]
     assert "does not answer" in found[0].sentence
