@@ -28,7 +28,7 @@ OVERWHELMING = 0.25
 """Share of the squared error, and of the accused record's power, that a fault must surely take away. Calibrated:
 `benchmarks/sound_logs.py` prints the largest sizes of sound logs, `benchmarks/spoiling.py` the least of spoilt ones."""
 FEWEST = 4
-"""Blocks below which nothing is sure: with fewer, half of all logs agree in every block by chance, one in 2^(n - 1)."""
+"""Blocks below which nothing is sure: all of three agree by chance in one log of four, 2^(1 - n)."""
 _LEVEL = 0.975
 """Quantile of either end of a 95 % interval."""
 WIDE = (0.05, 1.0)
