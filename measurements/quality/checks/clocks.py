@@ -20,6 +20,8 @@ _STEP = 1.0 / RATE
 """Of the even time base [s]."""
 _IN_STEP = 0.03
 """Offset up to which records are in step [s]: half a step of the 20 Hz on which they are compared, and rounding."""
+_PITCHING = 0.05
+"""The same of the accelerometer [s]: a boat that pitches as it speeds up holds it back."""
 _REACH = (-0.6, 1.0)
 """Delays that are tried about the one that explains the commands' answer best [s]."""
 
@@ -29,7 +31,7 @@ class _Comparison:
     """Two records of one quantity: how they are made of a record, and what a delay between them does.
 
     `grave` has the signs of the delays that make a record of which forces are made tell of another manoeuvre: a
-    position that is late is no force's concern, and an accelerometer is not used.
+    position that is late is no force's concern, and an accelerometer is not used. Up to `in_step` [s] they are in step.
     """
 
     late: str
@@ -39,6 +41,7 @@ class _Comparison:
     response: Callable[[Record, Stretch], Response]
     consequence: str
     grave: tuple[int, ...] = ()
+    in_step: float = _IN_STEP
 
 
 def _turning(record: Record, stretch: Stretch) -> Response:
@@ -84,6 +87,7 @@ _COMPARISONS = (
         frozenset({"psi", "ax"}),
         _surging,
         "an accelerometer that is late makes a lag of the thrusters that is not there",
+        in_step=_PITCHING,
     ),
 )
 
@@ -130,7 +134,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: 
         text = f"too little motion to tell whether {pair.late} is in step with {pair.reference}"
         return Finding(check="clocks", verdict="cannot tell", sentence=text, unit="s", channels=names)
     low, high = lag.ci95
-    if low <= _IN_STEP and high >= -_IN_STEP:
+    if low <= pair.in_step and high >= -pair.in_step:
         verdict, text = "ok", f"{pair.late} is in step with {pair.reference} (to {max(abs(lag.seconds), 0.001):.3f} s)"
         if max(high, -low) > ROW:
             verdict = "cannot tell"
