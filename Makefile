@@ -71,7 +71,7 @@ $(RUNS): pyproject.toml constraints.txt
 	@$(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || "$(PYTHON)" -m venv --clear .venv
 	@$(PIP) -e .
 	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
-	@$(BIN)/python -c 'import matplotlib.pyplot, pandas, pysindy, undertow'  # compiles what answers need
+	@$(BIN)/python -c 'import cvxpy, matplotlib.pyplot, pandas, pysindy, undertow'  # compiles what answers need
 	@touch $@
 
 $(READY): $(RUNS)

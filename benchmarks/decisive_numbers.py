@@ -58,7 +58,7 @@ def constants(path: Path) -> Iterator[Number]:
     body = ast.parse(path.read_text("utf-8")).body
     for node, after in zip(body, [*body[1:], None], strict=True):
         if not isinstance(node, ast.Assign) or not any(
-            isinstance(c, ast.Constant) and type(c.value) in (int, float) for c in ast.walk(node.value)
+            isinstance(c, ast.Constant) and isinstance(c.value, int | float) for c in ast.walk(node.value)
         ):
             continue
         value, name = ast.unparse(node.value), ast.unparse(node.targets[0])

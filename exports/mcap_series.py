@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..discovery.candidates.effect_forces import FORCES, effect_forces, effects_between
 from ..measurements.prepared_logs import Parts
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError
@@ -29,7 +30,6 @@ from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.series import in_order, series, stretches
 from ..residuals.series_table import SeriesTable
-from .effect_forces import FORCES, effect_forces, effects_between
 from .mcap_schemas import (
     AXES_TOLD,
     BOAT,

@@ -7,11 +7,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from ..discovery.candidates.effect_forces import FORCES
 from ..physics.files import write_json, write_text
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.reading import Plain
 from ..residuals.series_table import SeriesTable
-from .effect_forces import FORCES
 from .mcap_schemas import EARTH
 from .mcap_series import effect_topic, log_prefixes
 

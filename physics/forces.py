@@ -22,7 +22,6 @@ from .thrusters import Thruster
 from .vehicle import Vehicle, hull_of
 
 Triple = tuple[Array, Array, Array]
-Coefficients = dict[tuple[str, ...], list[float]]
 CURRENT = ("current_north", "current_east", "current_rate_north", "current_rate_east")
 """Symbols of the current: at the beginning of the log, and how much it changes in a minute."""
 _EARTH_FIXED = ("cos psi", "sin psi", "u_a", "v_a", "|V_a|")
@@ -146,10 +145,6 @@ class ForceEquation:
     that each product is worked out once for all axes. Arrays may be torch tensors: only operators and methods that both
     have act on them.
 
-    Parameters
-    ----------
-    coefficients : of the products, where they are not the vehicle's, see `force_coefficients`
-
     Attributes
     ----------
     turns : forces depend on the heading, as current and wind are fixed to the earth
@@ -169,7 +164,7 @@ class ForceEquation:
         "vehicle",
     )
 
-    def __init__(self, vehicle: Vehicle, coefficients: Coefficients | None = None) -> None:
+    def __init__(self, vehicle: Vehicle) -> None:
         self.vehicle = vehicle
         self.inverse_mass = np.linalg.inv(mass_matrix(vehicle))
         self._inverse: list[list[float]] = self.inverse_mass.tolist()
@@ -178,7 +173,10 @@ class ForceEquation:
         self.has_memory = any(self.memory)
         growing = tuple(vehicle.values[symbol] / 60.0 for symbol in CURRENT[2:])
         self._growing = growing if any(growing) else None
-        columns = dict(force_coefficients(vehicle) if coefficients is None else coefficients)
+        columns: dict[tuple[str, ...], list[float]] = {}
+        for axis, line in enumerate(balances(vehicle)):
+            for term in line.force:
+                columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
         self._constant = columns.pop((), [0.0, 0.0, 0.0])
         self._products = tuple(columns)
         self.turns = any(vehicle.values[symbol] for symbol in CURRENT) or any(
@@ -276,15 +274,6 @@ class ForceEquation:
             ahead, starboard = earth_to_body(heading, *self._growing)
             du, dv = du + ahead, dv + starboard
         return du, dv, dr
-
-
-def force_coefficients(vehicle: Vehicle) -> Coefficients:
-    """The coefficients (surge, sway, yaw) of every product of signals, by its factors."""
-    columns: Coefficients = {}
-    for axis, line in enumerate(balances(vehicle)):
-        for term in line.force:
-            columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
-    return columns
 
 
 def modelled_force(vehicle: Vehicle, motion: Motion) -> Array:

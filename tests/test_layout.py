@@ -48,6 +48,7 @@ OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}
 """Names that every room may use; any other tells one file of the whole house."""
 
 ROOMS = {
+    "cvxpy": ("discovery/lawful/",),
     "clarabel": ("discovery/lawful/",),
     "pysindy": ("discovery/factors/",),
     "matplotlib": ("reports/page/figures/",),
@@ -290,7 +291,7 @@ def test_what_few_logs_need_is_loaded_where_it_is_needed(module: str, tmp_path: 
     code = f"import json, sys, undertow.{module}; print(json.dumps(sorted(sys.modules)))"
     run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr
-    seldom = {"clarabel", "sklearn", "scipy", "matplotlib", "torch", "pysindy"}
+    seldom = {"cvxpy", "sklearn", "scipy", "matplotlib", "torch", "pysindy"}
     assert seldom & set(json.loads(run.stdout)) == set()
 
 

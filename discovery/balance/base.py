@@ -12,12 +12,16 @@ from ...measurements.preparation.held_out import Fold
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .forces_along import ColumnCache
+from .column_cache import Remembered
 
 SEEING = (False, False, False)
 """No axis is blind."""
 LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
+
+
+MANY = 120
+"""Columns that are kept: those of a few models, between which a search goes to and fro."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,16 +32,22 @@ class Neighbourhood:
     ----------
     balances : the balance of a model and of noisier copies of the log, (1 + copies, tests, 3)
     difference : the balances of one model less those of another
-    columns : that callers keep with the data they belong to
-    linear : columns of damping, mass and thrust do not depend on the model
+    memo : columns that callers keep with the data they belong to
+    unit : what a unit of a parameter takes off the balance about a model, of one in which it is linear, by its symbol
+        and the values that multiply it; None where columns of damping, mass and thrust depend on the model
     step_share : share of a parameter's step by which its column is taken
     """
 
     balances: Callable[[Vehicle], Array]
     difference: Callable[[Vehicle, Vehicle], Array]
-    columns: ColumnCache
-    linear: bool
+    memo: Remembered[Array]
+    unit: Callable[[Vehicle, str, tuple[object, ...]], Array] | None = None
     step_share: float = 1.0
+
+    @property
+    def linear(self) -> bool:
+        """Whether columns of damping, mass and thrust do not depend on the model."""
+        return self.unit is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,10 +84,6 @@ class Balance(ABC):
     independent : effective number of independent tests
     noise : (3,) white sensor noise on u, v [m/s] and r [rad/s]
     blind : (3,) True for an axis that is not scored
-    tests : how forces are tested along other motions than these
-    bins : how many tests in a row belong to one place of the log; places are evenly spaced in time
-    overlap : how many of the rollouts of `squares` run at any time
-    sources : where each row of `squares` comes from; empty where they are not kept apart
     """
 
     unit: ClassVar[tuple[str, str, str]]
@@ -89,10 +95,6 @@ class Balance(ABC):
     independent: float
     noise: Array
     blind: tuple[bool, ...]
-    tests: WeakSettings
-    bins: int
-    overlap: int
-    sources: list[str]
 
     @abstractmethod
     def balance(self, vehicle: Vehicle) -> Array:
@@ -133,6 +135,11 @@ class Balance(ABC):
     def squares(self, vehicle: Vehicle) -> Array:
         """Mean square velocity errors of open-loop rollouts, (starts, 3), for the second judge."""
 
+    @property
+    @abstractmethod
+    def overlap(self) -> int:
+        """How many of the rollouts of `squares` run at any time."""
+
     @abstractmethod
     def largest_force(self, vehicle: Vehicle) -> Array:
         """Modulus of the largest single contribution to the balance at each test, (tests, 3)."""
@@ -143,8 +150,23 @@ class Balance(ABC):
 
     @property
     @abstractmethod
+    def tests(self) -> WeakSettings:
+        """How forces are tested along other motions than these."""
+
+    @property
+    @abstractmethod
+    def bins(self) -> int:
+        """How many tests in a row belong to one place of the log; places are evenly spaced in time."""
+
+    @property
+    @abstractmethod
     def speeds(self) -> Array:
         """Mean measured velocity over ground at each test, (tests, 3) [m/s, m/s, rad/s]."""
+
+    @property
+    @abstractmethod
+    def sources(self) -> list[str]:
+        """Where each row of `squares` comes from."""
 
     @property
     @abstractmethod

@@ -10,17 +10,18 @@ from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.simulation import Legs, rollouts
 from ...physics.vehicle import Vehicle
-from .starts import LEAST_BLOCKS, LEAST_STARTS
 
 HORIZON = 5.0
 """Length of a rollout [s]: long enough to accumulate a wrong force, short enough to forget a noisy start."""
 WHOLE_HORIZON = 10.0
 """Length of the rollouts [s] by which a corrected model as a whole must not be worse than the nominal one."""
-SPACING = HORIZON / 2.0
+SPACING = 2.5
 """Distance between starts [s]."""
+_PARTING = 10.0
+"""Distance between starts [s] where two models are only held against each other."""
 WORSE = 0.03
 """Rise of the logarithm of the mean square rollout error from which a model is called worse, if it is also sure."""
-FEWEST = LEAST_BLOCKS * LEAST_STARTS
+FEWEST = 8
 """Rollouts below which nothing is said: as few as a log that is judged by rollouts has."""
 _NO_ERROR = 1e-12
 """Mean square error [m^2/s^2, rad^2/s^2] that is none: rollouts of an axis that does not move differ by rounding."""
@@ -87,7 +88,7 @@ def rollouts_part(motions: Sequence[Motion], one: Vehicle, other: Vehicle, horiz
     Rollouts of `horizon` [s] from common measured starts; zeros when no motion is long enough.
     """
     gap, size = np.zeros(3), np.full(3, 1e-12)
-    asked = _every(motions, horizon, horizon)
+    asked = _every(motions, horizon, _PARTING)
     rolled = rollouts([(vehicle, legs) for vehicle in (one, other) for legs in asked], placed=False)
     states = [each.states[:, :, 1:] for each in rolled]
     for a, b in zip(states[: len(asked)], states[len(asked) :], strict=True):

@@ -1,102 +1,179 @@
 """Rollouts of models near one: an added force spreads through a rollout as its linearised equation says.
 
 Along the rollouts of a base model, d(delta nu)/dt = A(t) delta nu + delta a(t), where delta a is what a change of the
-model adds to the acceleration at the base model's states and A = da/dnu; in wind or current the heading is a state too,
-and so is the wake memory. The steps of that equation are computed once a model, so that each of many candidate columns
-costs a few products. Arrays have the rollouts last: matrices of three rows are multiplied for all of them at once.
+model adds to the acceleration at the base model's states and A = da/dnu; in wind or current the heading is a state too.
+The steps of that equation are worked out once a model, so that each of many candidate columns costs a few products.
 """
 
-from collections.abc import Callable
-from typing import final
+from dataclasses import dataclass
+from typing import Protocol, final
 
 import numpy as np
 
 from ...physics.forces import ForceEquation, Triple, relative_velocity
 from ...physics.frames import Array
 from ...physics.matrices import mass_matrix
+from ...physics.momentum_balance import balances
+from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .forces_along import ForcesAlong, LatestTwo
+from .products import Products, gathered, less, water
+from .propagation import Propagation
 from .starts import Rollings
 
 _STEP = 1e-4
 """Change of a velocity or a heading by which a derivative is taken [m/s, m/s, rad/s, rad]."""
 
+_KEPT = (60, 60)
+"""Products that are kept: those of one model, for the next one has other rollouts."""
 
-@final
-class LinearisedRollouts:
-    """Rollouts of models near a base model, to first order in the change of acceleration."""
 
-    def __init__(self, data: Rollings, base: Vehicle) -> None:
-        self._data, self._base = data, base
-        heading, u, v, r = data.states(base).transpose(2, 1, 0)
-        air = None if data.air is None else (data.air[0], data.air[1])
-        self._along = ForcesAlong(heading, (u, v, r), air, data.minutes, data.responses, self._wake)
-        self._accelerations: LatestTwo[Array] = LatestTwo(lambda vehicle: self._acceleration(vehicle)())
-        self._steps: Propagation | None = None
-
-    def change(self, one: Vehicle, other: Vehicle) -> Array:
-        """Mean velocities of the bins of one model's rollouts less those of another's, (bins, 3, starts)."""
-        inertia = mass_matrix(one)
-        force = self._along.change(one, other) if np.array_equal(inertia, mass_matrix(other)) else None
-        if force is None:
-            return self._propagation.binned(self._accelerations.of(one) - self._accelerations.of(other))
-        pushed = np.stack([np.broadcast_to(of_axis, self._along.heading.shape) for of_axis in force])
-        return self._propagation.binned(np.tensordot(np.linalg.inv(inertia), pushed, 1))
-
-    def transitions(self) -> Array:
-        """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts)."""
-        return self._propagation.transitions()
-
-    def _acceleration(self, vehicle: Vehicle) -> Callable[..., Array]:
-        """(3, steps + 1, starts), with a step of a state, u, v, r, or psi, and everything else the same."""
-        along, equation = self._along, ForceEquation(vehicle)
-        force = along.evaluator(vehicle, equation)
-
-        def acceleration(state: int = 0, step: float = 0.0) -> Array:
-            moved = [x + step if k == state and step else x for k, x in enumerate((*along.velocity, along.heading))]
-            velocity, heading = (moved[0], moved[1], moved[2]), moved[3]
-            relative = relative_velocity(vehicle, heading, velocity, along.minutes)
-            return np.stack(equation.acceleration(force(relative, heading), relative, velocity, heading))
-
-        return acceleration
-
-    def _wake(self, vehicle: Vehicle, relative: Triple) -> tuple[Array, Array]:
-        """The wake memory from what it holds at the starts, (steps + 1, starts) each."""
-        begin, constant = self._data.memory(vehicle), vehicle.values["memory_time"]
-        sway, yaw = (_lagged(relative[1 + k], begin[:, k], constant, self._data.step) for k in (0, 1))
-        return sway, yaw
+class Rolled(Protocol):
+    """What a tangent asks of the rollouts that it is laid along; see `shooting.Shooting`."""
 
     @property
-    def _propagation(self) -> "Propagation":
-        """Of the velocities, the wake memory's two states where there is one, and the heading where forces turn."""
-        if self._steps is not None:
-            return self._steps
-        equation, acceleration = ForceEquation(self._base), self._acceleration(self._base)
+    def data(self) -> Rollings:
+        """What no vehicle changes."""
+        ...
 
-        def derivative(state: int) -> Array:
-            return (acceleration(state, _STEP) - acceleration(state, -_STEP)) / (2.0 * _STEP)
+    def with_noise(self, balance: Array) -> Array:
+        """A balance and its noisier copy, (2, tests, 3)."""
+        ...
 
-        with np.errstate(over="ignore", invalid="ignore"):
-            by_heading = derivative(3) if equation.turns else np.zeros(0)
-            turns = bool(by_heading.any())
-            n = 3 + 2 * equation.has_memory + turns
-            jacobian = np.zeros((n, n, *self._along.heading.shape))
-            for k in range(3):
-                jacobian[:3, k] = derivative(k)
-        if equation.has_memory:
-            constant = self._base.values["memory_time"]
-            for j, gain in enumerate(equation.memory):
-                jacobian[:3, 3 + j] = -gain * equation.inverse_mass[:, 1 + j, None, None]
-                jacobian[3 + j, 1 + j] = 1.0 / constant
-                jacobian[3 + j, 3 + j] = -1.0 / constant
-        if turns:
-            jacobian[:3, -1] = by_heading
-            jacobian[-1, 2] = 1.0
-        self._steps = Propagation(jacobian, self._data.step, self._data.per_bin)
-        return self._steps
+    def finished(self, errors: Array) -> Array:
+        """Errors (bins, 3, starts) as rows (tests, 3)."""
+        ...
 
 
-def _lagged(series: Array, begin: Array, constant: float, step: float) -> Array:
+class Tangent:
+    """The balance of a shooting form for models near a base model."""
+
+    def __init__(self, form: "Rolled", base: Vehicle) -> None:
+        self.form, self.base = form, base
+        data = form.data
+        self._states = data.states(base)
+        predicted = data.binned(self._states[:, :, 1:].transpose(1, 2, 0))
+        self._errors = data.measured - predicted
+        self._balances = form.with_noise(form.finished(self._errors))
+        self._products = _RolloutTerms(data, self._states)
+        self._spread: Propagation | None = None
+
+    def balances(self, vehicle: Vehicle) -> Array:
+        """The balance of a model near the base model and its noisier copy, (2, tests, 3), see `Shooting.balances`.
+
+        To first order in the change of acceleration.
+        """
+        if vehicle is self.base:
+            return self._balances
+        return self.form.with_noise(self.form.finished(self._errors - self._change(vehicle, self.base)))
+
+    def difference(self, one: Vehicle, other: Vehicle) -> Array:
+        """The balances of one model less those of another, (2, tests, 3)."""
+        rows = self.form.finished(self._change(other, one))
+        return np.stack([rows] * self._balances.shape[0])
+
+    def _change(self, one: Vehicle, other: Vehicle) -> Array:
+        """What one model's rollouts add to another's, (bins, 3, starts)."""
+        if self._spread is None:
+            self._spread = _propagation(self.form.data, self.base, self._states)
+        return self._spread.binned(self._products.added(one, other))
+
+
+def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
+    """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts)."""
+    return _propagation(data, vehicle, states).transitions()
+
+
+@final
+class _RolloutTerms(Products):
+    """The summands of the balance along the states of rollouts, (steps + 1, starts) each."""
+
+    def __init__(self, data: Rollings, states: Array) -> None:
+        self._data = data
+        heading, u, v, r = states.transpose(2, 1, 0)
+        air = None if data.air is None else (data.air[0], data.air[1])
+        super().__init__(heading, (u, v, r), air, data.minutes, _KEPT)
+
+    def added(self, one: Vehicle, other: Vehicle) -> Array:
+        """Acceleration over ground that one model gives along the rollouts beyond another, (steps + 1, 3, starts)."""
+        inertia = mass_matrix(one)
+        if water(one) == water(other) and np.array_equal(inertia, mass_matrix(other)):
+            parts = [gathered(self.force_parts(balances(vehicle), vehicle)) for vehicle in (one, other)]
+            inverse = ForceEquation(one).inverse_mass
+            return np.asarray(np.einsum("ij,jks->kis", inverse, self.summed(less(*parts))), dtype=float)
+        return self._accelerations(one) - self._accelerations(other)
+
+    def _accelerations(self, vehicle: Vehicle) -> Array:
+        force = self.forces(vehicle)
+        relative = self.relative(vehicle)
+        pushed = (force[0], force[1], force[2])
+        found = ForceEquation(vehicle).acceleration(pushed, relative, self.velocity, self.heading)
+        return np.stack(found, axis=1)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(steps + 1, starts)."""
+        return self.heading.shape
+
+    def passed(self, rows: Array) -> Array:
+        """The rows themselves."""
+        return rows
+
+    def wake(self, axis: int, vehicle: Vehicle) -> Array:
+        """The wake memory from what it holds at the starts."""
+        begin, constant = self._data.memory(vehicle), vehicle.values["memory_time"]
+        return _remembered(self.relative(vehicle)[axis], begin[:, axis - 1], constant, self._data.step)
+
+    def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
+        """Force [N] and load [N s/m] of a thruster."""
+        return self._data.response(index, unit)
+
+
+@dataclass(frozen=True, slots=True)
+class _Along:
+    """A model along given rollouts: heading, velocities and wake memory (steps + 1, starts), thrust, loss and air."""
+
+    equation: ForceEquation
+    heading: Array
+    velocity: Triple
+    memory: tuple[Array, Array] | None
+    thrust: Array
+    load: Array | None
+    air: tuple[Array, Array] | None
+    minutes: Array
+
+    def acceleration(self, heading: Array, velocity: Triple) -> Array:
+        """(3, steps + 1, starts) at other headings and velocities, everything else the same."""
+        relative = relative_velocity(self.equation.vehicle, heading, velocity, self.minutes)
+        force = self.equation.force(relative, heading, self.thrust, self.load, self.memory, self.air, self.minutes)
+        return np.stack(self.equation.acceleration(force, relative, velocity, heading))
+
+    def derivative(self, state: int) -> Array:
+        """(3, steps + 1, starts) change of acceleration with u, v, r, or psi (`state` 0 to 3), central differences."""
+        ends = []
+        for step in (_STEP, -_STEP):
+            u, v, r, heading = (x + step * (k == state) for k, x in enumerate((*self.velocity, self.heading)))
+            ends.append(self.acceleration(heading, (u, v, r)))
+        return (ends[0] - ends[1]) / (2.0 * _STEP)
+
+
+def _along(data: Rollings, vehicle: Vehicle, states: Array) -> _Along:
+    equation = ForceEquation(vehicle)
+    thrust, load = data.inputs(vehicle)
+    heading = states[:, :, 0].T
+    velocity = (states[:, :, 1].T, states[:, :, 2].T, states[:, :, 3].T)
+    memory = None
+    if equation.has_memory:
+        _, sway, rate = relative_velocity(vehicle, heading, velocity, data.minutes)
+        begin, constant = data.memory(vehicle), vehicle.values["memory_time"]
+        memory = (
+            _remembered(sway, begin[:, 0], constant, data.step),
+            _remembered(rate, begin[:, 1], constant, data.step),
+        )
+    air = None if data.air is None else (data.air[0], data.air[1])
+    return _Along(equation, heading, velocity, memory, thrust, load if load.any() else None, air, data.minutes)
+
+
+def _remembered(series: Array, begin: Array, constant: float, step: float) -> Array:
     """T q' = x - q along the first axis of (n, starts), x linear between samples, from q = begin (starts,)."""
     a = float(np.exp(-step / constant))
     slope = (1.0 - a) * constant / step
@@ -108,73 +185,27 @@ def _lagged(series: Array, begin: Array, constant: float, step: float) -> Array:
     return found
 
 
-@final
-class Propagation:
-    """Steps x' = forward x + drive (a_k + a_k+1) of states whose first three are the velocities.
+def _propagation(data: Rollings, vehicle: Vehicle, states: Array) -> Propagation:
+    """The linearised rollouts of a model.
 
-    Within the steps of a bin all bins go side by side; from bin to bin only their ends are handed on.
-
-    Parameters
-    ----------
-    jacobian : (n, n, steps + 1, starts) derivative of the rates of change of the states by the states [1/s]
-    step : of the integration, by Crank and Nicolson [s]
-    per_bin : steps in a bin
+    Their states are the velocities, the wake memory's two where there is one, and the heading where wind or current
+    make the forces depend on it: n = 3 to 6.
     """
-
-    def __init__(self, jacobian: Array, step: float, per_bin: int) -> None:
-        n, _, rows, starts = jacobian.shape
-        eye = np.eye(n)[:, :, None, None]
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            half = 0.5 * step * jacobian
-            left = _inverse(eye - half[:, :, 1:])
-            forward = _product(left, eye + half[:, :, :-1])
-            self._drive = 0.5 * step * left[:, :3]
-            self._forward = forward.reshape(n, n, (rows - 1) // per_bin, per_bin, starts)
-            reached = self._forward[:, :, :, 0]
-            total = reached[:3].copy()
-            for k in range(1, per_bin):
-                reached = _product(self._forward[:, :, :, k], reached)
-                total += reached[:3]
-        self._end, self._mean = reached, total / per_bin
-
-    def binned(self, added: Array) -> Array:
-        """Mean velocities of the bins (bins, 3, starts) that accelerations (3, steps + 1, starts) make."""
-        n, _, bins, per_bin, starts = self._forward.shape
-        with np.errstate(over="ignore", invalid="ignore"):
-            pushed = np.einsum("ijks,jks->iks", self._drive, added[:, :-1] + added[:, 1:])
-            pushed = pushed.reshape(n, bins, per_bin, starts)
-            state = pushed[:, :, 0]
-            total = state[:3].copy()
-            for k in range(1, per_bin):
-                state = np.einsum("ijbs,jbs->ibs", self._forward[:, :, :, k], state) + pushed[:, :, k]
-                total += state[:3]
-            begin = np.zeros((n, bins, starts))
-            for b in range(1, bins):
-                begin[:, b] = np.einsum("ijs,js->is", self._end[:, :, b - 1], begin[:, b - 1]) + state[:, b - 1]
-            found = np.einsum("ijbs,jbs->bis", self._mean, begin) + (total / per_bin).transpose(1, 0, 2)
-        return np.asarray(found, dtype=float)
-
-    def transitions(self) -> Array:
-        """How velocities at the start spread to those at each row, (steps + 1, 3, 3, starts)."""
-        n, _, bins, per_bin, starts = self._forward.shape
-        state = np.repeat(np.eye(n, 3)[:, :, None], starts, axis=2)
-        found = np.empty((bins * per_bin + 1, 3, 3, starts))
-        found[0] = state[:3]
-        for k in range(bins * per_bin):
-            state = _product(self._forward[:, :, k // per_bin, k % per_bin], state)
-            found[k + 1] = state[:3]
-        return found
-
-
-def _product(one: Array, other: Array) -> Array:
-    """Matrices (i, j, ...) times matrices (j, k, ...)."""
-    return np.asarray(np.einsum("ij...,jk...->ik...", one, other), dtype=float)
-
-
-def _inverse(matrix: Array) -> Array:
-    """Inverses of matrices (n, n, ...); of three rows by cross products, a fifth of the time."""
-    if len(matrix) != 3:
-        return np.moveaxis(np.linalg.inv(np.moveaxis(matrix, (0, 1), (-2, -1))), (-2, -1), (0, 1)).astype(float)
-    first, second, third = matrix
-    columns = [np.cross(a, b, axis=0) for a, b in ((second, third), (third, first), (first, second))]
-    return np.stack(columns, axis=1) / (first * columns[0]).sum(axis=0)
+    along = _along(data, vehicle, states)
+    with np.errstate(over="ignore", invalid="ignore"):
+        by_heading = along.derivative(3) if along.equation.turns else np.zeros(0)
+        turns = bool(by_heading.any())
+        n = 3 + 2 * (along.memory is not None) + turns
+        jacobian = np.zeros((n, n, *along.heading.shape))
+        for k in range(3):
+            jacobian[:3, k] = along.derivative(k)
+    if along.memory is not None:
+        constant = vehicle.values["memory_time"]
+        for j, gain in enumerate(along.equation.memory):
+            jacobian[:3, 3 + j] = -gain * along.equation.inverse_mass[:, 1 + j, None, None]
+            jacobian[3 + j, 1 + j] = 1.0 / constant
+            jacobian[3 + j, 3 + j] = -1.0 / constant
+    if turns:
+        jacobian[:3, -1] = by_heading
+        jacobian[-1, 2] = 1.0
+    return Propagation(jacobian, data.step, data.per_bin)

@@ -16,10 +16,10 @@ from ...measurements.statistics.robust import spread
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, SEEING, Balance, Neighbourhood, WeakSettings
-from .forces_along import ColumnCache
+from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, WeakSettings
+from .column_cache import Remembered, room
 from .rollout_test import overlap_of
-from .sensitivity import LinearisedRollouts
+from .sensitivity import Tangent, transitions
 from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay
 
 __all__ = ["Shooting", "ShootingSettings"]
@@ -69,9 +69,7 @@ class Shooting(Balance):
         self.settings = settings or ShootingSettings()
         self._data = data = laid or lay(motions, about, self.settings)
         self.motions, self.noise, self.blind = data.motions, data.noise, tuple(bool(b) for b in blind)
-        self.bins = bins = int(data.measured.shape[0])
-        self.tests, self.overlap = WeakSettings(), overlap_of(self.settings.horizon, self.settings.spacing)
-        self.sources = [m.source for m, rows in zip(data.motions, data.starts, strict=True) for _ in rows]
+        bins = data.measured.shape[0]
         self.block = np.repeat(_blocks(data, self.settings.blocks), bins)
         begin = np.concatenate([m.time[s] for m, s in zip(data.motions, data.starts, strict=True)])
         width = data.per_bin * data.step
@@ -85,11 +83,11 @@ class Shooting(Balance):
         usual = [spread(error[:, a][seen[:, a]]) if seen[:, a].any() else 0.0 for a in range(3)]
         self.scale = np.maximum(np.array(usual), floor)
         quiet = bool((data.noise < LEAST_NOISE).all())
-        moved = None if quiet else data.binned(LinearisedRollouts(data, about).transitions())
+        moved = None if quiet else data.binned(transitions(data, about, states))
         self._whitener = self._whitening(moved) if moved is not None and self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
         self._weight[:, np.array(self.blind)] = 0.0
-        self._noise = self._finished(self._drawn_noise(moved))
+        self._noise = self.finished(self._drawn_noise(moved))
 
     @property
     def reach(self) -> tuple[np.ndarray, Array, Array]:
@@ -107,31 +105,30 @@ class Shooting(Balance):
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
-        linear, errors = LinearisedRollouts(self._data, vehicle), self._errors(self._data.states(vehicle))
-        base = self._with_noise(self._finished(errors))
+        tangent = Tangent(self, vehicle)
+        memo: Remembered[Array] = Remembered(room(MANY, tangent.balances(vehicle).shape))
+        return Neighbourhood(tangent.balances, tangent.difference, memo, step_share=_STEP_SHARE)
 
-        def balances(model: Vehicle) -> Array:
-            if model is vehicle:
-                return base
-            return (
-                base if model is vehicle else self._with_noise(self._finished(errors - linear.change(model, vehicle)))
-            )
+    @property
+    def tests(self) -> WeakSettings:
+        """The usual ones: rollouts have none of their own."""
+        return WeakSettings()
 
-        def difference(one: Vehicle, other: Vehicle) -> Array:
-            return np.stack([self._finished(linear.change(other, one))] * len(base))
-
-        return Neighbourhood(balances, difference, ColumnCache(), False, _STEP_SHARE)
+    @property
+    def data(self) -> Rollings:
+        """What no vehicle changes."""
+        return self._data
 
     def balance(self, vehicle: Vehicle) -> Array:
         """Measured minus predicted velocity, (tests, 3) [m/s, m/s, rad/s]; zero for a perfect model and log."""
-        return self._finished(self._errors(self._data.states(vehicle)))
+        return self.finished(self._errors(self._data.states(vehicle)))
 
     def balances(self, vehicle: Vehicle) -> Array:
         """The balance, and the same with sensor noise added once more, (2, tests, 3).
 
         Columns of effects are predictions from the same starts, so that the noise stands in the balance alone.
         """
-        return self._with_noise(self.balance(vehicle))
+        return self.with_noise(self.balance(vehicle))
 
     def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> None:
         """None: rollouts are asked where the noise has a colour, and then only what is left tells of it."""
@@ -142,13 +139,13 @@ class Shooting(Balance):
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
         """See `Balance.recorded`, [m/s, m/s, rad/s]."""
         data = self._data.recorded(motions)
-        return self._finished(self._errors(data.states(vehicle), data.measured))
+        return self.finished(self._errors(data.states(vehicle), data.measured))
 
-    def _with_noise(self, balance: Array) -> Array:
+    def with_noise(self, balance: Array) -> Array:
         """A balance and its noisier copy, (2, tests, 3); a single one for a log without noise."""
         return np.stack([balance, balance + self._noise] if self._noise.any() else [balance])
 
-    def _finished(self, errors: Array) -> Array:
+    def finished(self, errors: Array) -> Array:
         """Errors (bins, 3, starts) with start errors whitened out and weights applied, as rows (tests, 3)."""
         bins, _, starts = errors.shape
         if self._whitener is not None:
@@ -180,9 +177,24 @@ class Shooting(Balance):
         return (self.balance(vehicle).reshape(starts, bins, 3) ** 2).mean(axis=1)
 
     @property
+    def overlap(self) -> int:
+        """As many as the settings lay over each other."""
+        return overlap_of(self.settings.horizon, self.settings.spacing)
+
+    @property
+    def bins(self) -> int:
+        """Those of a rollout."""
+        return int(self._data.measured.shape[0])
+
+    @property
     def speeds(self) -> Array:
         """Those of the bins."""
         return self._rows(self._data.measured)
+
+    @property
+    def sources(self) -> list[str]:
+        """Where each rollout comes from."""
+        return [m.source for m, rows in zip(self._data.motions, self._data.starts, strict=True) for _ in rows]
 
     def largest_force(self, vehicle: Vehicle) -> Array:
         """The larger of measured change since the start and what thrust adds to the rollout, (tests, 3), as speeds."""

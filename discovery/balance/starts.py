@@ -16,16 +16,20 @@ from ...physics.forces import memory_states
 from ...physics.frames import Array
 from ...physics.integration import Around, Driven, integrate
 from ...physics.motion import Motion
+from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE
-from .forces_along import ThrusterResponses
+from .column_cache import Remembered
+from .late_forces import LateForces
 
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""
 _SPIKE = 4.0
-"""Standard deviations from its neighbours from which a row is false: a normal error is by chance in one of 16,000."""
+"""Standard deviations from its neighbours from which a row is false: a normal error is, in one row of 16,000."""
 _ROUNDING = 1e-4
-"""Share of a time step that is rounding: half a millisecond in a rollout of 5 s."""
+"""Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
+_KEPT = 64_000_000
+"""Bytes of responses that are kept: on five minutes of log, those of every starting shape of two thrusters."""
 _ROLLED = 2
 """Vehicles whose rollouts are kept: the one that a fit stands at, and the one that it tries."""
 
@@ -74,7 +78,8 @@ class Rollings:
     window : (steps + 1, starts) rows of all motions along the rollouts
     counted : (n, 3) of each motion, 1 for a number that counts, 0 where the boat is idle or the number jumps
     air : (2, steps + 1, starts) velocity of the air over ground, north and east [m/s]; None where no log tells of it
-    responses : what thrusters make of the commands, along all rollouts
+    thrusts : what thrusters of a gain and a loss of one make of the commands
+    kept : the same along the rollouts, whole rows late, which many models share
     rolled : states of the latest vehicles: a step that is tried is where the next one begins
     """
 
@@ -88,15 +93,35 @@ class Rollings:
     measured: Array
     weight: Array
     noise: Array
-    responses: ThrusterResponses
+    thrusts: LateForces
     window: np.ndarray
     counted: tuple[Array, ...]
     air: Array | None = None
+    kept: Remembered[Array] = field(default_factory=lambda: Remembered(_KEPT))
     rolled: deque[tuple[Vehicle, Array]] = field(default_factory=lambda: deque(maxlen=_ROLLED))
 
     def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
         """Thrust and its advance loss along all rollouts, (thrusters, steps + 1, starts) each."""
-        return self.responses.of(vehicle)
+        units = [self.response(k, thruster.unit) for k, thruster in enumerate(vehicle.thrusters)]
+        pairs = list(zip(vehicle.thrusters, units, strict=True))
+        return np.stack([t.gain * u[0] for t, u in pairs]), np.stack([t.advance_loss * u[1] for t, u in pairs])
+
+    def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
+        """Force [N] and load [N s/m] of a thruster along all rollouts, (steps + 1, starts) each."""
+        shape = (index, unit.prompt_shape, unit.thrust_rate)
+
+        def along(rows: tuple[int, ...]) -> Array:
+            return self.kept.of((*shape, rows), partial(self._along, index, unit, rows))
+
+        force, load = self.thrusts.between(unit, along, [rows.size for rows in self.starts])
+        return force, load
+
+    def _along(self, index: int, unit: Thruster, late: tuple[int, ...]) -> Array:
+        """The same of whole rows late, (2, steps + 1, starts)."""
+        ends = np.cumsum([motion.time.size for motion in self.motions])[:-1]
+        parts = np.split(self.thrusts.shifted(index, unit, late), ends, axis=1)
+        thin = np.concatenate([_thinned(part, stride) for part, stride in zip(parts, self.stride, strict=True)], axis=1)
+        return thin.take(self.window, axis=1)
 
     def recorded(self, motions: Sequence[Motion]) -> "Rollings":
         """The same rollouts of the same motions, had other commands or velocities been recorded of them."""
@@ -109,7 +134,8 @@ class Rollings:
             motions=tuple(motions),
             initial=np.concatenate([np.column_stack([m.heading, _calm(m)])[rows] for m, rows in begin]),
             measured=np.concatenate(measured, axis=2),
-            responses=ThrusterResponses(motions, partial(_along, self.stride, self.window)),
+            thrusts=LateForces(motions),
+            kept=Remembered(_KEPT),
             rolled=deque(maxlen=_ROLLED),
         )
 
@@ -195,7 +221,6 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
             f"shooting: {count} rollouts of {settings.horizon:g} s with commands fit into the log, at least "
             f"{LEAST_BLOCKS * LEAST_STARTS} are needed; give a longer log"
         )
-    window = _windows(kept, starts, strides, steps)
     return Rollings(
         tuple(kept),
         tuple(starts),
@@ -207,10 +232,10 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         np.concatenate(measured, axis=2),
         np.concatenate(weight, axis=2),
         sensor_noise(kept),
-        ThrusterResponses(kept, partial(_along, strides, window)),
-        window,
+        LateForces(kept),
+        _windows(kept, starts, strides, steps),
         tuple(masks),
-        _air(kept, strides, window),
+        _air(kept, starts, strides, steps),
     )
 
 
@@ -232,25 +257,27 @@ def _bins(motion: Motion, counted: Array, rows: np.ndarray, sizes: tuple[int, in
     return np.where(total > 0, seen.sum(axis=2) / np.maximum(total, 1e-12), value.mean(axis=2)), total / per_bin
 
 
+def _window(starts: np.ndarray, stride: int, steps: int) -> np.ndarray:
+    """Rows of a motion along its rollouts, (steps + 1, starts)."""
+    return starts[None, :] + stride * np.arange(steps + 1)[:, None]
+
+
 def _windows(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> np.ndarray:
     """Rows of all motions along their rollouts, (steps + 1, starts)."""
     begin = np.cumsum([0, *(motion.time.size for motion in motions[:-1])])
     ways = zip(begin, starts, strides, strict=True)
-    along = np.arange(steps + 1)[:, None]
-    return np.concatenate([first + rows + stride * along for first, rows, stride in ways], axis=1)
+    return np.concatenate([first + _window(rows, stride, steps) for first, rows, stride in ways], axis=1)
 
 
-def _along(strides: Sequence[int], window: np.ndarray, parts: Sequence[Array]) -> Array:
-    """Series (channels, n) of each motion along all rollouts, (channels, steps + 1, starts)."""
-    thin = [_thinned(part, stride) for part, stride in zip(parts, strides, strict=True)]
-    return np.concatenate(thin, axis=1).take(window, axis=1)
-
-
-def _air(motions: Sequence[Motion], strides: Sequence[int], window: np.ndarray) -> Array | None:
+def _air(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> Array | None:
     """Velocity of the air along all rollouts, (2, steps + 1, starts); still in a log without an anemometer."""
     if all(m.air is None for m in motions):
         return None
-    return _along(strides, window, [np.zeros((2, m.time.size)) if m.air is None else m.air.T for m in motions])
+    found = []
+    for motion, rows, stride in zip(motions, starts, strides, strict=True):
+        air = np.zeros((motion.time.size, 2)) if motion.air is None else motion.air
+        found.append(_thinned(air.T, stride)[:, _window(rows, stride, steps)])
+    return np.concatenate(found, axis=2)
 
 
 def _clean(motion: Motion) -> np.ndarray:

@@ -109,6 +109,7 @@ class TestedRows:
         self._vehicle, self._pool = vehicle, tuple(pool)
         self._settings = replace(settings.weak, copies=0, blocks=1)
         self._tail: Motion | None = None
+        self._like: WeakForm | None = None
 
     def of(self, motion: Motion) -> tuple[Array, Array, Array]:
         """Rows that are known with the next motion, whether it goes on where the last one ended or begins anew.
@@ -131,7 +132,7 @@ class TestedRows:
         size = sum(len(candidate.parameters) for candidate in self._pool)
         if not count:
             return np.zeros(0), np.zeros((0, 3, size)), np.zeros((0, 3))
-        weak = WeakForm([whole], self._settings)
+        weak = self._like = WeakForm([whole], self._settings, like=self._like)
         linear = Linearisation(weak, self._vehicle, self._vehicle, self._pool, ())
         free = [index for c in self._pool for index in linear.options[c.key][1].free]
         return weak.time + self._settings.half_width, linear.columns[:, :, free], linear.columns[:, :, -1]

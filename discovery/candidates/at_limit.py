@@ -7,7 +7,7 @@ from ...physics.effects import Parameter
 _NEAR = 1e-3
 """Share of the room between a start and a limit within which an estimate is at the limit."""
 _ROUNDING = 1e-5
-"""Rounding that a solver leaves of a number on a limit, as a share of one and the limit."""
+"""What a solver leaves of a number that lies on a limit, as a share of one and the limit."""
 
 
 def limit_at(parameter: Parameter, value: float, start: float | None = None) -> float | None:

@@ -22,7 +22,6 @@ _SPEEDS = (("u", "m/s"), ("v", "m/s"), ("r", "rad/s"))
 _SPEED_KNOTS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.92)
 """Shares of the log that are slower than a speed from which a force may set in."""
 _THRUST_KNOTS = (0.5, 0.7, 0.85, 0.95)
-"""The same of a thrust."""
 _PLACES = (1 / 3, 2 / 3)
 """Shares of the log that are on one side of a line across the water."""
 _SETS_IN = 6

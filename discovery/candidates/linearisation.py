@@ -56,7 +56,7 @@ class Option:
 class Linearisation:
     """All columns of all candidates about one vehicle.
 
-    Columns that do not change from one vehicle to the next are kept in the cache of the vehicle's neighbourhood.
+    Columns that do not change from one vehicle to the next are kept in the memo of the vehicle's neighbourhood.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ class Linearisation:
             offset = -1
             if candidate.effect.fixed_amplitude:
                 key = ("offset", shape.symbol, value, *_flow(shape, vehicle), *_beside(shape, vehicle))
-                offset = self._add(self._near.columns.of(key, lambda m=moved: self._near.difference(vehicle, m)))
+                offset = self._add(self._near.memo.of(key, lambda m=moved: self._near.difference(vehicle, m)))
             found.append(self._present(candidate, moved, tuple(start[s] for s in candidate.symbols), offset))
         return tuple(found)
 
@@ -169,7 +169,7 @@ class Linearisation:
                 low = high = 0.0
             else:
                 key = ("slope", parameter.symbol, *_flow(parameter, about), *_beside(parameter, about))
-                slope = self._near.columns.of(key, lambda p=parameter, v=value: self._slope(p, about, v))
+                slope = self._near.memo.of(key, lambda p=parameter, v=value: self._slope(p, about, v))
                 free.append(self._add(slope))
                 if parameter.grid:
                     reach = 0.35 * value + 0.02
@@ -195,12 +195,21 @@ class Linearisation:
 
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
         """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""
+        if self._near.unit is not None and _is_linear(parameter):
+            beside = (about.values["fouling_rate"], *_beside(parameter, about))
+            return self._near.unit(about, parameter.symbol, beside)
         symbol, step = parameter.symbol, parameter.step * self._near.step_share
         up = about.with_values({symbol: value + step})
         if not parameter.nonlinear or value - step < parameter.lower:
             here = about if about.value(symbol) == value else about.with_values({symbol: value})
             return self._near.difference(here, up) / step
         return self._near.difference(about.with_values({symbol: value - step}), up) / (2.0 * step)
+
+
+def _is_linear(parameter: Parameter) -> bool:
+    """Whether the force is a sum of which a parameter multiplies some summands, whatever the others are."""
+    apart = parameter.section == "thrusters" or parameter.grid or parameter.symbol == "fouling_rate"
+    return not (parameter.nonlinear or apart)
 
 
 def _flow(parameter: Parameter, about: Vehicle) -> tuple[float, ...]:

@@ -19,8 +19,6 @@ from ..factors.factors import Column, Factors, triangular
 from ..factors.sparse import forward
 from .candidate import Candidate, Kind
 
-_DEGREE, _MOST, _MOST_TWINS = 3, 8, 3
-"""Of the monomials that are tried, how many of them are on an axis, and how many in the place of one."""
 _ALIAS = 0.9995
 """Correlation from which two monomials are one: what is left of one beside the other is 3 % of it."""
 _TWIN = 0.9
@@ -57,14 +55,14 @@ def term_candidate(symbol: str, vehicle: Vehicle) -> Candidate:
     return Candidate(symbol, effect, effect.parameters, Kind.TERM)
 
 
-def shortlist(weak: WeakForm, vehicle: Vehicle) -> tuple[str, ...]:
-    """Unnamed terms that may explain the balance of a vehicle: at most eight an axis, as `axis:form` symbols.
+def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) -> tuple[str, ...]:
+    """Unnamed terms that may explain the balance of a vehicle: at most `most` an axis, as `axis:form` symbols.
 
     Terms of the catalogue compete in the selection, so that an unnamed term enters only beside or before them, and
     columns that this log cannot tell apart (correlation above 0.9995) enter once, the named and the simplest first.
     """
-    factors = term_factors(weak, vehicle, _DEGREE)
-    forms = monomials(_DEGREE)
+    factors = term_factors(weak, vehicle, degree)
+    forms = monomials(degree)
     columns = factors.whole[:, : len(forms)]
     found: list[str] = []
     for axis, name in enumerate(AXES):
@@ -74,21 +72,22 @@ def shortlist(weak: WeakForm, vehicle: Vehicle) -> tuple[str, ...]:
         keep = _distinct(columns, order)
         if not np.any(factors.whole[:, len(forms) + axis]):
             continue
-        for k in forward(factors.only(keep), axis, _MOST):
+        for k in forward(factors.only(keep), axis, most):
             if (axis, _same(forms[keep[k]])) not in _NAMED_KEYS:
                 found.append(f"{name}:{forms[keep[k]].text}")
     return tuple(found)
 
 
-def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str]) -> tuple[str, ...]:
-    """Unnamed terms that move nearly as given ones do on this log: at most three each, the closest first.
+def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 3, degree: int = 3) -> tuple[str, ...]:
+    """Unnamed terms that move nearly as given ones do on this log: at most `most` each, the closest first.
 
     Their tested columns correlate by more than 0.9 in modulus. Terms of the catalogue are left out: they are tried
     anyway.
     """
     if not symbols:
         return ()
-    forms, features = features_along(weak, vehicle, _DEGREE)
+    forms = monomials(degree)
+    features = term_factors(weak, vehicle, degree).whole[:, : len(forms)]
     names = [form.text for form in forms]
     norms = np.maximum(np.sqrt((features**2).sum(axis=0)), 1e-300)
     found: list[str] = []
@@ -98,7 +97,7 @@ def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str]) -> tuple[str
         alike = np.abs(features.T @ features[:, k]) / (norms * norms[k])
         near = [n for n in np.argsort(-alike, kind="stable") if n != k and alike[n] > _TWIN]
         named = [(AXES.index(axis), _same(forms[n])) in _NAMED_KEYS for n in near]
-        found += [f"{axis}:{names[n]}" for n, known in zip(near, named, strict=True) if not known][:_MOST_TWINS]
+        found += [f"{axis}:{names[n]}" for n, known in zip(near, named, strict=True) if not known][:most]
     return tuple(dict.fromkeys(s for s in found if s not in symbols))
 
 

@@ -23,8 +23,8 @@ LEAST_SIGNAL = 2.0
 """Signal to noise of a column below which sensor noise decides its coefficient."""
 _ADDED = ("surge_added_mass", "sway_added_mass")
 """What another mass is the sum of."""
-_ROUNDING = 1e-12
-"""Noise on a column that is a smaller share of its square is rounding: its signal to noise is infinite."""
+_ROUNDING = 1e-20
+"""Noise on a column that is a smaller share of its square is none: its signal to noise is infinite."""
 
 
 def identify(
@@ -94,17 +94,12 @@ def _beside(columns: Sequence[int], metric: Array, moments: Array) -> Array:
     """Moments (3, p, p) of all columns less their projection on some, by the metric (p, p)."""
     if not columns:
         return moments
-    inside, scale = correlations(metric[np.ix_(columns, columns)])
-    inside = inside + RIDGE * np.eye(len(columns))
+    inside = metric[np.ix_(columns, columns)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(inside), 1e-300))
+    inside = inside * np.outer(scale, scale) + RIDGE * np.eye(len(columns))
     left = np.eye(metric.shape[0])
     left[columns] -= scale[:, None] * np.linalg.solve(inside, scale[:, None] * metric[columns])
     return left.T @ moments @ left
-
-
-def correlations(gram: Array) -> tuple[Array, Array]:
-    """Products (p, p) of columns that are scaled to length one, and the scales (p,)."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    return gram * np.outer(scale, scale), scale
 
 
 def column_moments(scores: GramScores) -> tuple[Array, Array]:
@@ -137,8 +132,8 @@ def alias_groups(gram: Array, columns: Mapping[str, Sequence[int]]) -> tuple[tup
 
 def _whitener(gram: Array) -> Array:
     """W with W^T gram W = 1 in the directions that carry more than a millionth of the largest."""
-    inside, scale = correlations(gram)
-    size, vectors = np.linalg.eigh(inside)
+    scale = 1.0 / np.sqrt(np.diag(gram))
+    size, vectors = np.linalg.eigh(gram * (scale[:, None] * scale[None, :]))
     keep = size > 1e-6 * size.max()
     return scale[:, None] * vectors[:, keep] / np.sqrt(size[keep])
 
@@ -146,5 +141,7 @@ def _whitener(gram: Array) -> Array:
 def _condition(gram: Array, used: Sequence[int]) -> float | None:
     if not used:
         return None
-    size = np.linalg.eigvalsh(correlations(gram[np.ix_(used, used)])[0])
+    inside = gram[np.ix_(used, used)]
+    scale = 1.0 / np.sqrt(np.diag(inside))
+    size = np.linalg.eigvalsh(inside * (scale[:, None] * scale[None, :]))
     return float(np.sqrt(size.max() / max(float(size.min()), 1e-12 * size.max())))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Candidate, Kind
@@ -13,7 +14,7 @@ from ..candidates.nuisance import nuisance_candidates
 from ..search.bootstrap import block_bootstrap
 from ..search.floating import Search, SearchSettings
 from ..search.gram import GramScores
-from .identifiable_effects import ALIAS, LEAST_SIGNAL, column_moments, correlations, identify
+from .identifiable_effects import ALIAS, LEAST_SIGNAL, column_moments, identify
 from .rehearsal import plausible_amounts, rehearse
 
 _ALIKE = 1e-7
@@ -118,9 +119,9 @@ def _same(scores: GramScores, chosen: Sequence[Option]) -> dict[str, str]:
     """Parameters of which some combination makes no force at all, as of x_g and Y_rdot."""
     symbols = list(_columns(chosen))
     _, left, _ = scores.block_normal(chosen)
-    if not symbols:
-        return {}
-    size, vectors = np.linalg.eigh(correlations(left.sum(axis=0))[0])
+    normal = left.sum(axis=0)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    size, vectors = np.linalg.eigh(normal * np.outer(scale, scale)) if symbols else (np.ones(1), np.ones((1, 1)))
     if size[0] >= _ALIKE:
         return {}
     part = np.abs(vectors[:, 0])
@@ -145,8 +146,10 @@ def _common_factor(search: Search, scores: GramScores, chosen: Sequence[Option],
     thrust = np.zeros(gram.shape[0])
     thrust[list(whole)] = list(whole.values())
     across, total = gram[others] @ thrust, float(thrust @ gram @ thrust)
-    inside, scale = correlations(gram[np.ix_(others, others)])
-    explained = float(across * scale @ np.linalg.solve(inside + 1e-9 * np.eye(len(others)), across * scale))
+    inside = gram[np.ix_(others, others)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(inside), 1e-300))
+    inside = inside * np.outer(scale, scale) + 1e-9 * np.eye(len(others))
+    explained = float((across * scale) @ np.linalg.solve(inside, across * scale)) if others else 0.0
     return dict.fromkeys(scales, _SCALE) if explained > ALIAS**2 * total else {}
 
 
@@ -158,8 +161,7 @@ def _vague(scores: GramScores, chosen: Sequence[Option], amounts: Mapping[str, f
     if not wide:
         return {}
     _, left, _ = scores.block_normal(endless)
-    symbols, normal = list(_columns(endless)), correlations(left.sum(axis=0))[0]
-    correlation, _ = correlations(np.asarray(np.linalg.inv(normal + 1e-9 * np.eye(len(symbols))), dtype=float))
+    symbols, correlation = list(_columns(endless)), _correlation(left.sum(axis=0))
     reasons = {}
     for symbol in wide:
         row = np.abs(correlation[symbols.index(symbol)])
@@ -189,3 +191,11 @@ def _cannot_tell(others: Iterable[str]) -> str:
     """That a log cannot tell a parameter from others; empty when there are none."""
     names = ", ".join(others)
     return f"this log cannot tell it from {names}" if names else ""
+
+
+def _correlation(normal: Array) -> Array:
+    """Correlation of estimates from their normal matrix."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    inverse = np.linalg.inv(normal * np.outer(scale, scale) + 1e-9 * np.eye(scale.size))
+    spread = 1.0 / np.sqrt(np.diag(inverse))
+    return np.asarray(inverse * np.outer(spread, spread))

@@ -1,24 +1,35 @@
 """The lawful set of some parameters of a vehicle, and the point of it that is nearest to a guess, in milliseconds.
 
-The set is that of the refit (`affine_laws.py`), and convex. A guess is held to the limits first; only where the proof
-then fails, a conic programme is solved, of those orthants of the envelope alone in which it fails. The exchanges of the
-last proof are tried first, so that a guess that keeps the laws costs some eigenvalues.
+The set is that of the refit (`laws_over.py`): limits of each parameter, a proof of dissipation over an envelope,
+positive mass. It is convex. A guess is held to the limits first; only where the proof then fails, a small conic
+programme is solved, of those orthants of the envelope alone in which it fails. The exchanges of the last proof are
+tried first, so that a guess that keeps the laws costs some eigenvalues.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
-from ...physics.errors import RequestError
 from ...physics.frames import Array
-from ...physics.laws.certificate import basis
+from ...physics.laws.certificate import basis, control_matrices
 from ...physics.laws.damping_power import Envelope
 from ...physics.vehicle import Vehicle
 from ..search.gram import bounded_solve
-from .affine_laws import MARGIN, laws_over, least_margin
+from .laws_over import MARGIN, laws_over, least_margin
 
 _HALVINGS = 40
 """Of the way back to the start, where a solver's answer is not lawful: to rounding."""
+_CLOSE = (1e-12, 1e-10, 1e-9)
+"""Gaps and feasibility at which the solver stops: a parameter is then known to a millionth of a plausible amount."""
+_COLUMN, _ROW = np.tril_indices(3)
+"""The upper triangle of a 3 x 3 matrix, column by column, as conic solvers take it."""
+_WEIGHT = np.where(_ROW == _COLUMN, 1.0, np.sqrt(2.0))
+"""Of its elements, so that lengths stay."""
+_SOLVER = import_module("clarabel")
+"""Compiled, and without types."""
 
 
 class LawfulSet:
@@ -44,8 +55,10 @@ class LawfulSet:
         self._start = np.array([nominal.value(symbol) for symbol in units]) / self._unit
         self._lower, self._upper = (limit / self._unit for limit in limits)
         laws = laws_over(envelope, nominal, nominal, units, least_margin(nominal))
-        self._laws = laws.eased(-MARGIN)
-        self._slack = np.zeros((len(laws.power), basis(laws.degree).slack.shape[-1]))
+        kept = replace(laws.numbers, allowance=laws.numbers.allowance - MARGIN * np.eye(3))
+        self._laws = replace(laws, numbers=kept)
+        self._damped = bool(kept.slope.any())
+        self._slack = np.zeros((len(kept.power), basis(laws.degree).slack.shape[-1]))
         broken, _ = self._broken(self._start)
         if broken.any():
             self._solved(self._start, np.eye(self._start.size), broken)
@@ -76,23 +89,62 @@ class LawfulSet:
 
     def _broken(self, x: Array) -> tuple[np.ndarray, bool]:
         """In which orthants the last exchanges prove nothing of x, (orthants,), and whether its mass is positive."""
-        damping, mass = self._laws.matrices(x, self._slack)
-        # The margin is the solver's to miss; what is not above zero is broken.
-        broken = np.linalg.eigvalsh(damping)[..., 0].min(axis=1) < -0.5 * MARGIN
-        broken &= self._laws.slope.any()
-        return broken, not self._laws.heavy or bool(np.linalg.eigvalsh(mass)[0] >= -1e-9)
+        law = self._laws.numbers
+        broken = np.zeros(len(self._slack), dtype=bool)
+        if self._damped:
+            matrices = control_matrices(law.power + law.slope @ x, self._slack, self._laws.degree) + law.allowance
+            # The margin is the solver's to miss; what is not above zero is broken.
+            least = np.linalg.eigvalsh(matrices)[..., 0].min(axis=1)
+            broken = least < -0.5 * MARGIN
+        heavy = not self._laws.mass or np.linalg.eigvalsh(law.mass + np.tensordot(x, law.mass_slope, 1))[0] >= -1e-9
+        return broken, bool(heavy)
 
     def _solved(self, guess: Array, metric: Array, used: np.ndarray) -> Array:
         """The nearest x that keeps the laws in the used orthants, whose exchanges are kept; the start where none."""
-        scaled, orthants = metric / np.trace(metric), np.flatnonzero(used)
-        try:
-            found = self._laws.minimise(scaled, scaled @ guess, (self._lower, self._upper), orthants.tolist())
-        except RequestError:
+        law, b, p = self._laws.numbers, basis(self._laws.degree), guess.size
+        orthants = np.flatnonzero(used)
+        slacks = self._slack.shape[1]
+        size = p + orthants.size * slacks
+        rows, ends, cones = [], [], []
+        for sign, limit in ((-1.0, self._lower), (1.0, self._upper)):
+            known = np.flatnonzero(np.isfinite(limit))
+            if known.size:
+                part = np.zeros((known.size, size))
+                part[np.arange(known.size), known] = sign
+                rows.append(part)
+                ends.append(sign * limit[known])
+                cones.append(_SOLVER.NonnegativeConeT(known.size))
+        for k, orthant in enumerate(orthants):
+            at_zero = np.einsum("kijm,m->kij", b.lift, law.power[orthant]) + law.allowance[orthant]
+            part = np.zeros((len(b.points), _WEIGHT.size, size))
+            moved = np.einsum("kijm,mp->kijp", b.lift, law.slope[orthant])
+            part[:, :, :p] = -_packed(moved)
+            part[:, :, p + k * slacks : p + (k + 1) * slacks] = -_packed(b.slack)
+            rows.append(part.reshape(-1, size))
+            ends.append(_packed(at_zero).ravel())
+            cones += [_SOLVER.PSDTriangleConeT(3)] * len(b.points)
+        if self._laws.mass:
+            part = np.zeros((_WEIGHT.size, size))
+            part[:, :p] = -_packed(np.moveaxis(law.mass_slope, 0, -1))
+            rows.append(part)
+            ends.append(_packed(law.mass))
+            cones.append(_SOLVER.PSDTriangleConeT(3))
+        scale = np.trace(metric)
+        quadratic = np.zeros((size, size))
+        quadratic[:p, :p] = np.triu(metric) / scale
+        linear = np.zeros(size)
+        linear[:p] = -metric @ guess / scale
+        settings = _SOLVER.DefaultSettings()
+        settings.verbose = False
+        settings.max_threads = 1
+        settings.tol_gap_abs, settings.tol_gap_rel, settings.tol_feas = _CLOSE
+        problem = csc_matrix(quadratic), linear, csc_matrix(np.concatenate(rows)), np.concatenate(ends)
+        answer = _SOLVER.DefaultSolver(*problem, cones, settings).solve()
+        if answer.status not in (_SOLVER.SolverStatus.Solved, _SOLVER.SolverStatus.AlmostSolved):
             return self._start
-        if found is None:
-            return self._start
-        self._slack[orthants] = found.slack
-        return np.clip(found.values, self._lower, self._upper)
+        z = np.array(answer.x)
+        self._slack[orthants] = z[p:].reshape(orthants.size, slacks)
+        return np.clip(z[:p], self._lower, self._upper)
 
     def _between(self, x: Array) -> Array:
         """The last lawful point on the way from the start to x: for a solver's answer that breaks a law by rounding."""
@@ -102,3 +154,10 @@ class LawfulSet:
             broken, heavy = self._broken(self._start + middle * (x - self._start))
             low, high = (middle, high) if heavy and not broken.any() else (low, middle)
         return self._start + low * (x - self._start)
+
+
+def _packed(matrices: Array) -> Array:
+    """Symmetric matrices (..., 3, 3) or (..., 3, 3, n) as weighed triangles (..., 6) or (..., 6, n)."""
+    if matrices.shape[-1] == 3 and matrices.shape[-2] == 3 and matrices.ndim in (2, 3):
+        return matrices[..., _ROW, _COLUMN] * _WEIGHT
+    return matrices[..., _ROW, _COLUMN, :] * _WEIGHT[:, None]

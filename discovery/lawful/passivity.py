@@ -12,7 +12,7 @@ from ..balance.rollout_test import worse_as_a_whole
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores
-from .affine_laws import certify
+from .certify import certify
 from .price_of_law import MostPower, Passivity, percent
 from .refit import LawfulFit, passive_refit
 

@@ -1,24 +1,27 @@
 """The lawful refit: the chosen parameters again, by a convex programme whose limits hold on the numbers returned."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...physics.errors import RequestError
 from ...physics.frames import Array
-from ...physics.laws.certificate import basis, corner_state
+from ...physics.laws.certificate import Exponents, basis, control_matrices, corner_state, vehicle_power
 from ...physics.laws.damping_power import Envelope, mass_margin
 from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores, bounded_solve
-from .affine_laws import MARGIN, Laws, Solution, certify, laws_over, least_margin
+from .certify import certify
+from .laws_over import MARGIN, laws_over, least_margin
 from .price_of_law import NOTHING, Binding, price_in_words
+from .program_data import NO_OPTIMUM, Shape, Solution, check_shown
 
 _TOLERANCE = 1e-6
-"""Share by which a returned number may break a limit or a law: the solver stops at a thousandth of it."""
+"""Share by which a returned number may break a limit or a law: the solver stops at a hundredth of it, see
+`convex_program`."""
 _PULL = 1e-9
-"""Gradient that is rounding, in units in which every number is of order one."""
+"""Gradient that is none, in units in which every number is of order one."""
 _FLAT = 1e-9
 """Share of the largest eigenvalue of a normal matrix (columns of length one) below which data say nothing."""
 
@@ -31,8 +34,8 @@ class LawfulFit:
     ----------
     values : total values by symbol
     free : the same without the laws, under the limits alone
-    kept : dissipation is proved; False when the nominal model breaks it beyond what these parameters can mend, and the
-        refit is no worse than nominal instead
+    kept : True when dissipation is proved; False when the nominal model breaks it beyond what these parameters can
+        mend, and the refit is no worse than nominal instead
     misfit_free, misfit : weighted mean square force error without and with the laws
     binding : where dissipation binds; None when it costs nothing
     sentence : the same in words
@@ -56,7 +59,9 @@ def lawful_refit(scores: GramScores, chosen: Sequence[Option]) -> dict[str, floa
     """Least squares of the chosen parameters under their physical limits, by symbol (total values).
 
     Limits are those of the catalogue on nominal plus added value: damping never drives, thruster scales and lags
-    are not negative, added mass adds. Each is checked again on the numbers that came back.
+    are not negative, added mass adds. What keeps them, and is held only where it would go beyond them, is the answer;
+    where none is found so, the quadratic programme is solved by Clarabel through cvxpy on the R factor of the
+    compressed data. Each limit is checked again on the numbers that came back.
 
     Raises
     ------
@@ -65,10 +70,12 @@ def lawful_refit(scores: GramScores, chosen: Sequence[Option]) -> dict[str, floa
     """
     values = {s: v for option in chosen for s, v in zip(option.symbols, option.start, strict=True)}
     scaled = _scaled(scores, chosen)
-    return values | scaled.totals(_within_limits(scaled)) if scaled.symbols else values
+    if not scaled.symbols:
+        return values
+    return values | scaled.totals(_within_limits(scaled))
 
 
-def _within_limits(scaled: "_Scaled") -> Array | None:
+def _within_limits(scaled: "_Scaled") -> Solution | None:
     """Least squares under the limits; None when nothing satisfies them."""
     (lower, upper), r, d = scaled.limits, scaled.factor, scaled.target
     if np.linalg.matrix_rank(r, rtol=_FLAT) == len(scaled.symbols):
@@ -78,14 +85,15 @@ def _within_limits(scaled: "_Scaled") -> Array | None:
         outwards = np.where(x <= lower, pull <= _PULL, pull >= -_PULL)
         # What keeps the limits, and is held only where it would go beyond them, is the optimum (Karush, Kuhn, Tucker).
         if ((lower <= x) & (x <= upper)).all() and outwards[held].all():
-            return x
-    from .conic import minimise  # here, because it takes half a second to load
+            return Solution(x, np.zeros((0, 0)), np.zeros((0, 0, 3, 3)))
+    from .convex_program import solve_refit  # here, because cvxpy takes half a second to load
 
-    found = minimise(r.T @ r, -r.T @ d, scaled.limits, np.zeros((0, 3, 3)), np.zeros((0, 3, 3, d.size)))
-    return None if found is None else found[0]
+    return solve_refit(scaled.shape(), r, d, scaled.limits)
 
 
-def passive_refit(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle, envelope: Envelope) -> LawfulFit:
+def passive_refit(
+    scores: GramScores, chosen: Sequence[Option], nominal: Vehicle, envelope: Envelope, strict: bool = False
+) -> LawfulFit:
     """The lawful refit with dissipation over an envelope and positive mass guaranteed, and what that costs.
 
     The damping of nominal plus chosen terms is proved dissipative by positive semidefinite matrices at the corners of
@@ -96,40 +104,47 @@ def passive_refit(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle
     ----------
     nominal : the vehicle to which the chosen options are added
     envelope : velocities relative to the water
+    strict : raise, instead of being no worse than nominal, where the law cannot be kept
 
     Raises
     ------
     RequestError
-        when the solver does not report an optimum, or a returned number breaks a constraint.
+        when the solver does not report an optimum, a returned number breaks a constraint, or, if `strict`, when the
+        nominal model breaks the law beyond what the chosen parameters can mend.
     """
     free = lawful_refit(scores, chosen)
     misfit_free = scores.loss(chosen, free)
     without = nominal.with_values(free)
     least_mass = least_margin(nominal)
     if certify(without, envelope).holds and mass_margin(without) >= least_mass:
-        sentence = price_in_words(0.0, None, True, nominal.name)
-        return LawfulFit(free, free, True, misfit_free, misfit_free, None, sentence)
-    scaled = _scaled(scores, chosen)
-    laws = laws_over(envelope, nominal, without, scaled.units, least_mass)
-    solution = None if laws.hopeless else _solved(scaled, laws.eased(-MARGIN)) or _solved(scaled, laws)
+        return LawfulFit(
+            free, free, True, misfit_free, misfit_free, None, price_in_words(0.0, None, True, nominal.name)
+        )
+    problem = _Passive(_scaled(scores, chosen), nominal, without, envelope, least_mass)
+    solution = None if problem.laws.hopeless else problem.solve(-MARGIN) or problem.solve(0.0)
     kept = solution is not None
-    if not kept:
-        laws = laws.allowing_nominal()
-        solution = _solved(scaled, laws)
+    if solution is None:
+        if strict:
+            raise RequestError(
+                f"lawful refit: no values of {', '.join(problem.scaled.symbols) or 'no parameters'} make the damping "
+                f"of {nominal.name} dissipative over the envelope {envelope.to_dict()}; "
+                "free a damping parameter, or mend the nominal ones"
+            )
+        problem.laws = problem.laws.allowing_nominal()
+        solution = problem.solve(0.0)
     values = free
-    if scaled.symbols:
-        values = free | scaled.totals(None if solution is None else solution.values)
+    if problem.scaled.symbols:
+        values = free | problem.scaled.totals(solution)
     misfit = scores.loss(chosen, values)
     price = max(0.0, misfit / max(misfit_free, 1e-300) - 1.0)
     binding = None
     if solution is not None:
-        _recheck(laws, nominal.with_values(values), scaled, solution, least_mass)
+        problem.recheck(nominal.with_values(values), solution)
         if price > NOTHING:
-            binding = _binding(laws, scaled, solution, (free, values), envelope, nominal)
-            share = scaled.size**2 / max(misfit_free * 3 * scores.tests, 1e-300)
-            binding = binding.model_copy(update={"multiplier": binding.multiplier * share})
-    sentence = price_in_words(price, binding, kept, nominal.name)
-    return LawfulFit(values, free, kept, misfit_free, misfit, binding, sentence)
+            binding = problem.binding(solution, free, values, misfit_free * 3 * scores.tests)
+    return LawfulFit(
+        values, free, kept, misfit_free, misfit, binding, price_in_words(price, binding, kept, nominal.name)
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,16 +158,16 @@ class _Scaled:
     limits: tuple[Array, Array]
     size: float
 
-    @property
-    def units(self) -> dict[str, float]:
-        """The unit of each parameter."""
-        return dict(zip(self.symbols, self.unit.tolist(), strict=True))
+    def shape(self, orthants: int = 0, degree: Exponents = (1, 1, 1), mass: bool = False) -> Shape:
+        """What the compiled programme depends on."""
+        below, above = (tuple(np.isfinite(x).tolist()) for x in self.limits)
+        return Shape(below, above, orthants, degree, mass)
 
-    def totals(self, found: Array | None) -> dict[str, float]:
+    def totals(self, solution: Solution | None) -> dict[str, float]:
         """Total values by symbol, every limit checked again."""
-        if found is None:
-            raise RequestError("lawful refit: expected an optimum, no values keep the limits; try fewer effects")
-        lower, upper = self.limits
+        if solution is None:
+            raise RequestError(NO_OPTIMUM.format("infeasible"))
+        (lower, upper), found = self.limits, solution.values
         slack = _TOLERANCE * (1.0 + np.abs(found))
         broken = (found < lower - slack) | (found > upper + slack)
         if broken.any():
@@ -177,11 +192,7 @@ def _scaled(scores: GramScores, chosen: Sequence[Option]) -> _Scaled:
     # What the data do not show beyond noise stays as it was, beside what they show.
     shown = [k for k in free if normal[k, k] > 0.0]
     if not shown:
-        raise RequestError(
-            f"lawful refit: beyond sensor noise the log says nothing about {', '.join(rows[k][0] for k in free)}; see "
-            "with 'undertow inspect' whether every thruster has its own command and every sensor works, or give a "
-            "livelier log"
-        )
+        check_shown([rows[k][0] for k in free], np.diag(normal)[free])
     normal, pull, rows = normal[np.ix_(shown, shown)], pull[shown], [rows[k] for k in shown]
     scale = 1.0 / np.sqrt(np.diag(normal))
     factor, target = _factor(normal * (scale[:, None] * scale[None, :]), pull * scale)
@@ -190,6 +201,71 @@ def _scaled(scores: GramScores, chosen: Sequence[Option]) -> _Scaled:
     size = float(np.linalg.norm(target)) or 1.0
     lower, upper = ((np.array([row[k] for row in rows]) / scale + start) / size for k in (2, 3))
     return _Scaled(tuple(row[0] for row in rows), size * scale, factor, target / size, (lower, upper), size)
+
+
+class _Passive:
+    """The programme of `passive_refit` for one model, in units of order one."""
+
+    def __init__(
+        self, scaled: _Scaled, nominal: Vehicle, without: Vehicle, envelope: Envelope, least_mass: float
+    ) -> None:
+        self.scaled, self.nominal, self.envelope, self.least_mass = scaled, nominal, envelope, least_mass
+        symbols = dict(zip(scaled.symbols, scaled.unit.tolist(), strict=True))
+        self.laws = laws_over(envelope, nominal, without, symbols, least_mass)
+
+    def solve(self, ease: float) -> Solution | None:
+        """The refit with S + allowance + ease >= 0 at the control points; None when no values do that."""
+        if not self.scaled.symbols:
+            return None
+        from .convex_program import solve_refit  # here, as in `_within_limits`
+
+        law = replace(self.laws.numbers, allowance=self.laws.numbers.allowance + ease * np.eye(3))
+        shape = self.scaled.shape(len(law.power), self.laws.degree, self.laws.mass)
+        return solve_refit(shape, self.scaled.factor, self.scaled.target, self.scaled.limits, law)
+
+    def recheck(self, vehicle: Vehicle, solution: Solution) -> None:
+        """Check both laws on the vehicle that was made of the returned numbers.
+
+        Raises
+        ------
+        RequestError
+            when one is broken by more than rounding.
+        """
+        power = vehicle_power(vehicle, self.envelope, self.laws.degree) / self.laws.scale
+        matrices = control_matrices(power, solution.slack, self.laws.degree) + self.laws.numbers.allowance
+        least = np.linalg.eigvalsh(matrices)[..., 0]
+        if least.min() < -_TOLERANCE:
+            raise RequestError(
+                f"lawful refit: the solution breaks dissipation by {-least.min():.2g} of the power scale; "
+                "try fewer effects"
+            )
+        if mass_margin(vehicle) < self.least_mass - _TOLERANCE:
+            raise RequestError(
+                f"lawful refit: the solution's mass matrix has an eigenvalue of {mass_margin(vehicle):.2g} of the "
+                "rigid body's; try fewer effects"
+            )
+
+    def binding(self, solution: Solution, free: dict[str, float], values: dict[str, float], misfit: float) -> Binding:
+        """The control point with the largest multiplier, and the parameter whose move costs the fit most.
+
+        Parameters
+        ----------
+        misfit : weighted sum of squares without the laws
+        """
+        relief = np.trace(solution.pull, axis1=2, axis2=3) / self.laws.scale
+        orthant, point = np.unravel_index(int(np.argmax(relief)), relief.shape)
+        push = np.einsum("oqij,qijm,omk->k", solution.pull, basis(self.laws.degree).lift, self.laws.numbers.slope)
+        moved = np.array([values[s] - free[s] for s in self.scaled.symbols]) / self.scaled.unit
+        k = int(np.argmax(np.abs(push * moved)))
+        symbol = self.scaled.symbols[k]
+        return Binding(
+            state=corner_state(self.envelope, int(orthant), int(point), self.laws.degree),
+            multiplier=float(relief[orthant, point]) * self.scaled.size**2 / max(misfit, 1e-300),
+            symbol=symbol,
+            wanted=free[symbol],
+            allowed=values[symbol],
+            unit=self.nominal.parameter(symbol).unit,
+        )
 
 
 def _factor(normal: Array, pull: Array) -> tuple[Array, Array]:
@@ -202,58 +278,3 @@ def _factor(normal: Array, pull: Array) -> tuple[Array, Array]:
     flat = size <= _FLAT * size.max()
     root = np.sqrt(np.where(flat, size.max(), size))
     return root[:, None] * vectors.T, np.where(flat, 0.0, vectors.T @ pull) / root
-
-
-def _solved(scaled: _Scaled, laws: Laws) -> Solution | None:
-    """The refit under the laws; None when no values keep them."""
-    if not scaled.symbols:
-        return None
-    r, d = scaled.factor, scaled.target
-    return laws.minimise(r.T @ r, r.T @ d, scaled.limits)
-
-
-def _recheck(laws: Laws, vehicle: Vehicle, scaled: _Scaled, solution: Solution, least_mass: float) -> None:
-    """Check both laws on the vehicle that was made of the returned numbers.
-
-    Raises
-    ------
-    RequestError
-        when one is broken by more than rounding.
-    """
-    x = np.array([vehicle.value(symbol) for symbol in scaled.symbols]) / scaled.unit
-    least = float(np.linalg.eigvalsh(laws.matrices(x, solution.slack)[0])[..., 0].min())
-    if least < -_TOLERANCE:
-        raise RequestError(
-            f"lawful refit: the solution breaks dissipation by {-least:.2g} of the power scale; try fewer effects"
-        )
-    mass = mass_margin(vehicle)
-    if mass < least_mass - _TOLERANCE:
-        raise RequestError(
-            f"lawful refit: the solution's mass matrix has an eigenvalue of {mass:.2g} of the rigid body's; "
-            "try fewer effects"
-        )
-
-
-def _binding(
-    laws: Laws,
-    scaled: _Scaled,
-    solution: Solution,
-    totals: tuple[dict[str, float], dict[str, float]],
-    envelope: Envelope,
-    nominal: Vehicle,
-) -> Binding:
-    """The control point with the largest multiplier, and the parameter whose move costs the fit most."""
-    free, values = totals
-    relief = np.trace(solution.pull, axis1=2, axis2=3) / laws.scale
-    orthant, point = np.unravel_index(int(np.argmax(relief)), relief.shape)
-    push = np.einsum("oqij,qijm,omk->k", solution.pull, basis(laws.degree).lift, laws.slope)
-    moved = np.array([values[s] - free[s] for s in scaled.symbols]) / scaled.unit
-    symbol = scaled.symbols[int(np.argmax(np.abs(push * moved)))]
-    return Binding(
-        state=corner_state(envelope, int(orthant), int(point), laws.degree),
-        multiplier=float(relief[orthant, point]),
-        symbol=symbol,
-        wanted=free[symbol],
-        allowed=values[symbol],
-        unit=nominal.parameter(symbol).unit,
-    )

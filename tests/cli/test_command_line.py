@@ -79,7 +79,7 @@ for verb in {VERBS}:
         app([verb, "--help"])
     except SystemExit as end:
         assert end.code == 0, verb
-heavy = {{"numpy", "scipy", "pandas", "matplotlib", "clarabel", "pysindy", "sklearn", "joblib", "yaml", "torch"}}
+heavy = {{"numpy", "scipy", "pandas", "matplotlib", "cvxpy", "pysindy", "sklearn", "joblib", "yaml", "torch"}}
 print(sorted(heavy & set(sys.modules)), file=sys.stderr)
 """
     ran = process(sys.executable, "-c", code, cwd=tmp_path)

@@ -10,7 +10,7 @@ from pathlib import Path
 from ...measurements.log_options import AS_GUESSED, Reading
 from ...measurements.prepared_logs import FOLDS
 
-PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "clarabel", "matplotlib")
+PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "cvxpy", "clarabel", "matplotlib")
 
 
 def versions() -> dict[str, str]:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ...comparison.facts import Comparison
+from ...discovery.candidates.effect_forces import found_forces
 from ...discovery.candidates.nuisance import holds_guesses
-from ...exports.effect_forces import found_forces
 from ...exports.mcap_series import Prediction, mcap_installed, write_series
 from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections

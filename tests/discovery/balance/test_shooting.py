@@ -198,7 +198,7 @@ def test_no_block_holds_rollouts_of_two_logs(nominal: Vehicle) -> None:
     logs = [log.slice(0, 900), replace(log.slice(900, 1000), source="b"), log.slice(1000, 2400), log.slice(0, 700)]
     form = Shooting(logs, nominal)
     assert form.block.max() == 15
-    ends = np.cumsum([10 * starts.size for starts in form._data.starts])[:-1]
+    ends = np.cumsum([10 * starts.size for starts in form.data.starts])[:-1]
     assert (form.block[ends] == form.block[ends - 1] + 1).all()
     assert Shooting(logs, nominal, ShootingSettings(blocks=2)).block.max() == 3
 
@@ -212,7 +212,7 @@ def test_time_steps_that_do_not_fit_together_are_refused(nominal: Vehicle) -> No
     coarse, finer = driven(nominal, 60.0), replace(driven(nominal, 60.0, step=0.04), source="run 2")
     with pytest.raises(RequestError, match=r"integration step of 0\.1 s, got 0\.04 s in run 2; prepare all logs"):
         Shooting([coarse, finer], nominal)
-    assert Shooting([coarse, driven(nominal, 60.0, step=0.05)], nominal)._data.stride == (1, 2)
+    assert Shooting([coarse, driven(nominal, 60.0, step=0.05)], nominal).data.stride == (1, 2)
 
 
 def test_the_polish_wants_parameters(nominal: Vehicle) -> None:

@@ -13,7 +13,7 @@ from undertow.discovery.calibration.followed_effects import followed, followed_b
 from undertow.discovery.calibration.following import Beforehand, Follower, Update, known_beforehand, watch_from
 from undertow.discovery.calibration.forgetting_fit import AdaptSettings
 from undertow.discovery.calibration.rehearsed_alarms import rehearsed_widening
-from undertow.discovery.lawful.affine_laws import certify
+from undertow.discovery.lawful.certify import certify
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
 from undertow.physics.motion import Motion

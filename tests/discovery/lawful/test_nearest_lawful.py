@@ -1,10 +1,12 @@
-"""The nearest lawful values are those of the whole programme, and values that keep the laws stay as they are."""
+"""The nearest lawful values are those that cvxpy finds, and values that keep the laws stay as they are."""
 
 import numpy as np
 import pytest
 
-from undertow.discovery.lawful.affine_laws import certify
+from undertow.discovery.lawful.certify import certify
+from undertow.discovery.lawful.convex_program import solve_refit
 from undertow.discovery.lawful.nearest_lawful import LawfulSet
+from undertow.discovery.lawful.program_data import Shape
 from undertow.physics.frames import Array
 from undertow.physics.laws.damping_power import Envelope, mass_margin
 from undertow.physics.vehicle import Vehicle, load_vehicle
@@ -24,16 +26,18 @@ def set_of(vehicle: Vehicle) -> LawfulSet:
     return LawfulSet(vehicle, UNITS, limits_of(vehicle), SEA)
 
 
-def test_it_is_the_point_that_the_programme_of_all_orthants_finds():
+def test_it_is_the_point_that_cvxpy_finds():
     lawful = set_of(HULL)
     laws, rng = lawful._laws, np.random.default_rng(1)
     low, high = (limit / UNIT for limit in limits_of(HULL))
+    below, above = (tuple(np.isfinite(x).tolist()) for x in (low, high))
+    shape = Shape(below, above, len(laws.numbers.power), laws.degree, True)
     start, moved = np.array([HULL.value(s) for s in UNITS]) / UNIT, 0
     for _ in range(6):
         root = 0.2 * rng.standard_normal((UNIT.size, UNIT.size)) + np.diag(rng.uniform(1.0, 3.0, UNIT.size))
         guess = start + rng.standard_normal(UNIT.size) * [0.5, 1, 1, 1, 3, 3, 1, 1]
         found = lawful.nearest(guess * UNIT, root.T @ root / np.outer(UNIT, UNIT))
-        wanted = laws.minimise(root.T @ root, root.T @ root @ guess, (low, high))
+        wanted = solve_refit(shape, root, root @ guess, (low, high), laws.numbers)
         assert wanted is not None
         assert found / UNIT == pytest.approx(wanted.values, abs=1e-6)
         vehicle = HULL.with_values(dict(zip(UNITS, found.tolist(), strict=True)))

@@ -11,14 +11,15 @@ from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
+from undertow.discovery.lawful import convex_program
 from undertow.discovery.lawful import refit as lawful
-from undertow.discovery.lawful.affine_laws import Laws, certify
+from undertow.discovery.lawful.certify import certify
+from undertow.discovery.lawful.program_data import Shape
 from undertow.discovery.lawful.refit import passive_refit
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
-from undertow.physics.frames import Array
 from undertow.physics.laws.damping_power import Envelope, envelope_of, mass_margin, worst_dissipation
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
@@ -123,6 +124,8 @@ def test_a_nominal_model_that_breaks_the_law_is_said_to():
     motion = log_of(SHIP, 2)
     scores, chosen = refit_problem(motion, SHIP, ["surge_quadratic_damping", "sway:|u|r"])
     box = envelope_of([motion], SHIP)
+    with pytest.raises(RequestError, match=r"no values of .* make the damping of CyberShip II dissipative"):
+        passive_refit(scores, chosen, SHIP, box, strict=True)
     found = passive_refit(scores, chosen, SHIP, box)
     assert not found.kept
     assert "creates energy in a part of the envelope" in found.sentence
@@ -134,7 +137,7 @@ def test_free_damping_mends_a_nominal_model_that_breaks_the_law():
     motion = log_of(SHIP, 2)
     scores, chosen = refit_problem(motion, SHIP, ["sway_yaw_coupling", "sway_linear_damping", "yaw_linear_damping"])
     box = envelope_of([motion], SHIP)
-    found = passive_refit(scores, chosen, SHIP, box)
+    found = passive_refit(scores, chosen, SHIP, box, strict=True)
     assert found.kept
     assert worst_dissipation(SHIP.with_values(found.values), box).power == 0.0
 
@@ -142,14 +145,14 @@ def test_free_damping_mends_a_nominal_model_that_breaks_the_law():
 def test_a_solution_that_breaks_the_law_is_an_error(monkeypatch: pytest.MonkeyPatch):
     motion, nominal = driven()
     scores, chosen = refit_problem(motion, nominal, ["sway_yaw_coupling"])
-    solve = Laws.minimise
+    solve = convex_program.solve_refit
 
-    def careless(self: Laws, normal: Array, pull: Array, limits: tuple[Array, Array]):
-        found = solve(self, normal, pull, limits)
+    def careless(shape: Shape, factor, target, limits, law=None):
+        found = solve(shape, factor, target, limits, law)
         assert found is not None
-        return replace(found, values=found.values + 0.5)
+        return found if law is None else replace(found, values=found.values + 0.5)
 
-    monkeypatch.setattr(Laws, "minimise", careless)
+    monkeypatch.setattr(convex_program, "solve_refit", careless)
     with pytest.raises(RequestError, match="breaks dissipation"):
         passive_refit(scores, chosen, nominal, envelope_of([motion], nominal))
 
@@ -162,6 +165,18 @@ def test_mass_stays_positive_definite(monkeypatch: pytest.MonkeyPatch):
     assert found.kept
     assert mass_margin(HULL.with_values({"x_g": 2.0, "N_rdot": 0.0})) < 0.0
     assert mass_margin(HULL.with_values(found.values)) > 0.0
+
+
+def test_a_second_refit_of_the_same_shape_is_not_formulated_again():
+    motion, nominal = driven()
+    scores, chosen = refit_problem(motion, nominal, ["sway_yaw_coupling", "surge_turn_drag", "munk_moment"])
+    box = envelope_of([motion], nominal)
+    convex_program._refit.cache_clear()
+    passive_refit(scores, chosen, nominal, box)
+    formulated = convex_program._refit.cache_info().misses
+    passive_refit(scores, chosen, nominal, box)
+    assert convex_program._refit.cache_info().misses == formulated
+    assert convex_program._refit.cache_info().hits >= formulated
 
 
 def test_a_refit_of_nothing_is_the_nominal_model():

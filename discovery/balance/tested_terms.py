@@ -1,0 +1,241 @@
+"""The summands of the momentum balance along a log and its noisier copies, passed through the test functions."""
+
+from collections import deque
+from collections.abc import Sequence
+from functools import partial
+from itertools import pairwise
+from typing import NamedTuple, final
+
+import numpy as np
+
+from ...physics.delays_and_lags import first_order_lag
+from ...physics.forces import remembered_before
+from ...physics.frames import Array, earth_to_body
+from ...physics.momentum_balance import balances
+from ...physics.motion import Motion
+from ...physics.thrusters import Thruster
+from ...physics.vehicle import Vehicle
+from .late_forces import LateForces
+from .products import Key, Parts, Products, gathered, less, water
+
+_RATES = ("u_dot", "v_dot", "r_dot")
+_KEPT = (400, 200)
+"""Products that are kept: of a few shapes of each thruster and a few waters, between which a search goes to and fro."""
+_KNOWN = 4
+"""Vehicles whose parts are kept: a model's own, to which others beside it are compared."""
+_TOGETHER = 65_536
+"""Numbers that go through the test functions at once: calls are few, and memory is little beside any log's columns."""
+
+
+class Kernel(NamedTuple):
+    """Test functions over one motion: weights of a value and of a rate, rows between two, and how many there are."""
+
+    value: Array
+    rate: Array
+    stride: int
+    count: int
+
+    def apply(self, rows: Array, weights: Array) -> Array:
+        """Weighted sums of rows (..., n) about each centre, (..., count)."""
+        total = np.zeros((*rows.shape[:-1], self.count))
+        if not self.count:
+            return total
+        # A window is some strides long: each stride of rows meets each stride of weights once, in one product.
+        pieces = -(-weights.size // self.stride)
+        padded = np.zeros((pieces, self.stride))
+        padded.flat[: weights.size] = weights
+        strides = self.count + pieces - 1
+        known = min(rows.shape[-1], strides * self.stride)
+        flat, sums = rows.reshape(-1, rows.shape[-1]), total.reshape(-1, self.count)
+        few = max(1, _TOGETHER // known)
+        for k in range(0, len(flat), few):
+            some, met_by = flat[k : k + few], sums[k : k + few]
+            whole = np.zeros((len(some), strides * self.stride))
+            whole[:, :known] = some[:, :known]
+            met = (padded @ whole.reshape(-1, self.stride).T).reshape(pieces, len(some), strides)
+            for piece in range(pieces):
+                met_by += met[piece, :, piece : piece + self.count]
+        return total
+
+
+@final
+class TestedTerms(Products):
+    """Products of the balance as (copies, tests), or (1, tests) where no copy differs.
+
+    Parameters
+    ----------
+    motions : the gap-free stretches
+    velocities : (copies, n, 3) over ground for each motion; the first is the measured one
+    kernels : test functions of each motion
+    claims : (n, 3) accelerations over ground for each motion that stand in place of the measured ones
+    like : terms of other motions, whose sums of products, which are of vehicles and not of motions, are these, too
+    """
+
+    def __init__(
+        self,
+        motions: Sequence[Motion],
+        velocities: Sequence[Array],
+        kernels: Sequence[Kernel],
+        claims: Sequence[Array] | None,
+        like: "TestedTerms | None" = None,
+    ) -> None:
+        self._motions, self._kernels = motions, kernels
+        self._edges = np.cumsum([0, *(m.time.size for m in motions)])
+        self._claim = None if claims is None else np.concatenate(claims).T
+        u, v, r = np.concatenate([np.moveaxis(v, -1, 0) for v in velocities], axis=-1)
+        air = [np.zeros((m.time.size, 2)) if m.air is None else m.air for m in motions]
+        north, east = np.concatenate(air).T
+        self._known: deque[tuple[Vehicle, Parts]] = deque(maxlen=_KNOWN) if like is None else like._known
+        self._known_rates: dict[int, tuple[Array, ...]] = {}
+        self._units: dict[tuple[object, ...], Parts] = {} if like is None else like._units
+        self._thrusts = LateForces(motions)
+        heading, minutes = (
+            np.concatenate(parts) for parts in zip(*((m.heading, m.minutes) for m in motions), strict=True)
+        )
+        super().__init__(heading, (u, v, r), (north, east), minutes, _KEPT)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(copies, tests)."""
+        return self.velocity[0].shape[0], sum(kernel.count for kernel in self._kernels)
+
+    def balances(self, vehicle: Vehicle) -> Array:
+        """Inertia less force of a vehicle, (3, copies, tests) [N, N, N m]."""
+        return self.summed(self._balance(vehicle))
+
+    def difference(self, one: Vehicle, other: Vehicle) -> Array:
+        """The balance of one vehicle less that of another, (3, copies, tests): only what differs is read."""
+        parts = less(self._balance(one), self._balance(other))
+        if water(one) == water(other):
+            return self.summed(parts)
+        # Waters beside a model's own are asked for once: their products are added up along the rows and tested as one.
+        still, flowing = (
+            [{k: p for k, p in line.items() if (k[1] is None) is s} for line in parts] for s in (True, False)
+        )
+        total = self.summed((still[0], still[1], still[2]))
+        wanted: dict[Key, list[tuple[int, float, Vehicle]]] = {}
+        for axis, line in enumerate(flowing):
+            for key, (coefficient, vehicle) in line.items():
+                wanted.setdefault(key, []).append((axis, coefficient, vehicle))
+        rows = np.zeros((3, *self.velocity[0].shape))
+        for key, (first, *others) in wanted.items():
+            rate = key[0] == "rate"
+            product, sums = (self._rate(key[2], first[2]), total) if rate else (self.along(key, first[2]), rows)
+            for axis, coefficient, _ in (first, *others):
+                sums[axis] += coefficient * product
+        return total + self.passed(rows)
+
+    def unit(self, about: Vehicle, symbol: str, beside: tuple[object, ...]) -> Array:
+        """What a unit of a parameter in which the balance is linear takes off it, (3, copies, tests).
+
+        Which products it multiplies is the same in all waters.
+
+        Parameters
+        ----------
+        beside : what else its coefficients depend on
+        """
+        parts = self._units.get((symbol, *beside))
+        if parts is None:
+            without, within = (about.with_values({symbol: value}) for value in (0.0, 1.0))
+            parts = self._units[symbol, *beside] = less(self._balance(without), self._balance(within))
+        flow = water(about)
+        surge, sway, yaw = (
+            {(k[0], None if k[1] is None else flow, *k[2:]): (part[0], about) for k, part in line.items()}
+            for line in parts
+        )
+        return self.summed((surge, sway, yaw))
+
+    def _balance(self, vehicle: Vehicle) -> Parts:
+        for known, parts in self._known:
+            if known is vehicle:
+                return parts
+        lines = balances(vehicle)
+        rows = [[(key, -coefficient, v) for key, coefficient, v in row] for row in self.force_parts(lines, vehicle)]
+        for row, line in zip(rows, lines, strict=True):
+            for term in line.inertia:
+                axis = _RATES.index(term.factors[0])
+                row.append((("rate", water(vehicle) if axis < 2 else None, axis), term.coefficient, vehicle))
+        self._known.append((vehicle, gathered(rows)))
+        return self._known[-1][1]
+
+    def worked_out(self, key: Key, vehicle: Vehicle) -> Array:
+        """The product that a key stands for, the tested derivatives among them."""
+        if key[0] == "rate":
+            return self._rate(key[2], vehicle)
+        return self._push(key[2], vehicle.thrusters[key[2]]) if key[0] == "push" else super().worked_out(key, vehicle)
+
+    def forget(self) -> None:
+        """Keep no products and no forces."""
+        super().forget()
+        self._known_rates.clear()
+        self._thrusts.forget()
+
+    def passed(self, rows: Array) -> Array:
+        """Rows (..., n) through the test functions, (..., tests)."""
+        return self._test(rows, [kernel.value for kernel in self._kernels])
+
+    def wake(self, axis: int, vehicle: Vehicle) -> Array:
+        """The wake memory from what it holds at the beginning of each motion, (copies, rows)."""
+        velocity, constant = self.relative(vehicle)[axis], vehicle.values["memory_time"]
+        found = np.empty_like(velocity)
+        for motion, (start, stop) in zip(self._motions, pairwise(self._edges), strict=True):
+            begin = remembered_before(vehicle, motion)[axis - 1]
+            for row, kept in zip(velocity[:, start:stop], found[:, start:stop], strict=True):
+                kept[:] = first_order_lag(row, constant, motion.time_step, begin)
+        return found
+
+    def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
+        """Force [N] and load [N s/m] of a thruster, (1, rows) each: commands have no noise."""
+
+        def at(rows: tuple[int, ...]) -> Array:
+            return self._thrusts.shifted(index, unit, rows)
+
+        force, load = self._thrusts.between(unit, at, np.diff(self._edges).tolist())
+        return force[None], load[None]
+
+    def _push(self, index: int, thruster: Thruster) -> Array:
+        """The force of a thruster of a gain of one through the test functions, (1, tests)."""
+        unit = thruster.unit
+        shape = ("whole", index, unit.prompt_shape, unit.thrust_rate)
+
+        def at(rows: tuple[int, ...]) -> Array:
+            return self._still.of((*shape, rows), partial(tested, rows))
+
+        def tested(rows: tuple[int, ...]) -> Array:
+            return self.passed(self._thrusts.shifted(index, unit, rows)[:1])
+
+        return self._thrusts.between(unit, at, [kernel.count for kernel in self._kernels])
+
+    @property
+    def of_rows(self) -> tuple[Array, Array]:
+        """Heading [rad] and minutes since the beginning of the log, (rows,) each."""
+        return self.heading, self._minutes
+
+    def _rate(self, axis: int, vehicle: Vehicle) -> Array:
+        """The tested derivative of a relative velocity, or of a claimed one, (copies, tests)."""
+        if self._claim is None:
+            measured, *flowing = self._rates(axis)
+            parts = zip(water(vehicle), flowing, strict=True) if axis < 2 else ()
+            return measured - sum(speed * rate for speed, rate in parts if speed)
+        claimed = self._claim[axis][None]
+        if axis < 2:  # less what the turning of the current adds over ground
+            drift = self.velocity[1 - axis] - self.relative(vehicle)[1 - axis]
+            claimed = claimed + (-1.0, 1.0)[axis] * drift * self.velocity[2]
+            northwards, eastwards = (rate / 60.0 for rate in water(vehicle)[2:])
+            claimed = claimed - earth_to_body(self.heading, northwards, eastwards)[axis]
+        return self.passed(claimed)
+
+    def _rates(self, axis: int) -> tuple[Array, ...]:
+        """Tested derivatives of a velocity over ground, and of what a unit of each number of the water adds to it."""
+        weights = [kernel.rate for kernel in self._kernels]
+        if axis not in self._known_rates:
+            rows = [self.velocity[axis]]
+            if axis < 2:
+                turned = [earth_to_body(self.heading, *unit)[axis][None] for unit in ((1.0, 0.0), (0.0, 1.0))]
+                rows += [*turned, *(self._minutes * one for one in turned)]
+            self._known_rates[axis] = tuple(-self._test(one, weights) for one in rows)
+        return self._known_rates[axis]
+
+    def _test(self, rows: Array, weights: Sequence[Array]) -> Array:
+        pieces = zip(self._kernels, weights, pairwise(self._edges), strict=True)
+        return np.concatenate([kernel.apply(rows[..., a:b], weight) for kernel, weight, (a, b) in pieces], axis=-1)
