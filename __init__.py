@@ -16,24 +16,24 @@ if TYPE_CHECKING:  # what editors and type checkers see of the names below, each
     from .comparison.error_limits import Limits as Limits
     from .comparison.error_limits import load_limits as load_limits
     from .comparison.models_by_name import load_model as load_model
-    from .discovery.calibration.adapt import adapt as adapt
+    from .discovery.calibration.following import adapt as adapt
     from .discovery.calibration.forgetting_fit import AdaptSettings as AdaptSettings
-    from .discovery.experiment.changed_steps import Bounds as Bounds
+    from .discovery.experiment.optimal_manoeuvre import Bounds as Bounds
+    from .discovery.factors.factors import Ensemble as Ensemble
     from .discovery.factors.factors import Factors as Factors
-    from .discovery.factors.factors_file import read_factors as read_factors
-    from .discovery.factors.factors_file import write_factors as write_factors
-    from .discovery.factors.sparse import Ensemble as Ensemble
-    from .discovery.factors.sparse import ensemble as ensemble
+    from .discovery.factors.factors import ensemble as ensemble
+    from .discovery.factors.factors import read_factors as read_factors
+    from .discovery.factors.factors import write_factors as write_factors
     from .discovery.findings import Findings as Findings
     from .discovery.settings import DiscoverySettings as DiscoverySettings
     from .exports.formats.base import Choices as Choices
     from .fleet.build_fleet import build_fleet as build_fleet
     from .fleet.diary import diary_of as diary_of
+    from .fleet.fleet_folder import merge_fleets as merge_fleets
     from .fleet.hull_changes import WatchSettings as WatchSettings
-    from .fleet.hull_estimates import Fleet as Fleet
-    from .fleet.hull_estimates import HullEstimate as HullEstimate
-    from .fleet.merging import merge_fleets as merge_fleets
-    from .fleet.read_fleet import read_fleet as read_fleet
+    from .fleet.parameter_estimates import Fleet as Fleet
+    from .fleet.parameter_estimates import HullEstimate as HullEstimate
+    from .fleet.parameter_estimates import read_fleet as read_fleet
     from .fleet.workers import Engine as Engine
     from .measurements.inspection import inspect_log as inspect_log
     from .measurements.log import Log as Log
@@ -59,9 +59,9 @@ if TYPE_CHECKING:  # what editors and type checkers see of the names below, each
     from .residuals.training.training_settings import Choice as Choice
     from .residuals.training.training_settings import TrainingSettings as TrainingSettings
     from .workflows.check import check as check
-    from .workflows.ci import ci as ci
-    from .workflows.ci import first_limits as first_limits
+    from .workflows.compare import ci as ci
     from .workflows.compare import compare as compare
+    from .workflows.compare import first_limits as first_limits
     from .workflows.compress import compress as compress
     from .workflows.control import Trial as Trial
     from .workflows.control import control as control
@@ -78,7 +78,7 @@ if TYPE_CHECKING:  # what editors and type checkers see of the names below, each
     from .workflows.report import report as report
     from .workflows.run_folder.moved_files import Moved as Moved
     from .workflows.run_folder.read import read_run
-    from .workflows.run_folder.run import Run as Run
+    from .workflows.run_folder.write import Run as Run
     from .workflows.run_folder.write import write_run as write_run
     from .workflows.train import TrainRun as TrainRun
     from .workflows.train import train as train
@@ -95,15 +95,15 @@ _PUBLIC = {
     "DiscoverySettings": "discovery.settings",
     "EFFECTS": "physics.effects",
     "Engine": "fleet.workers",
-    "Ensemble": "discovery.factors.sparse",
+    "Ensemble": "discovery.factors.factors",
     "Factors": "discovery.factors.factors",
-    "Bounds": "discovery.experiment.changed_steps",
+    "Bounds": "discovery.experiment.optimal_manoeuvre",
     "Choices": "exports.formats.base",
     "Choice": "residuals.training.training_settings",
-    "Fleet": "fleet.hull_estimates",
+    "Fleet": "fleet.parameter_estimates",
     "Findings": "discovery.findings",
     "Hull": "workflows.first_vehicle",
-    "HullEstimate": "fleet.hull_estimates",
+    "HullEstimate": "fleet.parameter_estimates",
     "Inputs": "measurements.prepared_logs",
     "WatchSettings": "fleet.hull_changes",
     "Limits": "comparison.error_limits",
@@ -116,7 +116,7 @@ _PUBLIC = {
     "Plots": "reports.page.figures.plots",
     "Recipe": "measurements.preparation.dataset",
     "RequestError": "physics.errors",
-    "Run": "workflows.run_folder.run",
+    "Run": "workflows.run_folder.write",
     "TrainRun": "workflows.train",
     "TrainingSettings": "residuals.training.training_settings",
     "Trial": "workflows.control",
@@ -124,11 +124,11 @@ _PUBLIC = {
     "VehicleError": "physics.errors",
     "WEAK": "measurements.preparation.dataset",
     "add": "workflows.discover_and_add",
-    "adapt": "discovery.calibration.adapt",
+    "adapt": "discovery.calibration.following",
     "audit": "comparison.audit",
     "build_fleet": "fleet.build_fleet",
     "check": "workflows.check",
-    "ci": "workflows.ci",
+    "ci": "workflows.compare",
     "compare": "workflows.compare",
     "compress": "workflows.compress",
     "control": "workflows.control",
@@ -136,8 +136,8 @@ _PUBLIC = {
     "discover": "workflows.discover_and_add",
     "distil": "workflows.explain",
     "export": "workflows.export",
-    "ensemble": "discovery.factors.sparse",
-    "first_limits": "workflows.ci",
+    "ensemble": "discovery.factors.factors",
+    "first_limits": "workflows.compare",
     "fit": "workflows.fit",
     "init": "workflows.init",
     "inspect_log": "measurements.inspection",
@@ -145,18 +145,18 @@ _PUBLIC = {
     "load_model": "comparison.models_by_name",
     "load_run": "workflows.run_folder.read:read_run",
     "load_vehicle": "physics.vehicle",
-    "merge_fleets": "fleet.merging",
+    "merge_fleets": "fleet.fleet_folder",
     "plan": "workflows.plan",
     "prepare": "measurements.preparation.prepare",
-    "read_factors": "discovery.factors.factors_file",
-    "read_fleet": "fleet.read_fleet",
+    "read_factors": "discovery.factors.factors",
+    "read_fleet": "fleet.parameter_estimates",
     "read_inputs": "workflows.inputs",
     "read_log": "measurements.log",
     "report": "workflows.report",
     "simulate_world": "physics.worlds.world",
     "split": "measurements.preparation.split",
     "train": "workflows.train",
-    "write_factors": "discovery.factors.factors_file",
+    "write_factors": "discovery.factors.factors",
     "write_plan": "workflows.plan",
     "write_run": "workflows.run_folder.write",
 }

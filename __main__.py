@@ -3,9 +3,9 @@
 import sys
 
 if __name__ == "__main__" or sys.argv[0].endswith(("undertow", "undertow.exe")):  # not when it is imported
-    from .cli.interruption import listen
+    from .cli.console import listen
     from .cli.linear_algebra import one_thread
-    from .physics.garbage import collect_seldom
+    from .physics.stage import collect_seldom
 
     listen()  # before anything else: what follows takes a second, in which Ctrl-C is pressed too
     collect_seldom()
@@ -28,7 +28,6 @@ from .cli.demo_verb import demo
 from .cli.diary_verb import diary
 from .cli.discover_verb import discover
 from .cli.effects_verb import effects
-from .cli.examples import below
 from .cli.explain_verb import explain
 from .cli.export_verb import export, formats
 from .cli.fit_verb import fit
@@ -36,6 +35,7 @@ from .cli.fleet_verb import fleet
 from .cli.init_verb import init
 from .cli.inspect_verb import inspect
 from .cli.merge_verb import merge
+from .cli.options import below
 from .cli.plan_verb import plan
 from .cli.report_verb import report
 from .cli.simulate_verb import amounts, simulate
@@ -79,7 +79,7 @@ def main() -> None:
 
     130 when interrupted (Ctrl-C), 143 when terminated.
     """
-    from .cli.interruption import finish
+    from .cli.console import finish
 
     open_streams()
     check_here()

@@ -5,21 +5,16 @@ from importlib import resources
 
 from nicegui import ui
 
-from ..reports.page.style import DARK, LIGHT
+from ..reports.page.markup import DARK, LIGHT
 from ..workflows.workbench_facts import HullDiary, Source
 from .session import Session
-from .views.another_log import another_log
 from .views.diary_view import diary_view
-from .views.hero import hero
-from .views.log_notes import log_notes
+from .views.hero import hero, log_notes
 from .views.missing_cards import MissingCards
 from .views.motion_view import MotionView
-from .views.networks import Networks
-from .views.numbers_view import numbers_view
-from .views.opening import Opening
-from .views.side_by_side import side_by_side
-from .views.taking_away import taking_away
-from .views.vehicle_form import vehicle_form
+from .views.opening import Opening, another_log, taking_away
+from .views.side_by_side import Networks, side_by_side
+from .views.vehicle_form import numbers_view, vehicle_form
 from .views.words import button, line, watching
 
 

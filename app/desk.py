@@ -16,11 +16,9 @@ from ..measurements.prepared_logs import Inputs
 from ..physics.errors import RequestError, VehicleError
 from ..physics.files import write_text, yaml_text
 from ..physics.vehicle import Vehicle, load_vehicle
-from ..workflows.first_vehicle import Hull
-from ..workflows.inputs import read_inputs
+from ..workflows.first_vehicle import Hull, check_wires, put_right, write_rewired
+from ..workflows.inputs import UNPROVEN, read_inputs
 from ..workflows.opened_log import OpenedLog
-from ..workflows.soundness import UNPROVEN
-from ..workflows.thrusters_put_right import check_wires, put_right, write_rewired
 from ..workflows.workbench_facts import (
     Card,
     Fit,
@@ -39,7 +37,7 @@ from .fleets import hull_diary
 from .vehicle_numbers import assumed_of, form_of
 
 if TYPE_CHECKING:
-    from ..workflows.tried_log import TriedLog
+    from ..workflows.opened_log import TriedLog
     from ..workflows.workbench import Workbench
 
 Say = Callable[[str], None]
@@ -192,7 +190,7 @@ class Desk:
         return self._open_bench.way_on(self._other_log, stand, time)
 
     def _another(self, source: Source, names: FileNames, say: Say | None = None) -> "_Other":
-        from ..workflows.tried_log import TriedLog, rows_that_judge
+        from ..workflows.opened_log import TriedLog, rows_that_judge
 
         first = self._open.inputs
         mapped = Path(source.channel_map) if source.channel_map else first.reading.channel_map

@@ -1,19 +1,115 @@
-"""What the worker of a tab is asked: what goes on meanwhile, and what went wrong."""
+"""Errands of a tab: what its worker is asked, the network in training, what goes on, and who is told of it.
+
+What the worker of a tab is asked: what goes on meanwhile, and what went wrong.
+
+Who is told of every change: the views of a tab.
+
+The work of the machine that goes on: what it is, how far it is, and since when.
+
+A network in training, in a process of its own that can be stopped.
+"""
 
 import asyncio
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import monotonic
 from typing import Any
 
 from ..physics.errors import LogError, RequestError, VehicleError
 from ..physics.stage import Stage
-from ..workflows.workbench_facts import HullDiary, Opened, Source
-from .audience import Audience
-from .spare import Spare
-from .work import Work
-from .worker import Worker, WorkerLostError
+from ..workflows.workbench_facts import HullDiary, Opened, Searched, Source, Trained
+from .steps import Step
+from .worker import Spare, Worker, WorkerLostError
+
+View = Callable[[], None]
+
+
+class Audience:
+    """Views, called after every change."""
+
+    def __init__(self) -> None:
+        self._views: list[View] = []
+
+    def watch(self, view: View) -> View:
+        """Call a view after every change, until the function that is given back is called."""
+        self._views.append(view)
+
+        def leave() -> None:
+            with suppress(ValueError):
+                self._views.remove(view)
+
+        return leave
+
+    def tell(self) -> None:
+        """Tell all views; one that fails keeps no other from being told."""
+        failed = None
+        for view in tuple(self._views):
+            try:
+                view()
+            except Exception as error:
+                failed = error
+        if failed is not None:
+            raise failed
+
+    def leave(self) -> None:
+        """Tell nobody any more."""
+        self._views.clear()
+
+
+_SHARES = 0.15
+"""By how much the shares of `physics.stage` may be wrong here: those of the demo are by up to 0.13, idle or loaded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """What goes on.
+
+    Attributes
+    ----------
+    name : of it, or of its present stage
+    begun : when it began [s]
+    stages : share that usually lies before each stage that has begun, and when that was [s]
+
+    Examples
+    --------
+    >>> work = Work("searching", 0.0).at("searching", 0.3, 2.0)
+    >>> work.left(5.0) is None, [round(end, 1) for end in work.at("weighing", 0.6, 8.0).left(8.0)]
+    (True, [3.3, 22.0])
+    """
+
+    name: str
+    begun: float
+    stages: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def behind(self) -> float | None:
+        """Share that usually lies behind it; None where nobody knows."""
+        return self.stages[-1][0] if self.stages else None
+
+    def at(self, name: str, behind: float, now: float) -> "Work":
+        """The same at a stage; of one that was behind it already, as in a second search, it is counted anew."""
+        if not behind or behind == self.behind:
+            return replace(self, name=name)
+        before = () if self.behind is not None and behind < self.behind else self.stages
+        return replace(self, name=name, stages=(*before, (behind, now)))
+
+    def left(self, now: float) -> tuple[float, float] | None:
+        """Least and most time that is left [s], at the pace of the stages so far; None where they do not tell.
+
+        What lay before the first stage is not counted: what a stage finds done already took no time here.
+        """
+        if len(self.stages) < 2:
+            return None
+        (first, begun), (behind, then) = self.stages[0], self.stages[-1]
+        took, passed, rest, since = then - begun, behind - first, 1.0 - behind, now - then
+        if passed <= _SHARES:
+            return None
+        least = max(took * (rest - _SHARES) / (passed + _SHARES) - since, 0.0)
+        most = took * (rest + _SHARES) / (passed - _SHARES) - since
+        return (least, most) if most > 0.0 else None
+
 
 LOST = (
     "The process that computes has ended: it was killed, or the memory was not enough. Your log and your steps are kept"
@@ -114,3 +210,49 @@ class Errands:
         if self.work is not None:
             self.work = self.work.at(str(line), line.behind if isinstance(line, Stage) else 0.0, monotonic())
             self._audience.tell()
+
+
+class Training:
+    """One training at a time."""
+
+    def __init__(self) -> None:
+        self._worker: Worker | None = None
+
+    async def run(
+        self,
+        network: tuple[str, int],
+        step: Step,
+        searched: Searched | None,
+        folder: Path,
+        told: Callable[[object], None],
+    ) -> Trained | None:
+        """Train a network beside the model of a step; None where it was stopped.
+
+        Parameters
+        ----------
+        network : its name, and how many epochs at most
+        searched : what was found, where something was
+        told : called with every epoch
+
+        Raises
+        ------
+        LogError, RequestError, VehicleError, RuntimeError
+            as reading the log and training do.
+        """
+        self._worker = Worker()
+        try:
+            own = folder / "training"  # two processes may not write one file
+            own.mkdir(exist_ok=True)
+            await self._worker.ask("turn_to", step.source, str(own), searched)
+            name, epochs = network
+            return await self._worker.ask("train", name, step.stand, epochs, say=told)
+        except (asyncio.CancelledError, WorkerLostError):
+            return None
+        finally:
+            self.stop()
+
+    def stop(self) -> None:
+        """End a training that goes on."""
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None

@@ -32,8 +32,8 @@ def fleet_in(source: Source | None) -> str:
 def hull_diary(fleet: str, folder: str, say: Callable[[str], None] | None = None) -> HullDiary:
     """The diary of a fleet, with its page in a folder."""
     from ..fleet.diary import diary_of
-    from ..fleet.read_fleet import read_fleet
-    from ..reports.page.diary_page import diary_page, glance
+    from ..fleet.parameter_estimates import read_fleet
+    from ..reports.page.fleet_page import diary_page, glance
 
     tell = say or (lambda line: None)
     found = read_fleet(fleet)

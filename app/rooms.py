@@ -1,6 +1,6 @@
 """What every worker needs, loaded once by the process that all of them are forked from; it loads this by its name."""
 
-from ..physics.garbage import collect_seldom, pass_over_what_is_loaded
+from ..physics.stage import collect_seldom, pass_over_what_is_loaded
 
 collect_seldom()
 

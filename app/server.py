@@ -16,7 +16,7 @@ from ..workflows.workbench_facts import Source
 from .closed_to_strangers import ClosedToStrangers
 from .file_names import SESSION
 from .fleets import fleet_in
-from .spare import Spare
+from .worker import Spare
 
 PORT, _TRIED = 8423, 20
 """The first port that is tried where none is asked for, and how many after it."""

@@ -10,15 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from ..workflows.workbench_facts import OWN_NUMBERS, Source, Trained, Way
-from .audience import Audience
-from .errands import Errands
+from .errands import Audience, Errands, Training
 from .file_names import SESSION, FileNames
 from .fleets import fleet_in
-from .same_commands import same_commands
 from .shown import Shown
-from .spare import Spare
-from .training import Training
-from .undo import History, Step
+from .steps import History, Step, same_commands
+from .worker import Spare
 
 
 class Session:

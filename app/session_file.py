@@ -12,21 +12,19 @@ from pydantic import Field
 
 from ..comparison.facts import Comparison
 from ..discovery.findings import Findings
-from ..measurements.collection import find_logs
-from ..measurements.log_digests import log_digests
-from ..physics.errors import RequestError
+from ..measurements.collection import find_logs, log_digests
+from ..physics.errors import RequestError, escaped_json
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.file_records import shown as short
 from ..physics.files import write_text
-from ..physics.in_words import listing, number
-from ..physics.printable import escaped_json
+from ..physics.presentation import listing, number
 from ..physics.reading import parse_json, parse_yaml, read_text, reason
 from ..physics.vehicle import shipped_vehicles, vehicle_from_dict
-from ..workflows.run_folder.sizes import check_bounds
+from ..workflows.run_folder.read import check_bounds
 from ..workflows.workbench_facts import Fit, Searched, Source
 from .file_names import SESSION, FileNames
 from .shown import Interval, Shown, View
-from .undo import Step
+from .steps import Step
 
 _ALIKE = 1e-6
 """Share by which a number may differ from the saved one: less than any log tells, and more than rounding."""

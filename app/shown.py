@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Literal
 
 from ..workflows.workbench_facts import OWN_NUMBERS, Card, Fit, HullDiary, Opened, Searched, Source, Stand
-from .audience import Audience
-from .errands import Errands
+from .errands import Audience, Errands
 from .file_names import FileNames
-from .undo import History, Step
+from .steps import History, Step
 
 Interval = tuple[float, float]
 

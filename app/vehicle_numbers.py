@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-from ..physics.assumed_numbers import assumed, how_sure
 from ..physics.effects import EFFECTS
-from ..physics.in_words import unit_text, words
+from ..physics.presentation import unit_text, words
+from ..physics.sources import assumed, how_sure
 from ..physics.vehicle import Vehicle, lacking
-from ..workflows.thrusters_put_right import wires_of
+from ..workflows.first_vehicle import wires_of
 from ..workflows.workbench_facts import Assumed, Field, Form, Place, Wire
 
 _RIGID_BODY = (

@@ -33,9 +33,9 @@ from torch import Tensor, nn
 from undertow.comparison.audit import Audit, audit
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.files import write_text
-from undertow.physics.frames import Array
 from undertow.physics.laws.damping_power import Envelope, damping_power
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.momentum_balance import mass_matrix
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import Model, VehicleModel

@@ -36,7 +36,7 @@ from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle
 from undertow.physics.worlds.world import Sensors, World
 from undertow.residuals.models.band_record import QUANTITIES
-from undertow.residuals.prediction_band import ROOM, HeldPredictions, held_predictions
+from undertow.residuals.series import ROOM, HeldPredictions, held_predictions
 
 GROUPS = ("plant", "file", "no name")
 """Groups of foreign kinds whose boat and whose sensors are the same on another day."""

@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from undertow.physics.frames import Array
 from undertow.physics.laws.audit.trial import possible_commands, reachable
 from undertow.physics.laws.damping_power import damping_power
 from undertow.physics.laws.energy import full_force
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.momentum_balance import mass_matrix
+from undertow.physics.motion import Array
 from undertow.physics.thrusters import TableCurve, Thruster, command_of
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.typical_effects import random_hull

@@ -18,11 +18,10 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from undertow.discovery.discover import find_missing
-from undertow.physics.averages import area_average
 from undertow.physics.errors import RequestError
-from undertow.physics.frames import Array
-from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
+from undertow.physics.integration import simulate_motion
+from undertow.physics.motion import Array, Motion
+from undertow.physics.sampled_series import area_average
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP, programme

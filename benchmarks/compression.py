@@ -20,9 +20,8 @@ import numpy as np
 from measured import Figures
 from scipy.linalg import get_blas_funcs, get_lapack_funcs
 
-from undertow.discovery.factors.factors import Column, Factors, compress, triangular
-from undertow.discovery.factors.sparse import ensemble
-from undertow.measurements.statistics.single_threaded import single_threaded
+from undertow.discovery.factors.factors import Column, Factors, compress, ensemble, triangular
+from undertow.measurements.statistics.processors import single_threaded
 
 COLUMNS, BLOCKS = 20, 100
 COEFFICIENTS = np.where(np.arange(COLUMNS) % 4 == 0, 1.0 + 0.1 * np.arange(COLUMNS), 0.0)

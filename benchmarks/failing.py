@@ -26,7 +26,7 @@ from undertow.physics.worlds.typical_effects import random_hull, typical_effect,
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.discover_and_add import discover
 from undertow.workflows.inputs import read_inputs
-from undertow.workflows.run_folder.run import Run
+from undertow.workflows.run_folder.write import Run
 
 OUTSIDE = {"steady_current", "mean_wind", "apparent_wind"}
 LATE = {"thruster_lag", "input_delay"}

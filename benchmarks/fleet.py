@@ -34,8 +34,7 @@ import undertow
 from undertow.fleet.build_fleet import FleetBuilt, build_fleet
 from undertow.fleet.fleet_folder import read_index
 from undertow.fleet.hull_factors import hull_factors
-from undertow.fleet.parameter_estimates import estimated
-from undertow.fleet.read_fleet import read_fleet
+from undertow.fleet.parameter_estimates import estimated, read_fleet
 from undertow.fleet.workers import Engine
 from undertow.physics.motion import Motion
 from undertow.physics.worlds.world import NOISE, World, random_hull, simulate_world

@@ -25,20 +25,20 @@ from itertools import pairwise
 import numpy as np
 
 import undertow
-from undertow.discovery.calibration.change_watch import AlarmSettings
-from undertow.discovery.calibration.followed_effects import followed, followed_by_default
+from undertow.discovery.calibration.change_watch import AlarmSettings, Rehearsal
 from undertow.discovery.calibration.following import (
     Follower,
     Update,
+    followed,
+    followed_by_default,
     informing_rows,
     known_beforehand,
     watch_from,
 )
 from undertow.discovery.calibration.forgetting_fit import AdaptSettings
-from undertow.discovery.calibration.rehearsed_alarms import Rehearsal
 from undertow.discovery.candidates.nuisance import calibratable
-from undertow.physics.garbage import clear_up, collect_seldom
 from undertow.physics.motion import Motion
+from undertow.physics.stage import clear_up, collect_seldom
 from undertow.physics.vehicle import Vehicle
 from undertow.physics.worlds.world import NOISE, World, random_hull
 

@@ -13,9 +13,9 @@ from study.fleets import simulated as estimates_of
 
 from undertow.fleet.build_fleet import build_fleet
 from undertow.fleet.diary import diary_of
-from undertow.fleet.read_fleet import read_fleet
+from undertow.fleet.parameter_estimates import read_fleet
 from undertow.fleet.workers import Engine
-from undertow.reports.page.diary_page import diary_page
+from undertow.reports.page.fleet_page import diary_page
 
 DAYS = 180
 """Days of the boats of a diary: half a year."""

@@ -6,9 +6,9 @@ import numpy as np
 from boats import dragged, ends, function, scaled, sister, thruster
 from planted import Case, Draw, Make
 
-from undertow.physics.frames import Array
 from undertow.physics.laws.energy import full_force
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.momentum_balance import mass_matrix
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model
 

@@ -20,10 +20,10 @@ from study.records import Kept, Script, in_a_table
 from study.worlds import ALL, STEP, Part, draw
 
 from undertow.discovery.basis import choose
-from undertow.discovery.search.chance import REHEARSALS, Rehearsals
 from undertow.discovery.search.floating import Search
+from undertow.discovery.search.surrogates import REHEARSALS, Rehearsals
 from undertow.discovery.settings import DiscoverySettings
-from undertow.measurements.statistics.single_threaded import single_threaded
+from undertow.measurements.statistics.processors import single_threaded
 
 PACKAGES = ("physics", "measurements", "discovery")
 """Packages whose source decides the results."""

@@ -30,13 +30,11 @@ from joblib import Parallel, delayed
 from measured import Figures, measure_parts
 from study.fleets import DAY, PARAMETERS, START, Scatter, happening, simulated
 
-from undertow.fleet.boat_days import boat_days
+from undertow.fleet.boat_days import boat_days, day_scatter, levels, odd, pool
 from undertow.fleet.causes import Ray, rays
-from undertow.fleet.day_scatter import day_scatter
-from undertow.fleet.fleet_changes import fleet_changes
+from undertow.fleet.diary import fleet_changes
 from undertow.fleet.hull_changes import YEAR, WatchSettings, alarms, watched
-from undertow.fleet.pooling import levels, odd, pool
-from undertow.reports.diary_facts import Cause
+from undertow.reports.hull_diary import Cause
 
 SEEDS = {"tuning": 0, "reporting": 1_000_000}
 SCATTERS = {"normal": Scatter(), "t of 6 degrees": Scatter(tails=6.0), "remembered by 0.3": Scatter(memory=0.3)}

@@ -26,8 +26,7 @@ from study.worlds import PARTS, Case, draw
 
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import find_missing
-from undertow.discovery.experiment.changed_steps import Bounds
-from undertow.discovery.experiment.optimal_manoeuvre import Driven, shortest
+from undertow.discovery.experiment.optimal_manoeuvre import Bounds, Driven, shortest
 from undertow.discovery.selection import select
 from undertow.discovery.settings import DiscoverySettings
 from undertow.exports.missions.base import Mission

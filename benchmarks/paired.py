@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from undertow.measurements.statistics.paired import paired_difference
+from undertow.measurements.statistics.blocks import paired_difference
 
 RATE, SPACING = 10, 5
 """Rows a second, and rows between the starts of rollouts."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from boats import dragged, ends, function, newtons, scaled, sister, window, without_damping
 
-from undertow.physics.frames import Array
 from undertow.physics.laws.damping_power import damping_power
 from undertow.physics.laws.energy import full_force
-from undertow.physics.matrices import coriolis_matrix, mass_matrix, thruster_matrix
+from undertow.physics.momentum_balance import coriolis_matrix, mass_matrix, thruster_matrix
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.foreign import FunctionModel

@@ -20,9 +20,8 @@ from measured import Figures
 import undertow
 from undertow.discovery.balance.base import WeakSettings
 from undertow.fleet.fleet_folder import FleetLog, has_factors, index_of, iso, keep_factors, write_index
-from undertow.fleet.hull_factors import hull_factors
-from undertow.fleet.hull_factors_file import to_bytes
-from undertow.fleet.read_fleet import read_fleet
+from undertow.fleet.hull_factors import hull_factors, to_bytes
+from undertow.fleet.parameter_estimates import read_fleet
 from undertow.fleet.workers import Engine, local_cluster, mapped
 from undertow.measurements.log_options import AS_GUESSED
 from undertow.physics.motion import Motion

@@ -26,7 +26,7 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from reading import INSPECT
 
-from undertow.physics.frames import body_to_earth
+from undertow.physics.motion import body_to_earth
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.simulated_log import SimulatedLog
 from undertow.physics.worlds.world import simulate_world

@@ -17,11 +17,11 @@ import numpy as np
 from measured import Figures
 from scipy.integrate import solve_ivp
 
-from undertow.measurements.statistics.single_threaded import single_threaded
+from undertow.measurements.statistics.processors import single_threaded
 from undertow.physics.forces import actuation
-from undertow.physics.matrices import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
+from undertow.physics.integration import rollout
+from undertow.physics.momentum_balance import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world

@@ -22,11 +22,10 @@ from sklearn.ensemble import HistGradientBoostingRegressor
 
 from undertow.measurements.preparation.dataset import DataSet
 from undertow.measurements.preparation.split import Split
-from undertow.physics.frames import Array
-from undertow.physics.motion import Motion
+from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.network_inputs import network_inputs
-from undertow.residuals.residual import same_filter
+from undertow.residuals.scores import same_filter
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.residuals.training.windows import target_acceleration

@@ -22,9 +22,8 @@ from scipy.optimize import least_squares
 
 from undertow.measurements.preparation.dataset import PAPER, WEAK
 from undertow.measurements.preparation.prepare import prepare
-from undertow.physics.frames import Array
-from undertow.physics.motion import Motion
-from undertow.physics.simulation import Legs, rollouts
+from undertow.physics.integration import Legs, rollouts
+from undertow.physics.motion import Array, Motion
 from undertow.physics.thrusters import Thruster
 from undertow.physics.vehicle import Vehicle, vehicle_from_dict
 

@@ -21,7 +21,7 @@ import torch
 from torch.utils.data import DataLoader, TensorDataset
 
 from undertow.measurements.preparation.dataset import PAPER, DataSet
-from undertow.measurements.preparation.derive import smooth
+from undertow.measurements.preparation.resampling import smooth
 from undertow.measurements.preparation.split import Split, split
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

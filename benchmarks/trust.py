@@ -28,7 +28,7 @@ from unnamed import CAUSES, NOTHING, boats, read
 
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.files import write_json, write_text
-from undertow.physics.frames import AXES, Array
+from undertow.physics.motion import AXES, Array
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.networks.trust import Trust, stacked

@@ -24,8 +24,8 @@ from quality import pwm_boat, with_rest
 from study.planting import DEFECTS, Channels, autopilot_log
 
 import undertow
-from undertow.measurements.clean_log import write_clean
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.prepared_logs import write_clean
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.typical_effects import typical_effect

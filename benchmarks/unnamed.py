@@ -24,7 +24,7 @@ from study.foreign_forces import Foreign, causes
 
 from undertow.comparison.coverage import coverage
 from undertow.measurements.prepared_logs import Inputs
-from undertow.physics.frames import AXES
+from undertow.physics.motion import AXES
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.manoeuvres import PROGRAMMES
 from undertow.physics.worlds.typical_effects import random_hull

@@ -226,7 +226,7 @@ import sys
 import numpy as np
 from nicegui import ui
 from undertow.app.plots.time_plots import Line, Panel, TimePlots
-from undertow.reports.page.style import LIGHT
+from undertow.reports.page.markup import LIGHT
 
 @ui.page("/")
 def page():

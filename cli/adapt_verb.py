@@ -72,7 +72,7 @@ def adapt(
         from ..discovery.calibration.change_watch import AlarmSettings
         from ..discovery.calibration.following import Update
         from ..physics.errors import LogError, RequestError
-        from ..physics.garbage import clear_up
+        from ..physics.stage import clear_up
         from ..physics.vehicle import load_vehicle
         from ..workflows.follow_live import Begun, LiveSettings, Note, follow_live
 
@@ -129,8 +129,7 @@ class _Screen:
 
     def tell(self, update: "Update") -> None:
         from ..physics.files import strict_json
-        from ..reports.following_facts import followed_row
-        from ..reports.following_words import alarm_sentence, row, table_row
+        from ..reports.following_words import alarm_sentence, followed_row, row, table_row
 
         if self.begun is None:
             return
@@ -155,8 +154,7 @@ class _Screen:
         self._alarms += alarm is not None
 
     def write(self, boat: "Vehicle", out: Path | None, values: Path | None) -> None:
-        from ..physics.file_marks import on_top
-        from ..physics.files import write_text
+        from ..physics.files import on_top, write_text
         from ..reports.following_words import table_heading
 
         if self.last is None or self.begun is None:

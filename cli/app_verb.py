@@ -31,7 +31,7 @@ def app(
         from importlib.util import find_spec
 
         from ..physics.errors import RequestError
-        from ..physics.extras import how_to_install
+        from ..physics.registry_members import how_to_install
 
         if find_spec("nicegui") is None:
             raise RequestError(f"app: the workbench needs NiceGUI: {how_to_install('app')}")

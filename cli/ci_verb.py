@@ -50,9 +50,9 @@ def ci(
     with failing_clearly():
         from ..comparison.error_limits import WRITTEN_BY, load_limits
         from ..physics.errors import RequestError
-        from ..physics.in_words import percent
-        from ..workflows.ci import MARGIN, first_limits
-        from ..workflows.ci import ci as judge
+        from ..physics.presentation import percent
+        from ..workflows.compare import MARGIN, first_limits
+        from ..workflows.compare import ci as judge
 
         if (limits is None) == (write is None):
             raise RequestError(
@@ -83,8 +83,8 @@ def ci(
         if as_json:
             print_json(found.to_dict())
         else:
+            from ..reports.terminal.audit_screen import limits_table, verdict_text
             from ..reports.terminal.layout import BAD, GOOD
-            from ..reports.terminal.limits_screen import limits_table, verdict_text
 
             warn(found.warnings)
             tell_repairs(inputs.repairs)

@@ -58,7 +58,7 @@ def compare(
     with failing_clearly():
         from ..physics.files import write_json
         from ..workflows.compare import compare as compare_models
-        from ..workflows.run_folder.targets import check_page
+        from ..workflows.run_folder.run_files import check_page
 
         targets = (("--out", "compare", out), ("--series", "compare --series", series))
         reads = (logs, vehicle, channels, model)
@@ -73,8 +73,13 @@ def compare(
         if as_json:
             print_json(found.to_dict())
         else:
-            from ..reports.terminal.comparison_screen import best_text, comparison_table, notes_list
-            from ..reports.terminal.failures_screen import failures_table, structure_list
+            from ..reports.terminal.comparison_screen import (
+                best_text,
+                comparison_table,
+                failures_table,
+                notes_list,
+                structure_list,
+            )
             from ..reports.wording import told_of
 
             warn(found.warnings)

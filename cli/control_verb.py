@@ -39,8 +39,8 @@ def control(
     """Steer the true boat along tracks with each model, and with the truth itself."""
     with failing_clearly():
         from ..physics.worlds.world import parse_effects
-        from ..reports.terminal.control_screen import control_tables
-        from ..steering.true_boat import Surroundings
+        from ..reports.terminal.comparison_screen import control_tables
+        from ..steering.closed_loop import Surroundings
         from ..workflows.control import Trial, check_figure
         from ..workflows.control import control as steer
 

@@ -23,15 +23,15 @@ def diary(
     with failing_clearly():
         from ..fleet.diary import diary_of
         from ..fleet.hull_changes import WatchSettings
-        from ..fleet.read_fleet import read_fleet
+        from ..fleet.parameter_estimates import read_fleet
         from ..physics.files import write_text
-        from ..reports.diary_words import boat_sentences, caution, first_told, verdict
+        from ..reports.hull_diary import boat_sentences, caution, first_told, verdict
 
         settings = WatchSettings(budget, seed)
         earlier = earlier_files((("--out", "diary", out),), (fleet,), force=force)
         facts = diary_of(read_fleet(fleet), fleet.absolute().name, settings)
         if out is not None:
-            from ..reports.page.diary_page import diary_page
+            from ..reports.page.fleet_page import diary_page
 
             write_text(out, diary_page(facts))
         tell_replaced(earlier)

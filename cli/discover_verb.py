@@ -9,7 +9,7 @@ import typer
 
 from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
-from ..physics.garbage import pass_over_what_is_loaded
+from ..physics.stage import pass_over_what_is_loaded
 from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_repairs, warn
 from .init_verb import offered
 from .options import (
@@ -27,7 +27,7 @@ from .options import (
 )
 
 if TYPE_CHECKING:
-    from ..workflows.run_folder.run import Run
+    from ..workflows.run_folder.write import Run
     from ..workflows.train import TrainRun
 
 _FORKED = ("numpy.fft", "numpy.ma", "undertow.exports.mcap_file")
@@ -120,12 +120,12 @@ def tell_discovery(
 
     report, force, told = how
     begun = time.perf_counter()
-    from ..measurements.statistics.second_processor import load_before_forks, steps_beside
+    from ..measurements.statistics.processors import load_before_forks, steps_beside
 
     with steps_beside(read) as steps:  # what checks, searches and tells is loaded while the logs are read
         check()
         from ..discovery.settings import DiscoverySettings
-        from ..reports.terminal import failures_screen as screen
+        from ..reports.terminal import comparison_screen as screen
         from ..reports.terminal import findings_screen as terminal
         from ..workflows.discover_and_add import chosen_ahead
         from ..workflows.discover_and_add import discover as find

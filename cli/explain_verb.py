@@ -36,7 +36,7 @@ def explain(
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
     with failing_clearly():
         from ..discovery.settings import DiscoverySettings
-        from ..reports.terminal.distillation_screen import distilled_table
+        from ..reports.terminal.effects_screen import distilled_table
         from ..workflows.explain import distil
 
         inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is, fix))

@@ -46,7 +46,7 @@ def fleet(
     with failing_clearly():
         from ..fleet.build_fleet import build_fleet
         from ..fleet.workers import Engine
-        from ..physics.in_words import listing
+        from ..physics.presentation import listing
 
         symbols = [symbol.strip() for text in follow or [] for symbol in text.split(",")]
         built = build_fleet(
@@ -82,7 +82,7 @@ def fleet(
 
 def size_of(index: "FleetIndex") -> str:
     """How much a fleet holds."""
-    from ..physics.in_words import counted, lasting
+    from ..physics.presentation import counted, lasting
 
     logs, boats = counted(len(index.logs), "log"), counted(len(index.boats), "boat")
     return f"{logs} of {boats}, {lasting(index.hours)} under way."

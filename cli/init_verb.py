@@ -46,7 +46,7 @@ def init(
 ) -> None:
     """Make a vehicle file and a channel map of a log, every number with its source."""
     with failing_clearly():
-        from ..reports.terminal.init_screen import init_screen
+        from ..reports.terminal.inspection_screen import init_screen
         from ..reports.terminal.layout import UNSURE
         from ..workflows.init import Hull
         from ..workflows.init import init as draft_of
@@ -76,7 +76,7 @@ def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:
         where nobody can be asked, or the answer is no; it says what `init` would write.
     """
     from ..physics.errors import RequestError
-    from ..physics.in_words import listing
+    from ..physics.presentation import listing
     from ..physics.vehicle import shipped_vehicles
     from ..workflows.init import init as draft_of
 

@@ -35,8 +35,7 @@ def inspect(
         from ..measurements.channels.channel_map import map_text
         from ..measurements.inspection import Inspections
         from ..physics.errors import LogError
-        from ..physics.file_marks import on_top
-        from ..physics.files import write_text
+        from ..physics.files import on_top, write_text
         from ..physics.vehicle import load_vehicle
         from ..workflows.inspect import look_over
 

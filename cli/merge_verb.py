@@ -17,7 +17,7 @@ def merge(
 ) -> None:
     """Join fleets in one folder; a log that is in several is there once."""
     with failing_clearly():
-        from ..fleet.merging import merge_fleets
+        from ..fleet.fleet_folder import merge_fleets
 
         merged = merge_fleets(fleets, out, force=force)
         say(f"{out}: {size_of(merged)}")

@@ -31,9 +31,8 @@ def plan(
 ) -> None:
     """Find the shortest manoeuvre that tells look-alikes apart, and write it as a mission."""
     with failing_clearly():
-        from ..discovery.experiment.changed_steps import Bounds
-        from ..workflows.mission_folder import check_mission_target
-        from ..workflows.plan import place_at, write_plan
+        from ..discovery.experiment.optimal_manoeuvre import Bounds
+        from ..workflows.plan import check_mission_target, place_at, write_plan
         from ..workflows.plan import plan as planned
         from ..workflows.run_folder.moved_files import Moved
 

@@ -10,17 +10,15 @@ import numpy as np
 from ..discovery.lawful.certify import certify
 from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import Parts
-from ..physics.cards import Card
 from ..physics.errors import expect
-from ..physics.frames import Array
-from ..physics.laws.audit.base import Law, Ruling
+from ..physics.laws.audit.base import Answers, Law, Proof, Ruling, Scope, Witness
 from ..physics.laws.audit.mass import PositiveMass
 from ..physics.laws.audit.registry import LAWS
 from ..physics.laws.audit.trial import possible_commands
-from ..physics.laws.audit.witness import Answers, Proof, Scope, Witness
 from ..physics.laws.damping_power import Envelope, envelope_of
-from ..physics.matrices import coriolis_matrix
-from ..physics.motion import Motion
+from ..physics.momentum_balance import coriolis_matrix
+from ..physics.motion import Array, Motion
+from ..physics.presentation import Card
 from ..physics.reading import Plain
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel

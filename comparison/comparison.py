@@ -9,24 +9,19 @@ import numpy as np
 from ..discovery.basis import Basis
 from ..discovery.calibration.calibrate import calibrate_once
 from ..discovery.findings import Step
-from ..measurements.preparation.held_out import Fold
-from ..measurements.preparation.idle import active
-from ..measurements.preparation.split import PARTS
+from ..measurements.preparation.split import PARTS, Fold, active
 from ..measurements.prepared_logs import ALL, WHOLE, Inputs, Parts
-from ..measurements.statistics.paired import MATERIAL
+from ..measurements.statistics.blocks import MATERIAL
 from ..physics.errors import RequestError
-from ..physics.frames import AXES
-from ..physics.in_words import listing, percent
-from ..physics.motion import Motion
+from ..physics.motion import AXES, Motion
+from ..physics.presentation import listing, percent
 from ..physics.vehicle import Vehicle
 from ..residuals.models.band_record import PredictionBand
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.baselines import baselines
 from ..residuals.models.network_inputs import in_box
-from ..residuals.prediction_band import HeldPredictions, held_predictions, prediction_band
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
-from ..residuals.series import series
-from ..residuals.series_table import SeriesTable
+from ..residuals.series import HeldPredictions, SeriesTable, held_predictions, prediction_band, series
 from .audit import Audit, audit_along
 from .coverage import coverage
 from .differences import differences, rises

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..measurements.preparation.dataset import DataSet
-from ..physics.frames import Array
+from ..physics.motion import Array
 from ..residuals.models.base import Model
 from ..residuals.models.interval import LEVEL
 from ..residuals.scores import Errors, by_axis

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..discovery.findings import Rise
-from ..measurements.statistics.paired import Difference, paired_difference
+from ..measurements.statistics.blocks import Difference, paired_difference
 from ..physics.file_records import Number, Record, Whole
-from ..physics.frames import AXES, Array
-from ..physics.in_words import percent
+from ..physics.motion import AXES, Array
+from ..physics.presentation import percent
 from ..residuals.models.base import Model
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, Errors
 

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, ClassVar
 from pydantic import ConfigDict, Field
 
 from ..discovery.findings import FailingPlace
-from ..physics.cards import Card, each, from_above
 from ..physics.file_records import Flag, Number, Record, Whole, absent
-from ..physics.in_words import listing
+from ..physics.presentation import Card, each, from_above, listing
 from ..residuals.models.band_record import PredictionBand
-from ..residuals.prediction_band import HeldPredictions
 from ..residuals.scores import AccelerationRecord, ByAxis, Rollouts
+from ..residuals.series import HeldPredictions
 from .differences import PairedRecord
 from .failing.failures import Structure
 

@@ -1,18 +1,30 @@
-"""Models by name: whatever a user may put behind `--model`, and what is asked of it before it is compared."""
+"""Models by name: whatever stands behind `--model`, and whether it was fitted to the rows that judge it.
 
+Models by name: whatever a user may put behind `--model`, and what is asked of it before it is compared.
+
+Whether a model was fitted to the rows on which it is judged: what its own files say of that, as notes.
+"""
+
+import json
 import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from ..measurements.prepared_logs import Inputs, PathLike
+from ..measurements.collection import log_digests
+from ..measurements.prepared_logs import ALL, FOLDS, Inputs, PathLike
 from ..physics.errors import RequestError
 from ..physics.folders import finish
-from ..physics.reading import read_json
+from ..physics.presentation import listing
+from ..physics.reading import Plain, read_json, read_yaml
+from ..physics.sources import WHOLE
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.models.base import Model, VehicleModel
-from ..residuals.models.foreign import NO_MASS, is_function_name, load_function
+from ..residuals.models.foreign import NO_MASS, is_function_name, load_function, load_onnx
 from ..residuals.models.model_files import load_network
 from ..residuals.models.neural import SETTINGS, WEIGHTS, is_network_folder
-from ..residuals.models.onnx_model import load_onnx
 from .facts import CORRECTED, ComparedModel, Comparison
 
 MODEL_CURE = "undertow.load_model(PATH) reads one"
@@ -87,3 +99,201 @@ def _corrected(run: Path) -> ComparedModel | None:
     except (OSError, ValueError):
         return None
     return next((model for model in models if model.name == CORRECTED), None)
+
+
+_SOURCE = re.compile(rf"(?:identified by undertow from|fitted by undertow to) ({WHOLE})?([^;(]+)")
+"""How `sources` in a vehicle file name the logs, and whether to every row of them; see `physics.sources.with_sources`.
+"""
+_FITTED = ("train", "validation", ALL, FOLDS)
+"""Rows of a log of which undertow fits some; it never fits the test part, where one is kept."""
+
+Digests = Sequence[tuple[str, str | None]]
+"""Paths or names of logs, each with its SHA-256 where that is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Overlap:
+    """Judged logs to which a model was fitted: those known by their content, and those that only bear the name."""
+
+    same: tuple[str, ...]
+    alike: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """A model, and to which logs it was fitted, as far as its files say.
+
+    Attributes
+    ----------
+    path : as the user gave it; empty for the nominal one
+    model : which one; its name is that under which it is compared
+    logs : to which it was fitted; empty where no file says
+    overlap : which of the judged logs are among them
+    whole : it was fitted to every row of its logs
+    """
+
+    path: str
+    model: Model
+    logs: Digests
+    overlap: Overlap
+    whole: bool
+
+    @property
+    def apart(self) -> bool:
+        """Whether it is known to come from other logs than the judged ones."""
+        return bool(self.logs) and not (self.overlap.same or self.overlap.alike)
+
+    def saw(self, judge: str) -> bool:
+        """Whether it was fitted to rows of its logs that judge."""
+        return self.whole or judge in _FITTED
+
+    def surely_saw(self, judge: str) -> bool:
+        """Whether it was surely fitted to rows that judge: the content of a judged log is that of one of its own."""
+        return bool(self.overlap.same) and self.saw(judge)
+
+
+def fitted_to(models: Sequence[tuple[str, Model]], paths: Sequence[str]) -> list[Fitted]:
+    """What the files of models say of the logs to which these were fitted.
+
+    Parameters
+    ----------
+    models : path as the user gave it, and model; an empty path for the nominal one
+    paths : of the logs that are judged; what they hold is known by their SHA-256, wherever they lie now
+
+    Returns
+    -------
+    list of Fitted
+        One of each model, in their order.
+    """
+    records = [logs_of(path, model) for path, model in models]
+    judged = _pairs(log_digests(paths if any(records) else ()))  # where no record is, no log need be read again
+    return [
+        Fitted(path, model, record, overlap(record, judged), _saw_everything(path, model))
+        for (path, model), record in zip(models, records, strict=True)
+    ]
+
+
+def fitted_notes(models: Sequence[Fitted], judge: str) -> list[str]:
+    """Sentences that name every model that was fitted to the judged logs, or of which nobody can know.
+
+    Parameters
+    ----------
+    models : see `fitted_to`
+    judge : what judges, see `Parts`
+
+    Returns
+    -------
+    list of str
+        Empty where every model is known to come from other logs.
+    """
+    sure: dict[tuple[str, ...], list[Fitted]] = {}
+    perhaps: dict[tuple[str, ...], list[Fitted]] = {}
+    for one in models:
+        if one.overlap.same:
+            sure.setdefault(one.overlap.same, []).append(one)
+        elif one.overlap.alike:
+            perhaps.setdefault(one.overlap.alike, []).append(one)
+    told = []
+    for of, known_by in (("", sure), (" of the same name", perhaps)):
+        for logs, known in known_by.items():
+            for saw in (True, False):
+                names = [one.model.name for one in known if one.saw(judge) is saw]
+                told += [_sentence(names, logs, of, judge if saw else "")] if names else []
+    unknown = [one.model.name for one in models if one.path and not one.logs]
+    if unknown:
+        told.append(
+            f"whether {listing(unknown)} {_were(unknown)} fitted to the judged rows cannot be known: no file of "
+            f"{'it' if len(unknown) == 1 else 'them'} says to which logs"
+        )
+    return told
+
+
+def overlap(record: Digests, judged: Digests) -> Overlap:
+    """Which of the judged logs a model was fitted to: by their SHA-256 where both are known, else by their names."""
+    same, alike = [], []
+    for path, digest in judged:
+        for other, known in record:
+            if digest and known:
+                if digest == known:
+                    same.append(Path(path).name)
+                    break
+            elif Path(other).name == Path(path).name:
+                alike.append(Path(path).name)
+                break
+    return Overlap(tuple(same), tuple(alike))
+
+
+def logs_of(path: str | os.PathLike[str], model: Model) -> Digests:
+    """The logs that a model was fitted to, with their SHA-256 where its files know them; empty where none says."""
+    source = Path(path)
+    folder = source if source.is_dir() else source.parent
+    whole = source.is_dir() or source.name == SETTINGS
+    if os.fspath(path) and whole and is_network_folder(folder):
+        return _recorded(_read(folder / SETTINGS).get("training"))
+    if record := _run_record(path):
+        return _recorded(record)
+    # A network or a foreign model carries the nominal vehicle, whose sources are not its own.
+    return _named_in(model.vehicle) if isinstance(model, VehicleModel) else []
+
+
+def _saw_everything(path: str | os.PathLike[str], model: Model) -> bool:
+    """Whether a model was fitted to all rows of its logs: a discovery that folds judged keeps no test part."""
+    if record := _run_record(path):
+        return record.get("judged_on") == FOLDS
+    return isinstance(model, VehicleModel) and any(every for every, _ in _told_of(model.vehicle))
+
+
+def _run_record(path: str | os.PathLike[str]) -> Plain:
+    """How a run was made, of its folder or of the model.yaml in it; nothing where it is no run."""
+    source = Path(path)
+    folder = source.parent if source.name == "model.yaml" else source
+    return _read(folder / "run.json") if os.fspath(path) else {}
+
+
+def _told_of(vehicle: Vehicle) -> list[tuple[str, str]]:
+    """What the sources of a vehicle say of logs: `WHOLE` or nothing, and their names."""
+    return re.findall(_SOURCE, json.dumps(vehicle.sources, ensure_ascii=False))
+
+
+def _named_in(vehicle: Vehicle) -> Digests:
+    """Names of logs in the sources of a vehicle."""
+    names = (name.strip(' "}') for _, logs in _told_of(vehicle) for name in logs.split(", "))
+    return [(name, None) for name in dict.fromkeys(names)]
+
+
+def _recorded(record: Any) -> Digests:
+    """The logs of a record of a training or a run; nothing where it holds something else."""
+    found: dict[str, list[Any]] = {"log_sha256": [], "logs": []}
+    for key in found:
+        told = record.get(key) if isinstance(record, dict) else None
+        found[key] = told if isinstance(told, list) else []
+    pairs = _pairs([item for item in found["log_sha256"] if isinstance(item, dict)])
+    return pairs or [(name, None) for name in found["logs"] if isinstance(name, str)]
+
+
+def _pairs(items: Sequence[Mapping[str, str | None]]) -> Digests:
+    return [(str(item.get("path")), item.get("sha256")) for item in items]
+
+
+def _read(path: Path) -> Plain:
+    """A file of plain data; nothing where it cannot be read, about which whoever loads the model complains."""
+    try:
+        content = read_yaml(path)
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _sentence(names: Sequence[str], logs: Sequence[str], of: str, judge: str) -> str:
+    """That models saw the rows that judge, or where `judge` is empty that they saw others of the same logs."""
+    who, which = listing(list(names)), listing(list(logs))
+    whose = f"{'logs' if len(logs) > 1 else 'a log'}{of} ({which})" if of else which
+    done = f"{who} {'may have been' if of else _were(names)} fitted to"
+    if judge:
+        uncounted = "" if of or judge == "test" else ", and do not count"
+        return f"{done} rows that are judged here, of {whose}: errors there are too small{uncounted}"
+    return f"{done} the earlier parts of {whose}, but not to the test part, which judges"
+
+
+def _were(names: Sequence[str]) -> str:
+    return "was" if len(names) == 1 else "were"

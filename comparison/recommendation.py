@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..measurements.statistics.paired import Difference, paired_ratio
-from ..physics.frames import Array
-from ..physics.in_words import listing, percent
+from ..measurements.statistics.blocks import Difference, paired_ratio
+from ..physics.motion import Array
+from ..physics.presentation import listing, percent
 from ..residuals.models.base import Model
 from ..residuals.models.foreign import FunctionModel
 from ..residuals.scores import Errors

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..measurements.statistics.paired import paired_ratio
-from ..physics.frames import Array
+from ..measurements.statistics.blocks import paired_ratio
+from ..physics.motion import Array
 from ..residuals.scores import Errors
 from .differences import rolled, rows_of, squares
 

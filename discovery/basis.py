@@ -10,9 +10,8 @@ import numpy as np
 
 from ..measurements.kinematics import compass_shown
 from ..physics.effects import COMMAND_OFFSET
-from ..physics.frames import AXES, FORCE_UNITS, Array
-from ..physics.matrices import mass_matrix
-from ..physics.motion import Motion
+from ..physics.momentum_balance import mass_matrix
+from ..physics.motion import AXES, FORCE_UNITS, Array, Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import SEEING, Balance
 from .balance.long_logs import digest
@@ -23,8 +22,8 @@ from .candidates.candidate import Candidate, Kind, candidates, measurable
 from .candidates.linearisation import Linearisation
 from .candidates.nuisance import command_timing, holds_guesses
 from .candidates.unnamed_terms import features_along
-from .search.command_resolution import leaves_structure
 from .search.floating import Search
+from .search.record_errors_in_search import leaves_structure
 from .settings import DiscoverySettings
 
 COLOURED = 2.0

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..physics.in_words import words
+from ..physics.presentation import words
 from ..physics.vehicle import Vehicle
 from .candidates.candidate import Candidate, Kind
 from .evidence.invariance import Invariance
@@ -19,7 +19,7 @@ from .evidence.other_forms import Beside, OtherForms
 from .evidence.weighing import Evidence
 from .found_effects import Claim, Worth
 from .reason import Reason
-from .search.bootstrap import Interval
+from .search.estimation import Interval
 
 _FAR = 1e3
 """Size from which it does not matter any more how large a doubt is."""

@@ -6,42 +6,35 @@ from functools import partial
 
 import numpy as np
 
-from ..measurements.preparation.held_out import folds_of
-from ..measurements.statistics import second_processor
-from ..measurements.statistics.single_threaded import single_threaded
-from ..physics.cards import Card
-from ..physics.frames import Array
-from ..physics.freed_memory import hand_back
+from ..measurements.preparation.split import folds_of
+from ..measurements.statistics import processors as second_processor
+from ..measurements.statistics.processors import single_threaded
 from ..physics.laws.damping_power import envelope_of
-from ..physics.motion import Motion
-from ..physics.stage import Say
+from ..physics.motion import Array, Motion
+from ..physics.presentation import Card
+from ..physics.stage import Say, hand_back
 from ..physics.vehicle import Vehicle
 from .basis import Basis, choose
-from .calibration.beside_effects import with_calibration
+from .calibration.before_calibration import with_calibration
 from .candidates.candidate import Kind
 from .candidates.linearisation import Linearisation
 from .candidates.nuisance import CALIBRATED
 from .claims import Tests, claims, widened
-from .evidence.inclusion import inclusion
 from .evidence.invariance import invariance
-from .evidence.lasting_rest import lasting_rests
-from .evidence.limits import as_timed, at_limits, in_step
-from .evidence.other_forms import judged_in_logs, other_forms
-from .evidence.own_changes import own_changes
+from .evidence.limits import as_timed, at_limits, beside_unjudged, in_step
+from .evidence.other_forms import judged_in_logs, other_forms, own_changes
 from .evidence.record_errors import accused, beside, record_errors, without_forces
-from .evidence.unjudged_rivals import beside_unjudged
+from .evidence.unexplained import inclusion, lasting_rests
 from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
 from .findings import Calibrated, Findings, LastingRest, SensorError
-from .fold_models import FoldModels, fold_models
-from .hidden_errors import HiddenErrors
-from .hidden_sensors import beside_sensors
-from .kept_effects import settle, steps, too_short, with_untold
+from .hidden_sensors import HiddenErrors, beside_sensors
+from .kept_effects import Selected, settle, steps, too_short, with_untold
 from .lawful.passivity import Lawful, judge, lawful_model
-from .search.bootstrap import Interval, intervals
+from .run_models import FoldModels, fold_models
+from .search.estimation import Interval, intervals
 from .search.floating import State
 from .search.gram import GramScores
-from .selected import Selected
 from .settings import DiscoverySettings
 from .verdicts import Grounds, conclude, unmeasured
 

@@ -5,16 +5,14 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
-from ..physics.cards import Card, each, from_above
 from ..physics.file_records import Flag, Number, Record, Whole, absent
-from ..physics.frames import AXES
-from ..physics.in_words import number, percent, unit_text
+from ..physics.motion import AXES
+from ..physics.presentation import Card, each, from_above, number, percent, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
-from .fold_findings import Folds
-from .found_effects import FoundEffect, FoundTerm, told_probability
+from .found_effects import Folds, FoundEffect, FoundTerm, told_probability
 from .identifiability.visible import Identifiability
 from .lawful.price_of_law import Passivity
-from .search.bootstrap import Interval
+from .search.estimation import Interval
 
 if TYPE_CHECKING:
     from ..reports.page.figures.record_plots import FindingsPlots
@@ -365,7 +363,7 @@ class Findings(Card, Record):
 
     def drawings(self) -> Mapping[str, str]:
         """See `Card`."""
-        drawn: dict[str, str] = from_above("reports.page.notebook_card:of_findings")(self)
+        drawn: dict[str, str] = from_above("reports.page.figures.plots:of_findings")(self)
         return drawn
 
     def card(self) -> list[tuple[str, str]]:

@@ -1,31 +1,107 @@
-"""Errors of sensors that no other record shows, so that only forces tell of them: a lever arm, a compass turned aside.
+"""Sensor errors that no other record shows: how large they are, and the search that finds them by forces.
+
+Errors of sensors that no other record shows, so that only forces tell of them: a lever arm, a compass turned aside.
 
 A receiver that measures places and speeds where it stands and not at the origin agrees with itself, and so do speeds
 that were turned into the body by a heading that is off by a constant. What they make of a motion no hull explains but
 with many effects at once, each a stand-in; taken away, the few that are real remain.
+
+Errors of sensors that no other record shows: how large they are, what a motion is without them, and their words.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from ..measurements.statistics.second_processor import at_hand, beside, shared
+from ..measurements.kinematics import corrected_for
+from ..measurements.statistics.processors import at_hand, beside, shared
 from ..physics.errors import RequestError
-from ..physics.frames import Array
-from ..physics.motion import Motion
+from ..physics.motion import Array, Motion
 from ..physics.stage import Say, Stage
 from .basis import Basis, beside_few, choose
 from .candidates.candidate import Kind
-from .hidden_errors import NONE, HiddenErrors
-from .search.beside_errors import Beside, best_beside
-from .search.command_resolution import leaves_structure
+from .findings import SensorError
+from .found_effects import FoundTerm
+from .kept_effects import Found, Selected
 from .search.floating import Search, State
-from .selected import Found, Selected
+from .search.record_errors_in_search import Beside, best_beside, leaves_structure
 from .selection import Selection
+
+_LEAST = (0.05, 0.05, 0.02)
+"""Sizes from which an error matters [m, m, rad]."""
+ARM, COMPASS = "mount", "compass_constant"
+"""Names of the corrections for a lever arm, and for a heading that lacks something."""
+
+
+@dataclass(frozen=True, slots=True)
+class HiddenErrors:
+    """Where the sensor of places and speeds is, ahead and to starboard [m], and what a heading lacks [rad]."""
+
+    arm_x: float
+    arm_y: float
+    compass: float
+
+    @classmethod
+    def of(cls, estimate: Array) -> "HiddenErrors":
+        """From three numbers, those that do not matter taken for none."""
+        ahead, aside, turned = np.where(np.abs(estimate) >= _LEAST, estimate, 0.0).tolist()
+        return cls(ahead, aside, turned)
+
+    @classmethod
+    def told(cls, sensors: Iterable[SensorError]) -> "HiddenErrors | None":
+        """Those that findings tell; None where they tell none."""
+        found = {term.symbol: term.value for s in sensors if s.correction in (ARM, COMPASS) for term in s.terms}
+        if not found:
+            return None
+        turned = float(np.radians(found.get("misalignment", 0.0)))
+        return cls(found.get("arm_x", 0.0), found.get("arm_y", 0.0), turned)
+
+    @property
+    def many(self) -> int:
+        """How many of them there are."""
+        return int(np.count_nonzero((self.arm_x, self.arm_y, self.compass)))
+
+    def leaving(self, left: Collection[str]) -> "HiddenErrors":
+        """The same without some of them, by the names of their corrections: these stay in the motion."""
+        arm_x, arm_y = (0.0, 0.0) if ARM in left else (self.arm_x, self.arm_y)
+        return replace(self, arm_x=arm_x, arm_y=arm_y, compass=0.0 if COMPASS in left else self.compass)
+
+    def corrected(self, motion: Motion) -> Motion:
+        """A motion as it is at the origin, and along the true heading."""
+        errors = {"mount_x": self.arm_x, "mount_y": self.arm_y, "compass_constant": self.compass}
+        return corrected_for(motion, errors)
+
+    @property
+    def findings(self) -> tuple[SensorError, ...]:
+        """What is told of them."""
+        found = []
+        if max(abs(self.arm_x) / _LEAST[0], abs(self.arm_y) / _LEAST[1]) >= 1.0:
+            told = (
+                f"Places and speeds are measured {self.arm_x:+.2f} m ahead and {self.arm_y:+.2f} m to starboard of the "
+                "vehicle's origin, as the forces tell; the motion is corrected for it."
+            )
+            terms = (
+                FoundTerm(symbol="arm_x", value=self.arm_x, unit="m"),
+                FoundTerm(symbol="arm_y", value=self.arm_y, unit="m"),
+            )
+            found.append(
+                SensorError(error="antenna_arm", verdict="present", sentence=told, terms=terms, correction=ARM)
+            )
+        if abs(self.compass) >= _LEAST[2]:
+            angle = float(np.degrees(self.compass))
+            told = f"The heading lacks {angle:+.1f} degrees, as the forces tell; it and the speeds are corrected."
+            terms = (FoundTerm(symbol="misalignment", value=angle, unit="deg"),)
+            error = "compass_deviation"
+            found.append(SensorError(error=error, verdict="present", sentence=told, terms=terms, correction=COMPASS))
+        return tuple(found)
+
+
+NONE = HiddenErrors(0.0, 0.0, 0.0)
+
 
 _USUAL = (1.0, 1.0, 0.2)
 """Errors that are nothing unusual [m, m, rad]: of an antenna on a boat of one or two metres, and 11 degrees."""

@@ -4,27 +4,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
-from ..measurements.preparation.held_out import folds_of
+from ..measurements.preparation.split import folds_of
 from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle, lacking
 from .balance.base import Balance
 from .basis import LEAVES, Basis, choose
-from .calibration.beside_effects import Freed, freed
+from .calibration.before_calibration import Freed, freed
 from .candidates.candidate import Candidate, Kind, candidates, measurable, part_by_sight
 from .candidates.linearisation import Option
 from .candidates.nuisance import CALIBRATED, command_timing
 from .candidates.unnamed_terms import term_candidate
 from .findings import Findings
-from .fold_models import FoldModels, models_of_given
 from .kept_effects import on_rollouts, without_offset
 from .lawful.passivity import Lawful, judge, lawful_model
-from .rollout_selection import slender
-from .run_models import RunModels
-from .search.bootstrap import Interval, intervals
+from .run_models import FoldModels, RunModels, models_of_given
+from .search.estimation import Interval, intervals
 from .search.floating import Search, State
 from .search.gram import GramScores
+from .selection import slender
 from .settings import DiscoverySettings
 
 Step = tuple[str | None, Vehicle]

@@ -1,6 +1,6 @@
 """The doubts that a name may meet: one word of a closed list each, which carries its sentence."""
 
-from ..physics.worded import Worded
+from ..physics.file_records import Worded
 
 _IN = "Not certain: "
 _FORMER = {

@@ -1,14 +1,30 @@
-"""The models of a finished run: what is added of what it found has its numbers, and is not fitted a second way."""
+"""Models of a run: each fold's, which never saw it, and those that a finished run holds.
 
-from collections.abc import Mapping, Sequence
+The models of a finished run: what is added of what it found has its numbers, and is not fitted a second way.
+
+What a discovery would have found without a part of its log, for each of a few parts: models that never saw it.
+"""
+
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+from ..measurements.preparation.split import Fold
+from ..measurements.statistics.processors import shared
 from ..physics.effects import BY_NAME
-from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.laws.damping_power import Envelope
+from ..physics.motion import AXES, FORCE_UNITS
 from ..physics.vehicle import Vehicle
+from .candidates.linearisation import Linearisation, Option
 from .candidates.nuisance import CALIBRATED
 from .findings import Findings, Step
-from .search.bootstrap import Interval
+from .found_effects import FoldRecord, Folds
+from .kept_effects import without_offset
+from .lawful.refit import passive_refit
+from .search.estimation import Interval
+from .search.floating import Search, State
+from .search.gram import GramScores
+from .search.unseen_fold import WithoutFold, held_where_silent
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,3 +133,138 @@ def values_of_step(vehicle: Vehicle, nominal: Vehicle) -> dict[str, float]:
 
 def _label(step: Step) -> str:
     return f"{step.added}[{step.thruster}]" if step.thruster else str(step.added)
+
+
+@dataclass(frozen=True, slots=True)
+class FoldModels:
+    """Models of a discovery, each selected and fitted without one fold.
+
+    Attributes
+    ----------
+    folds : what each model has not seen
+    named : the effects of each model, of which the whole log is not unsure
+    found : the effects of the whole log that come out of the fold whatever its search begins with, or of which the rest
+        of the log shows too little
+    steps : for each step of the discovery after the nominal model, the vehicle of each fold
+    """
+
+    folds: tuple[Fold, ...]
+    named: tuple[tuple[str, ...], ...]
+    found: tuple[tuple[str, ...], ...]
+    steps: tuple[tuple[Vehicle, ...], ...]
+
+    def recorded(self, nominal: Vehicle, sources: Sequence[str]) -> tuple[FoldRecord, ...]:
+        """The folds and what their last models change of the nominal one, for logs by their sources."""
+        last = self.steps[-1] if self.steps else (nominal,) * len(self.folds)
+        return tuple(
+            FoldRecord(
+                stretches=tuple((sources.index(source), begin, end) for source, begin, end in fold.stretches),
+                values={s: value for s, value in vehicle.values.items() if value != nominal.value(s)},
+            )
+            for fold, vehicle in zip(self.folds, last, strict=True)
+        )
+
+    def counted(self, kept: Sequence[str]) -> Folds:
+        """In how many folds each effect came out, and all that were kept with no other."""
+        named = Counter(key for names in self.found for key in names)
+        every = {key: named[key] for key in dict.fromkeys((*kept, *sorted(named)))}
+        pairs = zip(self.named, self.found, strict=True)
+        same = sum(set(names) == set(sure) == set(kept) for names, sure in pairs)
+        return Folds(count=len(self.folds), same_names=same, named=every)
+
+
+def fold_models(
+    search: Search,
+    folds: Sequence[Fold],
+    state: State,
+    final: State,
+    about: tuple[Linearisation, GramScores],
+    steps: Sequence[tuple[str | None, Vehicle]],
+    envelope: Envelope,
+    untold: Collection[str] = (),
+) -> FoldModels:
+    """Select and fit anew without each fold.
+
+    Parameters
+    ----------
+    folds : of the whole log: where rollouts judge, what is too short for one is not in the search, but it is judged
+    state : what the search selected on the whole log
+    final : the part of it that was kept; what was not is kept out of the models of folds, too
+    about : columns and scores about it
+    steps : of the discovery, the nominal model first
+    envelope : over which the laws hold
+    untold : effects that are in the model and not named; they are not counted
+
+    Raises
+    ------
+    RequestError
+        when a solver fails.
+    """
+    unsure = set(search.named(state.active)) - set(search.named(final.active))
+    linear, whole = about
+    blind = [WithoutFold(search, fold) for fold in folds]
+
+    def anew(one: WithoutFold) -> tuple[tuple[str, ...], tuple[str, ...], Vehicle]:
+        scores = one.seen(linear, whole)
+        chosen, found = one.choose(linear, scores, final, untold)
+        kept = [option for key, option in chosen.items() if key not in unsure or not option.present]
+        named = one.named([option.key for option in kept if option.present and option.key not in untold])
+        sure = tuple(key for key in found if key not in unsure and key not in untold)
+        return named, sure, _fitted(scores, kept, search.nominal, envelope)
+
+    selected = shared(anew, blind)
+    named, sure = tuple(names for names, _, _ in selected), tuple(names for _, names, _ in selected)
+    last = tuple(vehicle for _, _, vehicle in selected)
+    between = _refitted(search, blind, steps[1:-1], envelope)
+    return FoldModels(tuple(folds), named, sure, (*between, last) if len(steps) > 1 else ())
+
+
+def models_of_given(
+    search: Search,
+    folds: Sequence[Fold],
+    steps: Sequence[tuple[str | None, Vehicle]],
+    envelope: Envelope,
+    *,
+    last: bool = False,
+) -> FoldModels:
+    """Fit effects that somebody chose, so that no fold selects any, anew without each fold; see `fold_models`.
+
+    Parameters
+    ----------
+    last : of the last step alone
+    """
+    blind = [WithoutFold(search, fold) for fold in folds]
+    known = {candidate.key for candidate in search.pool}
+    before = [label for label, _ in steps[1:-1] if label in known] if last else []
+    asked = steps[-1:] if last else steps[1:]
+    return FoldModels(tuple(folds), (), (), tuple(_refitted(search, blind, asked, envelope, before)))
+
+
+def _refitted(
+    search: Search,
+    blind: Sequence[WithoutFold],
+    steps: Sequence[tuple[str | None, Vehicle]],
+    envelope: Envelope,
+    before: Sequence[str | None] = (),
+) -> list[tuple[Vehicle, ...]]:
+    """The models of steps fitted without each fold: a Gauss-Newton step from the fit to the whole log.
+
+    Parameters
+    ----------
+    before : what the steps before these added
+    """
+    found, named = [], [key for key in before if key is not None]
+    known = {candidate.key: candidate for candidate in search.pool}
+    for label, vehicle in steps:
+        named += [label] if label in known else []
+        active = [*(c.key for c in search.pool if c.nuisance and c.fitted(named)), *named]
+        linear, whole = search.linearise(vehicle, active, pool=[known[key] for key in active], standing=True)
+        chosen = [linear.options[key][0] for key in active]
+        scores = [one.seen(linear, whole) for one in blind]
+        found.append(tuple(_fitted(one, chosen, search.nominal, envelope) for one in scores))
+    return found
+
+
+def _fitted(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle, envelope: Envelope) -> Vehicle:
+    shown = held_where_silent(scores, chosen, nominal)
+    return without_offset(nominal.with_values(passive_refit(scores, shown, nominal, envelope).values))

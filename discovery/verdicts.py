@@ -6,14 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..physics.effects import BY_NAME, EFFECTS
-from ..physics.frames import AXES, Array
-from ..physics.in_words import listing, words
-from ..physics.motion import Motion
+from ..physics.motion import AXES, Array, Motion
+from ..physics.presentation import listing, words
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import WHOLE_HORIZON
 from .candidates.candidate import Candidate, Kind, measurable
 from .claims import Tests
-from .evidence.all_thrusters import ONE, all_thrusters
 from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
 from .findings import NOTHING, Advice, Criterion, Findings, LastingRest
 from .found_effects import LIKELY, MISSING, Claim, FoundEffect, FoundTerm, Verdict, told_probability
@@ -22,8 +20,9 @@ from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
 from .lawful.passivity import Lawful
 from .reason import Reason
-from .search.bootstrap import Interval
+from .search.estimation import Interval
 from .search.floating import ALIVE, Search
+from .search.thruster_scales import ONE, all_thrusters
 
 _SAID = ("missing", "likely")
 _AGREES = 0.15

@@ -17,8 +17,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from undertow.physics.effects import EFFECTS, Parameter
-from undertow.physics.frames import FORCE_UNITS
-from undertow.physics.in_words import listing, number, unit_text, words
+from undertow.physics.motion import FORCE_UNITS
+from undertow.physics.presentation import listing, number, unit_text, words
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.signatures import Signature, signatures
 

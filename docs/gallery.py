@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 import undertow
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.physics.forces import modelled_force
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.momentum_balance import mass_matrix
 
 HERE = Path(__file__).resolve().parent
 EXAMPLES = ("falling_error", "fouling")

@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import undertow
-from undertow.discovery.calibration.adapt import Adapted
+from undertow.discovery.calibration.following import Adapted
 from undertow.physics.worlds.world import NOISE, World
 
 TRUTH, FOLLOWED, NOMINAL = "#1b2329", "#0072b2", "#d55e00"

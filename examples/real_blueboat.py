@@ -15,14 +15,13 @@ import numpy as np
 
 from undertow.discovery.balance.sensor_errors import nuisances
 from undertow.discovery.discover import Discovery, find_missing
-from undertow.discovery.search.output_error import polish
+from undertow.discovery.search.estimation import polish
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.dataset import PAPER, WEAK
 from undertow.measurements.preparation.prepare import prepare
-from undertow.physics.integration import SPEED_LIMIT
+from undertow.physics.integration import SPEED_LIMIT, rollout
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import Vehicle, vehicle_from_dict
 
 CHANNELS = """

@@ -1,9 +1,15 @@
-"""HTML that escapes by default: plain text becomes markup only through these few functions."""
+"""Elements of HTML and MathML: markup that escapes by default, and formulas that browsers typeset.
+
+HTML that escapes by default: plain text becomes markup only through these few functions.
+
+Formulas as MathML, which browsers typeset without script: factors, symbols and numbers of the momentum balance.
+"""
 
 import html
 from collections.abc import Iterable, Mapping, Sequence
 
-from ..physics.printable import printable
+from ..physics.errors import printable
+from ..physics.presentation import MINUS
 
 
 class Html(str):
@@ -50,3 +56,81 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], align: str = "l", 
     title = [element("caption", caption)] if caption else []
     body = element("tbody", *(line("td", row) for row in rows))
     return element("div", element("table", *title, element("thead", line("th", head)), body), cls="scroll")
+
+
+GREEK = {"psi": "\N{GREEK SMALL LETTER PSI}"}
+DOT = "\N{DOT ABOVE}"
+"""Not marked as an accent: browsers without a font for mathematics would put it into the letter."""
+
+
+def formula(*parts: Html) -> Html:
+    """One formula in the line of text."""
+    return element("math", *parts)
+
+
+def symbol(name: str) -> Html:
+    """A coefficient or variable: what follows the first underscore is its index.
+
+    Examples
+    --------
+    >>> symbol("X_uu")
+    '<msub><mi>X</mi><mi mathvariant="normal">uu</mi></msub>'
+    >>> symbol("u_dot")
+    '<mover><mi>u</mi><mo>˙</mo></mover>'
+    """
+    stem, _, index = name.partition("_")
+    if index == "dot":
+        return element("mover", element("mi", stem), element("mo", DOT))
+    if index.endswith("dot") and len(index) == 4:
+        return element("msub", element("mi", stem), symbol(f"{index[0]}_dot"))
+    base = element("mi", GREEK.get(stem, stem))
+    upright = {"mathvariant": "normal"} if len(index) > 1 else {}
+    return element("msub", base, element("mi", index.replace("_", " "), attributes=upright)) if index else base
+
+
+def number(text: str) -> Html:
+    """A number that is typeset already, its minus sign set apart."""
+    if text.startswith(MINUS):
+        return render(element("mo", MINUS), element("mn", text.removeprefix(MINUS)))
+    return element("mn", text)
+
+
+def sign(text: str) -> Html:
+    """An operator between two terms, which keeps its distance though nothing stands before it in its own formula."""
+    return element("mo", text, attributes={"form": "infix"})
+
+
+def factor(name: str) -> Html:
+    """A factor of a balance term: a velocity, a modulus, a thruster's force, or a function of the heading."""
+    if name.startswith("|"):
+        bar = element("mo", "|", attributes={"stretchy": "false"})
+        return element("mrow", bar, symbol(name.strip("|")), bar)
+    head, _, tail = name.partition(":")
+    if tail:
+        return symbol(f"{head}_{tail}")
+    head, _, tail = name.partition(" ")
+    if tail:
+        gap = element("mspace", attributes={"width": "0.17em"})
+        return element("mrow", element("mi", head), gap, symbol(tail))
+    return symbol(name)
+
+
+def product(factors: tuple[str, ...]) -> Html:
+    """Factors side by side; equal neighbours as a power.
+
+    Examples
+    --------
+    >>> product(("r", "r"))
+    '<msup><mi>r</mi><mn>2</mn></msup>'
+    """
+    parts: list[Html] = []
+    index = 0
+    while index < len(factors):
+        count = 1
+        while index + count < len(factors) and factors[index + count] == factors[index]:
+            count += 1
+        one = factor(factors[index])
+        parts.append(one if count == 1 else element("msup", one, element("mn", str(count))))
+        index += count
+    gap = element("mspace", attributes={"width": "0.12em"})
+    return render(*(piece for k, part in enumerate(parts) for piece in ((gap, part) if k else (part,))))

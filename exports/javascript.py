@@ -4,11 +4,9 @@ from importlib import resources
 
 import numpy as np
 
-from ..physics.cross_flow import DENSITY, FORCES, STRIPS
 from ..physics.effects import PARAMETERS
-from ..physics.frames import AXES
-from ..physics.matrices import HYDRODYNAMIC
-from ..physics.momentum_balance import AROUND
+from ..physics.momentum_balance import AROUND, DENSITY, FORCES, HYDRODYNAMIC, STRIPS
+from ..physics.motion import AXES
 from ..physics.reading import Plain
 from ..physics.terms import parse_form
 from ..physics.thrusters import GAINS, Thruster

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TypedDict
 
-from ..physics.frames import FORCE_UNITS
+from ..physics.motion import FORCE_UNITS
 
 EARTH, BOAT = "map", "boat"
 """The frames of 3D views, both with z up: x east and y north; x ahead and y to port."""

@@ -20,16 +20,14 @@ import numpy as np
 from ..discovery.candidates.effect_forces import FORCES, effect_forces, effects_between
 from ..measurements.prepared_logs import Parts
 from ..physics.effects import BY_NAME
-from ..physics.errors import RequestError
-from ..physics.extras import how_to_install
+from ..physics.errors import RequestError, one_line
 from ..physics.files import writing
-from ..physics.frames import Array, heading_from_enu
-from ..physics.matrices import mass_matrix
-from ..physics.printable import one_line
+from ..physics.momentum_balance import mass_matrix
+from ..physics.motion import Array, heading_from_enu
+from ..physics.registry_members import how_to_install
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
-from ..residuals.series import in_order, series, stretches
-from ..residuals.series_table import SeriesTable
+from ..residuals.series import SeriesTable, in_order, series, stretches
 from .mcap_schemas import (
     AXES_TOLD,
     BOAT,

@@ -1,24 +1,95 @@
-"""A trained network as operations on vectors, and the simulation that it corrects, its memory among the states.
+"""Operations on vectors: a trained network, and the simulation that it corrects, for tools that have graphs.
+
+A trained network as operations on vectors, and the simulation that it corrects, its memory among the states.
 
 The simulation is that of `NetworkModel.rollout`: the network sees the state at the beginning of a step, and what it
 says is held during the step at the two-step Adams-Bashforth value 1.5 a_k - 0.5 a_(k-1), the first step at a_0.
+
+What is made of whole vectors: operations that a graph of another tool has, and functions that are built of them.
+
+A program of single numbers says everything of a hull; a layer of a network is a product with a matrix, and a program
+of its thousands of numbers would be long and slow.
 """
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..physics.errors import RequestError
-from ..physics.frames import Array
-from .program.functions import Function, Group
+from ..physics.motion import Array
 from .program.model_program import ACCELERATIONS, Program, network_inputs, program_of
-from .program.vector_operations import Built, Vector, VectorOperations
+from .program.symbols import Function, Group
 
 if TYPE_CHECKING:
     from ..residuals.models.network_model import NetworkModel
     from ..residuals.networks.base import Network
     from ..residuals.networks.trust import Gain
+
+
+Vector = Any
+"""Whatever stands for a vector there."""
+
+
+class VectorOperations(ABC):
+    """Operations on vectors."""
+
+    @abstractmethod
+    def constant(self, values: Array) -> Vector:
+        """A vector that is known."""
+
+    @abstractmethod
+    def affine(self, weight: Array, bias: Array | None, x: Vector) -> Vector:
+        """weight x + bias, for weight (m, n), bias (m,) and x (n,)."""
+
+    @abstractmethod
+    def add(self, a: Vector, b: Vector) -> Vector:
+        """Elements added."""
+
+    @abstractmethod
+    def mul(self, a: Vector, b: Vector) -> Vector:
+        """Elements multiplied."""
+
+    @abstractmethod
+    def tanh(self, x: Vector) -> Vector:
+        """Hyperbolic tangent of each element."""
+
+    @abstractmethod
+    def relu(self, x: Vector) -> Vector:
+        """Each element, or zero where it is negative."""
+
+    @abstractmethod
+    def part(self, x: Vector, begin: int, end: int) -> Vector:
+        """The elements from one place up to another, which is left out."""
+
+    @abstractmethod
+    def joined(self, parts: Sequence[Vector]) -> Vector:
+        """Vectors one after the other."""
+
+    @abstractmethod
+    def called(self, function: Function, groups: Mapping[str, Vector]) -> Vector:
+        """What a function of a program gives; groups that it lacks are passed over."""
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """A function that is built of vectors.
+
+    Attributes
+    ----------
+    name, about : what it is called, and what it does
+    inputs, outputs : groups of numbers
+    build : the outputs by operations of a tool, from the inputs by name
+    """
+
+    name: str
+    about: str
+    inputs: tuple[Group, ...]
+    outputs: tuple[Group, ...]
+    build: Callable[[VectorOperations, Mapping[str, Vector]], Sequence[Vector]]
+
 
 Weights = Mapping[str, Array]
 _GATES = 4

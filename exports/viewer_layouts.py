@@ -9,9 +9,9 @@ import numpy as np
 
 from ..discovery.candidates.effect_forces import FORCES
 from ..physics.files import write_json, write_text
-from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.motion import AXES, FORCE_UNITS
 from ..physics.reading import Plain
-from ..residuals.series_table import SeriesTable
+from ..residuals.series import SeriesTable
 from .mcap_schemas import EARTH
 from .mcap_series import effect_topic, log_prefixes
 

@@ -1,16 +1,22 @@
-"""The hull diary: how each boat of a fleet changes over its days, as the facts that the page and the file tell."""
+"""The hull diary: the changes of every boat of a fleet over its days, as the facts that the page and the file tell.
+
+The hull diary: how each boat of a fleet changes over its days, as the facts that the page and the file tell.
+
+The changes of every boat of a fleet: the scatter of its days, how wide it must be taken, alarms, and their names.
+"""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 import numpy as np
 
-from ..measurements.statistics.robust import CI
+from ..measurements.statistics.blocks import CI
 from ..physics.effects import EFFECTS
 from ..physics.errors import RequestError, expect
-from ..physics.frames import Array
-from ..reports.diary_facts import (
+from ..physics.motion import Array
+from ..reports.hull_diary import (
     Band,
     BoatParameter,
     BoatRecord,
@@ -22,14 +28,45 @@ from ..reports.diary_facts import (
     OddDayRecord,
     Visible,
 )
-from .boat_days import BoatDays, Part, boat_days, part_of, scales
-from .causes import rays
-from .fleet_changes import FleetChanges, fleet_changes
-from .hull_changes import WatchSettings, watched
-from .hull_estimates import Fleet
-from .names_of_changes import HullChange
-from .odd_days import OddDay
-from .pooling import Pooled, levels, odd, pool
+from .boat_days import BoatDays, DayScatter, Part, Pooled, boat_days, day_scatter, levels, odd, part_of, pool, scales
+from .causes import HullChange, changes, rays, stories
+from .hull_changes import OddDay, WatchSettings, alarms, odd_day, rehearsed_widening, taken_back, watched
+from .parameter_estimates import Fleet
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FleetChanges:
+    """What was seen of a fleet.
+
+    Attributes
+    ----------
+    scatter : of the days
+    taken : the same as the watch takes it, widened by `widening`
+    by_boat : changes of each boat, in order of time
+    odd : days of each boat that were odd for once
+    """
+
+    scatter: DayScatter
+    taken: DayScatter
+    widening: float
+    by_boat: Mapping[str, tuple[HullChange, ...]]
+    odd: Mapping[str, tuple[OddDay, ...]]
+
+
+def fleet_changes(boats: Sequence[BoatDays], parameters: Sequence[str], settings: WatchSettings) -> FleetChanges:
+    """Watch every boat from its first day to its last."""
+    scatter = day_scatter(boats)
+    directions, laws = rays(parameters), stories(parameters)
+    widening = rehearsed_widening(boats, scatter, directions, settings)
+    taken = replace(scatter, covariance=widening * scatter.covariance)
+    found, strange = {}, {}
+    for boat in boats:
+        own = taken.of(boat.boat)
+        known, odd = alarms(watched(boat, own, directions), settings.threshold, taken_back(boat, own))
+        found[boat.boat] = changes(boat, own, known, laws, odd)
+        strange[boat.boat] = tuple(odd_day(boat, own, row, odd) for row in odd)
+    return FleetChanges(scatter, taken, widening, found, strange)
+
 
 WEEK = 7
 """Logged days within which a change is said to be visible."""

@@ -1,4 +1,6 @@
-"""When a hull changed: an e-process over the days of a boat, under a budget of false alarms.
+"""Change detection over the days of a boat: an e-process under a budget of false alarms, and days that stand alone.
+
+When a hull changed: an e-process over the days of a boat, under a budget of false alarms.
 
 For every day on which something may have begun, and every direction that is watched, the days since are weighed by
 their likelihood with the change over that without (both without regard to where the parameters were before, so that a
@@ -6,17 +8,28 @@ boat needs no baseline from outside). Each such ratio is an e-process: its mean 
 each weighed by the days in which its change may have begun, is the detector of Shiryaev and Roberts (Shin, Ramdas and
 Rinaldo 2024, definition 2.5): while nothing happens its mean is at most the days gone by, so that it passes a year's
 worth of days at most once a year.
+
+Days on which a boat was another for once: the day after is as those before, and takes the alarm back.
+
+How much wider than it is the scatter of days must be taken for the watch to keep its budget: found by rehearsal.
+
+Theory keeps the budget where scatter is normal, of a known covariance, and forgotten from day to day. A fleet's is none
+of these. So the same fleet is rehearsed on the same days with nothing but its own scatter, drawn anew with its tails
+and with what lasts from day to day; and its covariance is widened until false alarms are within the budget.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 from scipy.special import log_ndtr
+from scipy.stats import chi2
+from scipy.stats import f as f_law
 
 from ..physics.errors import RequestError
-from ..physics.frames import Array
-from .boat_days import BoatDays
+from ..physics.motion import Array
+from .boat_days import BEYOND, BoatDays, DayScatter, day_scatter
 from .causes import SLOPE, STEP, Ray
 
 Back = Callable[[Sequence[int], int, int], bool]
@@ -171,3 +184,137 @@ def _ratio(information: Array, score: Array, deviation: float) -> Array:
     variance = 1.0 / (np.maximum(information, 0.0) + deviation**-2.0)
     place = score * np.sqrt(variance)
     return np.log(2.0) + log_ndtr(place) + 0.5 * place**2 + 0.5 * np.log(variance / deviation**2)
+
+
+BEFORE = 7
+"""Logged days before an odd one that say what is usual: a week, in which weed grows by little."""
+SURELY = float(2.0 * np.log(20.0))
+"""By how much better, in squared deviations, the day after must fit to the days before than to the odd one: twenty
+times likelier."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OddDay:
+    """One odd day of a boat.
+
+    Attributes
+    ----------
+    row : its index
+    change, deviation : (p,) of each parameter from the days before, in shares
+    """
+
+    row: int
+    change: Array
+    deviation: Array
+
+
+def taken_back(boat: BoatDays, scatter: Array) -> Back:
+    """Whether the day after an alarm takes it back, for a boat with a scatter (p, p) of its days."""
+    whole = boat.covariance + scatter
+    limit = float(chi2.isf(BEYOND, scatter.shape[0]))
+
+    def back(before: Sequence[int], day: int, after: int) -> bool:
+        level, doubt = _level(boat, whole, before)
+        away, home, stays = (
+            _squares(boat.values[day] - level, whole[day] + doubt),
+            _squares(boat.values[after] - level, whole[after] + doubt),
+            _squares(boat.values[after] - boat.values[day], whole[after] + whole[day]),
+        )
+        return away > limit and stays - home > SURELY
+
+    return back
+
+
+def odd_day(boat: BoatDays, scatter: Array, row: int, others: Sequence[int]) -> OddDay:
+    """What was odd on a day, beside the days before that are not odd themselves."""
+    whole = boat.covariance + scatter
+    level, doubt = _level(boat, whole, [k for k in range(row) if k not in others])
+    return OddDay(row, boat.values[row] - level, np.sqrt(np.diag(whole[row] + doubt)))
+
+
+def _level(boat: BoatDays, whole: Array, before: Sequence[int]) -> tuple[Array, Array]:
+    rows = list(before)[-BEFORE:]
+    inverse = np.linalg.inv(whole[rows])
+    doubt = np.linalg.inv(inverse.sum(axis=0))
+    return doubt @ np.einsum("npq,nq->p", inverse, boat.values[rows]), doubt
+
+
+def _squares(off: Array, covariance: Array) -> float:
+    return float(off @ np.linalg.solve(covariance, off))
+
+
+AIM = 0.5
+"""Share of the budget that may ring in rehearsals: they are of finite length, and draw from days that were seen, whose
+tails are shorter than those of days to come. Of fleets with tails of six degrees of freedom, three quarters ring."""
+BOAT_YEARS = 30.0
+"""Rehearsed at least: with an aim of one alarm in two years, their number is then known to a quarter."""
+MOST_REPEATS = 40
+"""Of the fleet: some boats with some weeks each are rehearsed for fewer years, and the count is less sure."""
+BLOCK = 7
+"""Logged days that are drawn together, so that scatter which lasts from day to day does so in the rehearsal."""
+NEAR = 15
+"""Logged days whose median is the level about a day: it follows a hull that changes, and leaves a single day alone."""
+TAILS = 6.0
+"""Degrees of freedom of the widest scatter that is rehearsed: a day that is beyond what such scatter does once in a
+year has had a cause, is told as an odd one, and would hide what lasts were it drawn again and again."""
+WIDENINGS = tuple(float(1.25**k) for k in range(13))
+"""Of the covariance, up to fifteen times; a step costs an eighth of the evidence at most."""
+
+
+def rehearsed_widening(
+    boats: Sequence[BoatDays], scatter: DayScatter, rays: Sequence[Ray], settings: WatchSettings
+) -> float:
+    """The least widening of the scatter's covariance that keeps the budget of false alarms; 1 for too few days."""
+    pool = [series for boat in boats if (series := _residuals(boat, scatter)).shape[0] >= BLOCK]
+    years = sum(float(boat.days[-1]) for boat in boats) / YEAR
+    if not pool or years <= 0.0:
+        return 1.0
+    rng = np.random.default_rng([settings.seed, 20])
+    repeats = int(np.clip(np.ceil(BOAT_YEARS / years), 1, MOST_REPEATS))
+    fleets = [[_redrawn(boat, scatter, pool, rng) for boat in boats] for _ in range(repeats)]
+    found = [day_scatter(fleet) for fleet in fleets]
+    most = AIM * settings.budget * years * repeats
+
+    def kept(widening: float) -> bool:
+        count = 0
+        for fleet, own in zip(fleets, found, strict=True):
+            for boat in fleet:
+                wide = widening * own.of(boat.boat)
+                known, odd = alarms(watched(boat, wide, rays), settings.threshold, taken_back(boat, wide))
+                count += len(known) + len(odd)  # an alarm that is taken back a day later was one
+            if count > most:
+                return False
+        return True
+
+    low, high = 0, len(WIDENINGS) - 1
+    middle = 0  # most fleets need none
+    while low < high:
+        if kept(WIDENINGS[middle]):
+            high = middle
+        else:
+            low = middle + 1
+        middle = (low + high) // 2
+    return WIDENINGS[low]
+
+
+def _residuals(boat: BoatDays, scatter: DayScatter) -> Array:
+    """Days less the level about them, in units of their scatter (n, p), but for those that no scatter explains."""
+    level = median_filter(boat.values, size=(NEAR, 1), mode="nearest")
+    root = np.linalg.cholesky(boat.covariance + scatter.of(boat.boat))
+    found = np.linalg.solve(root, (boat.values - level)[..., None])[..., 0]
+    size = found.shape[1]
+    limit = size * (TAILS - 2.0) / TAILS * float(f_law.isf(1.0 / YEAR, size, TAILS))
+    return found[(found**2).sum(axis=1) < limit]
+
+
+def _redrawn(boat: BoatDays, scatter: DayScatter, pool: Sequence[Array], rng: np.random.Generator) -> BoatDays:
+    """The same days with scatter that is drawn from the fleet's, and the noise of their logs in its share."""
+    places = np.array([len(series) - BLOCK + 1 for series in pool], dtype=float)
+    drawn: list[Array] = []
+    while len(drawn) * BLOCK < boat.time.size:
+        series = pool[rng.choice(len(pool), p=places / places.sum())]
+        at = rng.integers(0, len(series) - BLOCK + 1)
+        drawn.append(series[at : at + BLOCK])
+    parts = np.concatenate(drawn)[: boat.time.size]
+    root = np.linalg.cholesky(boat.covariance + scatter.of(boat.boat))
+    return replace(boat, values=1.0 + np.einsum("npq,nq->np", root, parts))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from ..physics.errors import RequestError
-from ..physics.extras import how_to_install
+from ..physics.registry_members import how_to_install
 
 T = TypeVar("T")
 R = TypeVar("R")

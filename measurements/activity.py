@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.file_records import Number, Record
-from ..physics.frames import Array
-from ..physics.motion import Motion
+from ..physics.motion import Array, Motion
 
 _ASTERN = -0.05
 """Surge speed below which a boat goes astern [m/s]: beyond what a rough sensor adds (0.04, `worlds.world.NOISE`)."""

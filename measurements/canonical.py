@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..physics.errors import LogError
-from ..physics.frames import Array
+from ..physics.motion import Array
 
 UNITS = {
     "x": "m",

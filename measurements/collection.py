@@ -1,14 +1,22 @@
-"""Which logs are meant: files, bags, folders of logs, and patterns such as `logs/*.bin`, as one data set."""
+"""Collections of logs: files, bags, folders and patterns as one data set, and the digests by which a log is known.
+
+Which logs are meant: files, bags, folders of logs, and patterns such as `logs/*.bin`, as one data set.
+
+Digests of logs, by which it is known later whether a log is the same.
+"""
 
 import glob
+import hashlib
 import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from ..physics.errors import LogError
+from ..physics.reading import BLOCK
 from .channels.mapping import some
 from .formats.base import read_head
 from .formats.registry import expected, format_of
+from .log import Log
 
 _PATTERN = frozenset("*?[")
 _LISTED = 8
@@ -99,3 +107,36 @@ def _matches(pattern: str) -> set[str]:
             inner[:] = [name for name in inner if not name.startswith(".")]
             found |= _matches(os.path.join(glob.escape(folder), *rest))
     return found if at else {os.path.normpath(name) for name in found}
+
+
+def log_digests(paths: Sequence[str]) -> list[dict[str, str | None]]:
+    """SHA-256 of each log as it is on disk now; of a folder, over the names and contents of the files in it.
+
+    A log that is no longer there has null.
+    """
+    return [{"path": path, "sha256": _digest(Path(path))} for path in paths]
+
+
+def channels_digest(log: Log) -> str:
+    """SHA-256 of the channels of a log in memory: their names, stamps and values."""
+    digest = hashlib.sha256()
+    for name, channel in sorted(log.channels.items()):
+        digest.update(f"{name}\0{channel.time.size}\0".encode())
+        digest.update(channel.time.tobytes())
+        digest.update(channel.value.tobytes())
+    return digest.hexdigest()
+
+
+def _digest(path: Path) -> str | None:
+    files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    digest = hashlib.sha256()
+    try:
+        for file in files:
+            if path.is_dir():
+                digest.update(f"{file.relative_to(path).as_posix()}\0{file.stat().st_size}\0".encode())
+            with file.open("rb") as stream:
+                while chunk := stream.read(BLOCK):
+                    digest.update(chunk)
+    except OSError:
+        return None
+    return digest.hexdigest()

@@ -12,10 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..physics.forces import apparent_wind
-from ..physics.frames import Array, body_to_earth, earth_to_body
-from ..physics.motion import Motion
-from .statistics.blocks import block_scores, sandwich
-from .statistics.robust import robust_squares
+from ..physics.motion import Array, Motion, body_to_earth, earth_to_body
+from .statistics.blocks import block_scores, robust_squares, sandwich
 
 FAST = 0.2
 """Share of the top surge speed from which a row can show a deviation: what it makes grows with speed, and slower rows

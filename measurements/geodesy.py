@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..physics.frames import Array
+from ..physics.motion import Array
 
 SEMI_MAJOR_AXIS = 6378137.0
 """Of the WGS 84 ellipsoid [m] (NGA.STND.0036, table 3.1)."""

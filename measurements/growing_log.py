@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..physics.errors import LogError
-from ..physics.frames import Array
-from ..physics.motion import RUN_UP, Motion
+from ..physics.motion import RUN_UP, Array, Motion
 from ..physics.vehicle import Vehicle
 from .channels.channel_map import TIME, Entry, read_channel_map, time_of
 from .channels.mapping import map_channels

@@ -7,16 +7,15 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import Field, field_serializer
 
-from ..physics.cards import Card, each
 from ..physics.errors import LogError
 from ..physics.file_records import Flag, Number, Record, Whole, absent
-from ..physics.frames import earth_to_body
-from ..physics.motion import Motion
+from ..physics.motion import Motion, earth_to_body
+from ..physics.presentation import Card, each
 from ..physics.vehicle import Vehicle
 from .activity import Excitation, excitation_of
-from .alignment import Alignment, align
 from .canonical import Channel, command_kind
 from .channels.channel_map import Entry, map_dict
+from .clock import Alignment, align
 from .log import Log
 from .preparation.dataset import PAPER, WEAK, Recipe
 from .preparation.needs import problems
@@ -25,7 +24,7 @@ from .preparation.resampling import gap_limit, gaps
 from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
 from .quality.portion import longest as longest_span
-from .statistics.white_noise import noise_level
+from .statistics.signals import noise_level
 
 _TOLD = 5
 """Findings that a card tells: more is for who asks."""

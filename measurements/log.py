@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..physics.cards import Card, each
 from ..physics.errors import LogError
-from ..physics.frames import Array
+from ..physics.motion import Array
+from ..physics.presentation import Card, each
 from .canonical import Channel
 from .channels.auxiliary import auxiliary_channels, auxiliary_of
 from .channels.channel_map import TIME, Entry, entries_of, entry_of, map_dict, read_channel_map, time_of

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..physics.errors import LogError
-from ..physics.frames import Array
+from ..physics.motion import Array
 from .formats.base import Stream
 from .formats.time_columns import TimeColumn, find_time
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..physics.delays_and_lags import first_order_lag
-from ..physics.frames import Array
+from ..physics.motion import Array
+from ..physics.sampled_series import first_order_lag
 from .canonical import Output, command_kind, in_vehicle_file
 from .quality.checks.sides import Placed, placed
 from .quality.expected_answers import side_of

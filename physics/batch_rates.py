@@ -11,11 +11,9 @@ from operator import attrgetter
 
 import numpy as np
 
-from .cross_flow import SHARES, pair_forces, pressure_width
 from .forces import CURRENT, apparent_wind
-from .frames import Array
-from .matrices import mass_matrix
-from .momentum_balance import balances
+from .momentum_balance import SHARES, balances, mass_matrix, pair_forces, pressure_width
+from .motion import Array
 from .vehicle import Vehicle
 
 Outside = tuple[Array, Array | None, Array | None, Array | float]

@@ -1,7 +1,13 @@
-"""Facts that files hold: each is a type defined where the fact is made, and read back from a file as that type."""
+"""Records of files: facts typed where they are made, and closed lists of words that carry a sentence each.
+
+Facts that files hold: each is a type defined where the fact is made, and read back from a file as that type.
+
+Words of a closed list that carry a sentence each: files write the word, people read the sentence.
+"""
 
 import math
 from collections.abc import Mapping
+from enum import Enum
 from functools import cache
 from reprlib import Repr
 from typing import Annotated, Any, ClassVar, Self
@@ -153,3 +159,18 @@ def _place(names: tuple[str | int, ...]) -> str:
         short = name if len(name) <= _MOST_LETTERS else f"{name[:_MOST_LETTERS]}..."
         text += f".{short}" if text else short
     return text
+
+
+class Worded(Enum):
+    """A list whose members are given as a word, which is their value, and a sentence."""
+
+    sentence: str
+
+    def __new__(cls, word: str, *_: Any) -> "Worded":
+        """A member whose value is the word."""
+        member = object.__new__(cls)
+        member._value_ = word
+        return member
+
+    def __init__(self, _: str, sentence: str) -> None:
+        self.sentence = sentence

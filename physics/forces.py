@@ -11,13 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from .cross_flow import FORCES, cross_flow_forces
-from .delays_and_lags import first_order_lag
 from .effects import PARAMETERS
-from .frames import Array, earth_to_body
-from .matrices import mass_matrix
-from .momentum_balance import balances
-from .motion import Motion
+from .momentum_balance import FORCES, balances, cross_flow_forces, mass_matrix
+from .motion import Array, Motion, earth_to_body
+from .sampled_series import first_order_lag
 from .thrusters import Thruster
 from .vehicle import Vehicle, hull_of
 

@@ -1,15 +1,23 @@
-"""Fixed-step RK4 of the force equation for many rollouts at once, of one vehicle or of several side by side."""
+"""Integration of the force equation: fixed-step RK4, rollouts from measured starts, and a step for stiff models.
+
+Fixed-step RK4 of the force equation for many rollouts at once, of one vehicle or of several side by side.
+
+A step for any acceleration, however stiff: bounds are asked of rollouts that nobody made stable beforehand.
+
+Open-loop rollouts from measured starts along motions, with their commands, their history and their wind.
+"""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from .batch_rates import Flattened, Outside, Terms
-from .forces import relative_velocity
-from .frames import Array, body_to_earth
+from .errors import RequestError
+from .forces import Actuation, actuation, memory_states, relative_velocity
+from .motion import Array, Motion, body_to_earth
 from .vehicle import Vehicle
 
 SPEED_LIMIT = 50.0
@@ -235,3 +243,162 @@ def runge_kutta(
     k3 = slope(state + 0.5 * step * k2, middle)
     k4 = slope(state + step * k3, last)
     return state + (step / 6.0) * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+_ERROR, _PARTS = 0.3, 8
+"""Error of a step, as a share of the speeds, above which it is halved, and most parts of a step: what turns fast under
+a force that only turns it has no other limit. Stability needs no more, and only bounds are asked of such rollouts."""
+_PROBE = 1e-4
+"""Step of a difference [m/s, rad/s], at rest: above the rounding of single precision, below what drag bends over."""
+
+Answer = Callable[[Array, Array, Array], Array]
+"""Acceleration (n, 3) of velocities (n, 3), headings (n,) and commands (n, thrusters)."""
+
+
+def integrate_stiff(answer: Answer, initial: Array, commands: Array, time_step: float, limit: float) -> Rollouts:
+    """Integrate an acceleration that may be stiff, by a linearly implicit step of second order.
+
+    ROS2 of Verwer et al. (1999, SIAM J. Sci. Comput. 20(4), eq. 2.1) with gamma = 1 - 1/sqrt(2): L-stable, so that
+    damping of any size decays in a step of any size, and of second order whatever matrix stands for the Jacobian. Here
+    that is made of differences, its growing part taken off: else an L-stable step would damp what truly explodes.
+
+    Parameters
+    ----------
+    answer : called twice a step, once with four times the batch
+    initial : (batch, 6) north, east, psi, u, v, r
+    commands : (batch, steps + 1, thrusters), linear between steps
+    limit : speed [m/s] and yaw rate [rad/s] beyond which a rollout counts as diverged and is held
+    """
+    batch, steps = commands.shape[0], commands.shape[1] - 1
+    history = np.empty((batch, steps + 1, 6))
+    history[:, 0] = state = initial.astype(float)
+    diverged, parts = np.zeros(batch, dtype=bool), 1
+    for k in range(steps):
+        ends, done = (commands[:, k], commands[:, k + 1]), 0
+        while done < parts:
+            pushed = ends[0] + (ends[1] - ends[0]) * ((done + 0.5) / parts)
+            trial, error = _implicit_step(answer, state, pushed, time_step / parts)
+            if parts < _PARTS and float(error[~diverged].max(initial=0.0)) > _ERROR:
+                done, parts = 2 * done, 2 * parts
+                continue
+            gone = ~(np.abs(trial[:, 3:]).max(axis=1) <= limit) | ~np.isfinite(trial).all(axis=1)
+            trial[gone, 3:] = np.clip(np.nan_to_num(trial[gone, 3:], nan=limit), -limit, limit)
+            diverged |= gone
+            state, done = np.where(diverged[:, None] & ~gone[:, None], state, np.nan_to_num(trial)), done + 1
+        history[:, k + 1] = state
+        if parts > 1 and float(error[~diverged].max(initial=0.0)) < 0.1 * _ERROR:
+            parts //= 2
+    return Rollouts(history, diverged)
+
+
+def _implicit_step(answer: Answer, state: Array, pushed: Array, h: float) -> tuple[Array, Array]:
+    """States (batch, 6) one step of `integrate_stiff` later, and its error (batch,) as a share of the speeds."""
+    gamma, eye, batch = 1.0 - np.sqrt(0.5), np.eye(3), state.shape[0]
+    psi, nu = state[:, 2], state[:, 3:]
+    probe = _PROBE * (1.0 + np.abs(nu))
+    asked = np.concatenate([nu[:, None], nu[:, None] + probe[:, :, None] * eye], axis=1).reshape(-1, 3)
+    said = answer(asked, np.repeat(psi, 4), np.repeat(pushed, 4, axis=0)).reshape(batch, 4, 3)
+    jacobian = np.swapaxes((said[:, 1:] - said[:, :1]) / probe[:, :, None], 1, 2)
+    growth = np.maximum(np.linalg.eigvals(jacobian).real.max(axis=1), 0.0)
+    inverse = np.linalg.inv(eye - gamma * h * (jacobian - growth[:, None, None] * eye))
+    one = np.einsum("bij,bj->bi", inverse, said[:, 0])
+    two = np.einsum("bij,bj->bi", inverse, answer(nu + h * one, psi + h * nu[:, 2], pushed) - 2.0 * one)
+    after = nu + h * (1.5 * one + 0.5 * two)
+    turned = psi + 0.5 * h * (nu[:, 2] + after[:, 2])
+    before, later = (body_to_earth(a, x[:, 0], x[:, 1]) for a, x in ((psi, nu), (turned, after)))
+    moved = 0.5 * h * (np.stack(before, axis=-1) + np.stack(later, axis=-1))
+    size = np.maximum(np.abs(nu), np.abs(after))
+    size = np.maximum(size, 0.1 * size.max(axis=0)) + _PROBE
+    error = np.abs(0.5 * h * (one + two) / size).max(axis=1)
+    return np.column_stack([state[:, :2] + moved, turned, after]), error
+
+
+class Legs(NamedTuple):
+    """Rollouts that are asked of a motion: row numbers of their starts (batch,), and their number of time steps."""
+
+    motion: Motion
+    starts: np.ndarray
+    steps: int
+
+
+def rollout(
+    vehicle: Vehicle | None,
+    motion: Motion,
+    starts: np.ndarray,
+    steps: int,
+    added: Added | None = None,
+    placed: bool = True,
+) -> Rollouts:
+    """Open-loop rollouts from measured starts along a motion, with its commands, their history, and its wind.
+
+    Parameters
+    ----------
+    vehicle, added : see `integrate`
+    starts : (batch,) row numbers of `motion`; each needs `steps` rows after it
+    steps : number of steps of `motion.time_step`
+    placed : north and east are followed, too
+
+    Raises
+    ------
+    RequestError
+        when a start leaves fewer than `steps` rows.
+    """
+    driven = _driven(vehicle, Legs(motion, starts, steps), placed)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return integrate(driven, motion.time_step, added)
+
+
+def rollouts(asked: Sequence[tuple[Vehicle, Legs]], placed: bool = True) -> list[Rollouts]:
+    """`rollout` of several vehicles and motions, in one batch for each time step.
+
+    Raises
+    ------
+    RequestError
+        when a start leaves fewer rows than its steps.
+    """
+    steps = [legs.motion.time_step for _, legs in asked]
+    found: dict[int, Rollouts] = {}
+    for step in dict.fromkeys(steps):
+        alike = [k for k, other in enumerate(steps) if other == step]
+        with np.errstate(over="ignore", invalid="ignore"):
+            done = integrate_together([_driven(*asked[k], placed) for k in alike], step)
+        found |= dict(zip(alike, done, strict=True))
+    return [found[k] for k in range(len(asked))]
+
+
+def _driven(vehicle: Vehicle | None, legs: Legs, placed: bool = True) -> Driven:
+    motion, steps = legs.motion, legs.steps
+    starts = check_starts(motion, legs.starts, steps)
+    if vehicle is None:
+        idle = np.zeros((0, motion.time.size))
+        act, memory = Actuation(idle, idle), None
+    else:
+        act, memory = actuation(vehicle, motion), np.column_stack(memory_states(vehicle, motion))[starts]
+    window = starts[None, :] + np.arange(steps + 1)[:, None]
+    where = (motion.position,) if placed else ()
+    initial = np.column_stack([*where, motion.heading, motion.velocity])[starts]
+    air = None if motion.air is None else motion.air.T[:, window]
+    around = Around(air, motion.minutes[starts])
+    return Driven(vehicle, initial, act.thrust[:, window], act.load[:, window], memory, around)
+
+
+def check_starts(motion: Motion, starts: np.ndarray, steps: int) -> np.ndarray:
+    """Rows from which a motion is rolled out, as whole numbers.
+
+    Raises
+    ------
+    RequestError
+        when a start leaves fewer than `steps` rows.
+    """
+    found = np.asarray(starts, dtype=int)
+    if found.size == 0 or found.min() < 0 or found.max() + steps >= motion.time.size:
+        raise RequestError(
+            f"rollout of {steps} steps: starts must lie in 0..{motion.time.size - steps - 1}, got {found.tolist()[:5]}"
+        )
+    return found
+
+
+def simulate_motion(vehicle: Vehicle, motion: Motion) -> Motion:
+    """The motion that a vehicle makes from the first state of `motion` under its commands."""
+    result = rollout(vehicle, motion, np.array([0]), motion.time.size - 1).states[0]
+    return replace(motion, position=result[:, :2].copy(), heading=result[:, 2].copy(), velocity=result[:, 3:].copy())

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from .effects import PARAMETERS
-from .frames import AXES
+from .motion import AXES
 from .terms import parse_form
 from .thrusters import Thruster, side_named
 

@@ -1,8 +1,15 @@
-"""What the files of a room offer: a registry asks here, so that a new member is one file and nothing else."""
+"""Members of a room and packages of an extra: what is loaded when somebody asks for it.
 
+What the files of a room offer: a registry asks here, so that a new member is one file and nothing else.
+
+How a package of an extra is installed, from wherever this undertow runs.
+"""
+
+import sys
 from collections.abc import Iterator
 from importlib import import_module
 from inspect import isabstract
+from pathlib import Path
 from pkgutil import walk_packages
 from types import ModuleType
 from typing import TypeVar
@@ -39,3 +46,27 @@ def _files(room: ModuleType) -> Iterator[ModuleType]:
     """The modules of a package and of the packages in it."""
     for found in walk_packages(room.__path__, f"{room.__name__}."):
         yield import_module(found.name)
+
+
+_HOME = Path(__file__).resolve().parents[1]
+
+
+def how_to_install(extra: str, home: Path = _HOME) -> str:
+    """The command that installs an extra: in a clone, with its versions, that of the clone; else that of the package.
+
+    Parameters
+    ----------
+    extra : such as "logs"
+    home : the package's folder; a clone is known by the pyproject.toml in it
+
+    Examples
+    --------
+    >>> how_to_install("logs", Path("/usr/lib/python3/undertow"))
+    "pip install 'undertow[logs]'"
+    """
+    if not (home / "pyproject.toml").is_file():
+        return f"pip install 'undertow[{extra}]'"
+    own = home / ".venv"
+    pip = ".venv/bin/pip" if Path(sys.prefix).resolve() == own.resolve() and (own / "bin" / "pip").exists() else "pip"
+    pinned = " -c constraints.txt" * (home / "constraints.txt").is_file()
+    return f"{pip} install -e '.[{extra}]'{pinned} (in {home})"

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations_with_replacement
 
-from .errors import VehicleError
-from .frames import Array
-from .printable import shown
+from .errors import VehicleError, shown
+from .motion import Array
 
 _FACTOR = re.compile(r"(\|[uvr]\||[uvr])(?:\^([1-3]))?")
 _INDEX = {"u": 0, "v": 1, "r": 2}

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from .delays_and_lags import Switches, first_order_lag, shift, switches
 from .errors import RequestError
-from .frames import Array
-from .quantities import Number, Positive
+from .motion import Array
+from .reading import Number, Positive
+from .sampled_series import Switches, first_order_lag, shift, switches
 
 _SIDES = {"port": "port", "left": "port", "stbd": "starboard", "starboard": "starboard", "right": "starboard"}
 """Words in a thruster's name that say on which side it sits."""

@@ -21,14 +21,22 @@ from pydantic import (
 )
 
 from .effects import COMMAND_OFFSET, EFFECTS, PARAMETERS, Effect, Parameter
-from .errors import VehicleError
-from .file_marks import on_top
-from .files import write_text, yaml_text
-from .frames import AXES
+from .errors import VehicleError, shown
+from .files import on_top, write_text, yaml_text
+from .motion import AXES
 from .possible_hulls import impossible, insistable
-from .printable import shown
-from .quantities import Number, Positive, complaint, complaints, positive, unknown_key
-from .reading import Plain, parse_yaml, read_yaml, reason
+from .reading import (
+    Number,
+    Plain,
+    Positive,
+    complaint,
+    complaints,
+    parse_yaml,
+    positive,
+    read_yaml,
+    reason,
+    unknown_key,
+)
 from .terms import parse_form
 from .thrusters import GAINS, Thruster
 
@@ -305,7 +313,7 @@ class Vehicle(BaseModel):
 
         Parameters
         ----------
-        by : verb that made the vehicle, for a mark on top, by which the verb knows its own file (see `file_marks`)
+        by : verb that made the vehicle, for a mark on top, by which the verb knows its own file (see `files`)
         """
         text = yaml_text(self.to_dict(), width=120)
         write_text(path, text if by is None else on_top(by, text))

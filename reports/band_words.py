@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING
 
-from ..physics.in_words import number, percent
+from ..physics.presentation import number, percent
 
 if TYPE_CHECKING:  # the first page of the workbench waits for nothing heavy
     from ..residuals.models.band_record import PredictionBand
-    from ..residuals.prediction_band import HeldPredictions
+    from ..residuals.series import HeldPredictions
 
 BANDS_HELD = (
     "such bands held 95 to 96 % of the positions on second runs of the same manoeuvres and 93 to 95 % on other ones, "

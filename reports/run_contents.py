@@ -10,7 +10,7 @@ from ..discovery.findings import Findings
 from ..discovery.settings import DiscoverySettings
 from ..measurements.inspection import Inspection
 from ..measurements.prepared_logs import Inputs
-from ..physics.cards import Card, from_above
+from ..physics.presentation import Card, from_above
 from ..physics.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class RunFolder(Card):
 
     def drawings(self) -> Mapping[str, str]:
         """See `Card`."""
-        of_run = from_above("reports.page.notebook_card:of_run")
+        of_run = from_above("reports.page.figures.plots:of_run")
         drawn: dict[str, str] = of_run(self.findings, self.series, self.nominal)
         return drawn
 

@@ -1,14 +1,19 @@
-"""Claims in words: how sure a name is, its numbers as a vehicle file has them, and what the file says of them."""
+"""Claims in words: how sure a name is, its numbers, and its coefficients before and after.
+
+The coefficients of missing effects: before, after, and the interval of each, for page, figures and fleet.
+"""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from ..discovery.findings import Findings
 from ..discovery.found_effects import LIKELY, FoundEffect, told_probability
 from ..physics.effects import BY_NAME, PARAMETERS
 from ..physics.errors import VehicleError
-from ..physics.in_words import MINUS, NARROW, finite, number, percent, share_removed, unit_text
+from ..physics.presentation import MINUS, NARROW, finite, number, percent, share_removed, unit_text
 from ..physics.vehicle import Vehicle
 from .wording import effect_words, interval, within
 
@@ -36,7 +41,7 @@ def odds(found: FoundEffect) -> str:
     Examples
     --------
     >>> from undertow.discovery.found_effects import FoundEffect
-    >>> from undertow.physics.in_words import NARROW
+    >>> from undertow.physics.presentation import NARROW
     >>> def sure(verdict, confidence):
     ...     found = FoundEffect(effect="munk_moment", verdict=verdict, confidence=confidence, error_drop=0.1)
     ...     return odds(found).replace(NARROW, " ")
@@ -177,3 +182,35 @@ def source_marks(findings: Findings) -> dict[str, str]:
     marks = {item.symbol: "calibrated" for item in findings.calibrated}
     marks |= {term.symbol or f"{term.axis}:{term.form}": "possible" for term in findings.unnamed}
     return marks | {term.symbol: mark(item) for item in findings.added for term in item.terms}
+
+
+@dataclass(frozen=True, slots=True)
+class CoefficientRow:
+    """One coefficient of a missing effect: before, after, and the 95 % interval of the value after [`unit`]."""
+
+    symbol: str
+    unit: str
+    before: float
+    after: float
+    interval: tuple[float, float]
+
+
+def coefficient_rows(
+    candidates: Sequence[FoundEffect], names: Sequence[str], nominal: Vehicle, corrected: Vehicle
+) -> list[CoefficientRow]:
+    """The coefficients of some effects; an interval of an added amount is shifted by the nominal value."""
+    rows = []
+    for candidate in candidates:
+        if candidate.effect not in names:
+            continue
+        effect = BY_NAME.get(candidate.effect)
+        for term in candidate.terms:
+            symbol, value = term.symbol, term.value
+            low, high = term.ci95 or (np.nan, np.nan)
+            before, after = vehicle_value(nominal, symbol), vehicle_value(corrected, symbol)
+            shift = before if effect is not None and effect.added else 0.0
+            after = after if np.isfinite(after) else value + shift
+            interval = (low + shift, high + shift) if np.isfinite([low, high]).all() else (after, after)
+            if np.isfinite([before, after]).all():
+                rows.append(CoefficientRow(symbol, term.unit, before, after, interval))
+    return rows

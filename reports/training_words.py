@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..comparison.facts import ComparedModel
-from ..physics.frames import AXES
-from ..physics.in_words import counted, listing, percent, unit_text
+from ..physics.motion import AXES
+from ..physics.presentation import counted, listing, percent, unit_text
 from ..residuals.left_to_learn import Left
 from ..residuals.scores import ACCELERATION_UNITS
 

@@ -10,8 +10,8 @@ from ..discovery.findings import Step
 from ..discovery.found_effects import FoundEffect
 from ..discovery.lawful.price_of_law import Passivity
 from ..measurements.prepared_logs import FOLDS
-from ..physics.frames import AXES
-from ..physics.in_words import MINUS, NARROW, finite, listing, number, words
+from ..physics.motion import AXES
+from ..physics.presentation import MINUS, NARROW, finite, listing, number, words
 
 
 def effect_words(candidate: FoundEffect) -> str:

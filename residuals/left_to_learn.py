@@ -6,15 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..measurements.preparation.dataset import DataSet
-from ..measurements.preparation.derive import smooth
-from ..measurements.statistics.white_noise import drawn_noise, noise_level, noise_on_rows
-from ..physics.frames import AXES, Array
-from ..physics.motion import Motion
-from ..physics.simulation import rollout
+from ..measurements.preparation.resampling import smooth
+from ..measurements.statistics.signals import drawn_noise, noise_level, noise_on_rows
+from ..physics.integration import rollout
+from ..physics.motion import AXES, Array, Motion
 from ..physics.vehicle import Vehicle
 from .models.base import VehicleModel
-from .residual import residual
-from .scores import rollout_scores
+from .scores import residual, rollout_scores
 
 _DRAWS = 5
 """Times that noise is drawn anew: its own scatter then adds a tenth to that of the error."""

@@ -1,4 +1,9 @@
-"""Scores on held-out data: one-step acceleration errors and open-loop rollout errors, by axis."""
+"""Residuals and scores: measured minus modelled force, one-step errors and open-loop rollout errors, by axis.
+
+Scores on held-out data: one-step acceleration errors and open-loop rollout errors, by axis.
+
+The residual: the force that the motion shows minus the force that the vehicle model explains.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,15 +16,51 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from ..measurements.preparation.dataset import DataSet
-from ..measurements.preparation.derive import accelerations
-from ..measurements.statistics.white_noise import filtered_noise, sensor_noise
+from ..measurements.preparation.resampling import accelerations, low_pass
+from ..measurements.statistics.signals import filtered_noise, sensor_noise
 from ..physics.file_records import Number, Record, Whole
-from ..physics.frames import Array
-from ..physics.integration import SPEED_LIMIT
-from ..physics.motion import Motion
-from ..physics.simulation import Legs
+from ..physics.forces import modelled_acceleration
+from ..physics.integration import SPEED_LIMIT, Legs
+from ..physics.momentum_balance import mass_matrix
+from ..physics.motion import Array, Motion
+from ..physics.vehicle import Vehicle
 from .models.base import Model, rolled_out
-from .residual import same_filter
+
+
+@dataclass(frozen=True, slots=True)
+class Residual:
+    """Measured and modelled acceleration of one motion, filtered alike, and the force between them.
+
+    Attributes
+    ----------
+    motion : the filtered motion
+    measured, modelled : (n, 3) [m/s^2, m/s^2, rad/s^2]
+    force : (n, 3) M (measured - modelled) [N, N, N m]
+    """
+
+    motion: Motion
+    measured: Array
+    modelled: Array
+    force: Array
+
+
+def residual(vehicle: Vehicle, motion: Motion, data: DataSet) -> Residual:
+    """The residual of one motion of a data set.
+
+    The measured acceleration is the central difference of the filtered velocity; the modelled one is evaluated along
+    the filtered motion and passes through the same filter.
+    """
+    measured = accelerations(motion)
+    modelled = same_filter(modelled_acceleration(vehicle, motion), motion, data)
+    return Residual(motion, measured, modelled, (measured - modelled) @ mass_matrix(vehicle))
+
+
+def same_filter(values: Array, motion: Motion, data: DataSet) -> Array:
+    """Pass a model's output through the filter that the measured velocities went through."""
+    if data.recipe.cutoff is None:
+        return np.asarray(values, dtype=float)
+    return low_pass(values, motion.time_step, data.recipe.cutoff, data.recipe.order)
+
 
 HORIZONS = (2.0, 10.0, 30.0)
 """Rollout lengths [s]."""

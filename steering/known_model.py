@@ -1,25 +1,134 @@
-"""What a controller knows of the boat: a model whose thrusters are commanded in newtons, as CasADi functions."""
+"""Model of a controller: CasADi functions in newtons, inverse thrust curves, and an observer of the push that it lacks.
+
+What a controller knows of the boat: a model whose thrusters are commanded in newtons, as CasADi functions.
+
+From newtons that a controller asks for to the commands of thrusters, by the curves that its model knows.
+
+What a controller believes of the boat: its model run along with what was measured, and the push that it lacks.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, final
 
 import numpy as np
 
 from ..exports.formats.to_casadi import casadi_function, casadi_module
-from ..exports.program.functions import Function
 from ..exports.program.model_program import Program, network_inputs, program_of
+from ..exports.program.symbols import Function
 from ..physics.errors import RequestError
-from ..physics.forces import at_beginning, calm, held_acceleration
-from ..physics.frames import Array
-from ..physics.thrusters import neutral_command
+from ..physics.forces import at_beginning, calm, held_acceleration, thrust_left
+from ..physics.motion import Array, wrap_angle
+from ..physics.thrusters import TableCurve, Thruster, command_of, neutral_command
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
-from .thrust_inverse import ThrustInverse, in_newtons, thrust_inverse
 from .tracks import pace_of
 
 if TYPE_CHECKING:
     from ..residuals.models.network_walk import NetworkWalk
+
+
+_POINTS = 801
+"""Commands at which a curve is looked up: 400 a side, so that neighbours are less than the noise of a motor apart."""
+_WIDE = 10.0
+"""Multiple of the most force up to which a force of `in_newtons` goes in a straight line: bounds end it, not a bend."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ThrustInverse:
+    """The inverse of each thruster's curve, dead zone, scales and loss under way.
+
+    Attributes
+    ----------
+    vehicle : whose curves they are
+    lower, upper : (thrusters,) forces at rest that its commands reach [N]
+    """
+
+    vehicle: Vehicle
+    commands: tuple[Array, ...]
+    forces: tuple[Array, ...]
+    losses: tuple[Array, ...]
+
+    @property
+    def lower(self) -> Array:
+        """Least force of each thruster at rest [N]."""
+        return np.array([force.min() for force in self.forces])
+
+    @property
+    def upper(self) -> Array:
+        """Largest force of each thruster at rest [N]."""
+        return np.array([force.max() for force in self.forces])
+
+    def command(self, force: Array, minutes: float = 0.0, advance: float = 0.0) -> Array:
+        """Commands (thrusters,) in the thrusters' own units that give forces (thrusters,) [N].
+
+        Parameters
+        ----------
+        minutes : since the beginning, for a thrust that wears
+        advance : surge speed through the water [m/s], where forces are those under way; 0 for forces at rest
+        """
+        found = []
+        for k, thruster in enumerate(self.vehicle.thrusters):
+            left = float(thrust_left(thruster, np.array(minutes))) if thruster.thrust_rate else 1.0
+            made = left * (self.forces[k] - advance * self.losses[k])
+            rising = np.maximum.accumulate(made if made[-1] >= made[0] else made[::-1])
+            order = self.commands[k] if made[-1] >= made[0] else self.commands[k][::-1]
+            found.append(_looked_up(float(force[k]), rising, order))
+        return np.array(found)
+
+    def at_rest(self, command: Array, minutes: float = 0.0) -> Array:
+        """Forces at rest (thrusters,) that commands (thrusters,) give [N]."""
+        found = np.array(
+            [float(t.lasting(np.array([c]))[0][0]) for t, c in zip(self.vehicle.thrusters, command, strict=True)]
+        )
+        return found * [float(thrust_left(t, np.array(minutes))) for t in self.vehicle.thrusters]
+
+    def share(self, command: Array) -> Array:
+        """Commands (n, thrusters) as shares of full command."""
+        pairs = enumerate(self.vehicle.thrusters)
+        return np.column_stack([t.curve.normalised(command[:, k], t.command) for k, t in pairs])
+
+
+def _looked_up(force: float, rising: Array, order: Array) -> float:
+    """The command of a force; on a flat stretch, its middle, so that no thrust is asked for by a thruster at rest."""
+    low, high = np.searchsorted(rising, force - 1e-9), np.searchsorted(rising, force + 1e-9, side="right")
+    if high > low:
+        return float(0.5 * (order[low] + order[high - 1]))
+    return float(np.interp(force, rising, order))
+
+
+def thrust_inverse(vehicle: Vehicle) -> ThrustInverse:
+    """The inverse of a vehicle's thrusters."""
+    shares = np.linspace(-1.0, 1.0, _POINTS)
+    commands = tuple(command_of(t, shares) for t in vehicle.thrusters)
+    pairs = [t.lasting(c) for t, c in zip(vehicle.thrusters, commands, strict=True)]
+    return ThrustInverse(
+        vehicle, commands, tuple(p[0] for p in pairs), tuple(np.broadcast_to(p[1], p[0].shape) for p in pairs)
+    )
+
+
+def in_newtons(vehicle: Vehicle) -> Vehicle:
+    """The vehicle with thrusters that are commanded in newtons at rest: places, lag, delay and loss under way stay.
+
+    A controller that plans in newtons has a smooth problem whatever the curves are: a dead zone, of which a derivative
+    says nothing, is the inverse's. The lag then acts on the force in place of the command, and the loss goes with the
+    force, not the command; on straight curves both are the same.
+    """
+    inverse = thrust_inverse(vehicle)
+    ends = np.maximum(np.abs(inverse.lower), np.abs(inverse.upper))
+    thrusters = tuple(_straight(t, float(end)) for t, end in zip(vehicle.thrusters, ends, strict=True))
+    return vehicle.model_copy(update={"thrusters": thrusters}).with_values({})
+
+
+def _straight(thruster: Thruster, most: float) -> Thruster:
+    wide = _WIDE * max(most, 1e-9)
+    kept: dict[str, Any] = {
+        name: getattr(thruster, name) for name in ("name", "x", "y", "angle", "lag", "delay", "arm_scale")
+    }
+    curve = TableCurve(kind="table", command=(-wide, wide), force=(-wide, wide))
+    command = "tau" if thruster.command == "tau" else "newton"
+    return Thruster(**kept, command=command, curve=curve, advance_loss=_WIDE * thruster.advance_loss)
+
 
 PERIOD = 0.2
 """Time from one command to the next [s]: autopilots of small boats steer at 5 to 50 Hz. At 5 Hz a plan of 20 steps
@@ -162,7 +271,7 @@ def _walk_of(model: Model) -> "tuple[Callable[[], NetworkWalk] | None, int, bool
     """What makes the walk of a network, its rows in a `PERIOD`, and whether it sees the heading; none of a vehicle."""
     if isinstance(model, VehicleModel):
         return None, 1, None
-    from ..residuals.models.network_model import NetworkModel  # with torch, which made it
+    from ..residuals.models.network_model import NetworkModel
     from ..residuals.models.network_walk import NetworkWalk
 
     if not isinstance(model, NetworkModel):
@@ -180,3 +289,82 @@ def numbers(found: Any) -> Array:
     """What a CasADi function gives, as an array without the axis that CasADi adds to a vector."""
     array = np.asarray(found, dtype=float)
     return array[:, 0] if array.ndim == 2 and array.shape[1] == 1 else array
+
+
+_TRUSTED = np.array([0.3, 0.3, 0.5, 0.4, 0.4, 0.5])
+"""Share of each measurement in the belief: sensors of the field log (0.05 m, 0.3 deg, 0.015 m/s) against a model that
+errs by some hundredths of a metre a second in a step."""
+_PUSH_TIME = 10.0
+"""Time in which a lasting push is learnt [s]: slower than all that the hull does by itself, as the integral of a
+controller is, so that it takes away currents and trims and leaves manoeuvres to the model."""
+
+
+class Belief(NamedTuple):
+    """What is believed at one time.
+
+    Attributes
+    ----------
+    state : of the model's `step`
+    added : (3,) acceleration beside the model's own: what its network says, and the lasting push that was learnt
+    push : (3,) the latter alone [m/s^2, m/s^2, rad/s^2]
+    minutes : since the beginning
+    """
+
+    state: Array
+    added: Array
+    push: Array
+    minutes: float
+
+
+@final
+class Observer:
+    """An observer with fixed gains, the same whatever the model.
+
+    Parameters
+    ----------
+    known : the model that is run
+    measured : (6,) the first measurement: north, east [m], psi [rad], u, v [m/s], r [rad/s]; thrusters are at rest
+    """
+
+    def __init__(self, known: KnownModel, measured: Array) -> None:
+        self._known = known
+        self._walk = None if known.walk is None else known.walk()
+        self.belief = Belief(numbers(known.start(measured, np.zeros(known.thrusters))), np.zeros(3), np.zeros(3), 0.0)
+        self._seen = self._sees()
+        if self._walk is not None:
+            self.belief = self.belief._replace(added=self._walk.follow(self._seen[None])[-1])
+
+    def learn(self, force: Array, measured: Array) -> Belief:
+        """The belief after a `PERIOD` in which the forces at rest went to `force` (thrusters,), and a measurement."""
+        before = self.belief
+        state = numbers(self._known.step(before.state, force, before.added, before.minutes))
+        news = measured - state[:6]
+        news[2] = wrap_angle(news[2])
+        state[:6] += _TRUSTED * news
+        push = before.push + _TRUSTED[3:] * news[3:] / _PUSH_TIME
+        self.belief = Belief(state, push, push, before.minutes + PERIOD / 60.0)
+        if self._walk is not None:
+            earlier, self._seen = self._seen, self._sees()
+            parts = np.arange(1, self._known.rows + 1)[:, None] / self._known.rows
+            said = self._walk.follow(earlier + parts * (self._seen - earlier))[-1]
+            self.belief = self.belief._replace(added=push + said)
+        return self.belief
+
+    def along(self, states: Array) -> Array:
+        """Acceleration beside the model's own on each step of a plan (steps, 3): states (steps + 1, state)."""
+        belief, steps = self.belief, len(states) - 1
+        if self._walk is None:
+            return np.tile(belief.push, (steps, 1))
+        minutes = belief.minutes + PERIOD / 60.0 * np.arange(steps + 1)
+        seen = numbers(self._known.seen.map(steps + 1)(states.T, minutes)).T
+        rows = self._known.rows
+        where = np.arange(1, rows * steps + 1) / rows
+        planned = np.column_stack([np.interp(where, np.arange(steps + 1), column) for column in seen.T])
+        said = np.vstack([self._walk.said, self._walk.ahead(planned)])
+        held = np.array([said[k * rows : (k + 1) * rows + 1].mean(axis=0) for k in range(steps)])
+        return belief.push + held
+
+    def _sees(self) -> Array:
+        if self._walk is None:
+            return np.zeros(0)
+        return numbers(self._known.seen(self.belief.state, self.belief.minutes))

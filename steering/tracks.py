@@ -9,8 +9,8 @@ import numpy as np
 
 from ..physics.errors import RequestError
 from ..physics.forces import ForceEquation, at_beginning, calm
-from ..physics.frames import Array
-from ..physics.matrices import thruster_matrix
+from ..physics.momentum_balance import thruster_matrix
+from ..physics.motion import Array
 from ..physics.thrusters import command_of
 from ..physics.vehicle import Vehicle
 

@@ -12,8 +12,8 @@ from places import ROOT, shared
 
 from undertow.measurements.preparation.dataset import WEAK
 from undertow.measurements.preparation.prepare import prepare
+from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import vehicle_from_dict
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))

@@ -13,13 +13,12 @@ from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import FOLDS, PathLike
 from ..physics.errors import RequestError, VehicleError
 from ..physics.forces import calm, held_thrust
-from ..physics.frames import Array
 from ..physics.laws.audit.trial import possible_commands, reachable
 from ..physics.laws.damping_power import Envelope, envelope_of, mass_margin
-from ..physics.motion import Motion
+from ..physics.motion import Array, Motion
 from ..physics.reading import read_json
+from ..physics.sources import stale_sources
 from ..physics.stage import Say
-from ..physics.stale_sources import stale_sources
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import Model

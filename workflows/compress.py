@@ -14,9 +14,9 @@ from ..discovery.balance.weak_form import LEAST_TESTS, WeakForm
 from ..discovery.candidates.unnamed_terms import term_factors
 from ..discovery.factors.factors import Factors
 from ..discovery.settings import DiscoverySettings
-from ..measurements.log_digests import log_digests
+from ..measurements.collection import log_digests
 from ..measurements.log_options import AS_GUESSED, Reading
-from ..measurements.statistics.single_threaded import single_threaded
+from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle

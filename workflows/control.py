@@ -7,23 +7,19 @@ from pathlib import Path
 
 from ..comparison.models_by_name import load_model
 from ..measurements.prepared_logs import PathLike
-from ..physics.cards import Card
 from ..physics.errors import RequestError, expect
-from ..physics.file_marks import at_end
-from ..physics.files import write_bytes
+from ..physics.files import at_end, write_bytes
+from ..physics.presentation import Card
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..physics.worlds.hidden_effects import Values, apply_effects
-from ..reports.page.figures.track_figure import track_figure
+from ..reports.page.figures.model_figures import track_figure
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import Model, VehicleModel
-from ..steering.closed_loop import CONTROLLERS, Passage, drive
-from ..steering.figures_of_merit import merit
+from ..steering.closed_loop import CONTROLLERS, PERFECT, ControlRecord, Passage, Surroundings, Tracking, drive, merit
 from ..steering.known_model import known_model
-from ..steering.tracking import PERFECT, ControlRecord, Tracking
 from ..steering.tracks import pace_of, track_named
-from ..steering.true_boat import Surroundings
-from .run_folder.targets import Kind, check_targets
+from .run_folder.run_files import Kind, check_targets
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,30 +22,28 @@ from ..comparison.what_decides import share_of_error
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose
 from ..discovery.discover import Discovery, find_missing
-from ..discovery.evidence.sensors_compared import sensor_errors
+from ..discovery.evidence.record_errors import sensor_errors
 from ..discovery.findings import Findings, LogFacts, SensorError, Step, Unexplained
-from ..discovery.hidden_errors import HiddenErrors
+from ..discovery.hidden_sensors import HiddenErrors
 from ..discovery.in_order import chosen_for
 from ..discovery.judgement import odds
 from ..discovery.run_models import named_as_found, values_of_step
 from ..discovery.settings import DiscoverySettings
 from ..measurements.preparation.dataset import DataSet
-from ..measurements.preparation.held_out import Fold, folds_of
+from ..measurements.preparation.split import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
-from ..measurements.statistics.second_processor import beside
-from ..measurements.statistics.single_threaded import single_threaded
+from ..measurements.statistics.processors import beside, single_threaded
 from ..physics.errors import RequestError, expect
-from ..physics.frames import AXES, FORCE_UNITS
-from ..physics.freed_memory import hand_back
+from ..physics.motion import AXES, FORCE_UNITS
 from ..physics.sources import WHOLE, with_sources
-from ..physics.stage import COMPARING, SCORING, Say, Stage
+from ..physics.stage import COMPARING, SCORING, Say, Stage, hand_back
 from ..reports.page.outcome import headline as verdict_in_words
 from ..reports.sureness import source_marks
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import Errors, evaluate_all
 from ..residuals.series import series
-from .run_folder.run import Run
+from .run_folder.write import Run
 
 MATERIAL = 0.02
 """Share of the nominal model's error by which another model must err less to be written in its place."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ..physics.effects import EFFECTS, Effect
-from ..physics.frames import FORCE_UNITS
+from ..physics.motion import FORCE_UNITS
 from ..physics.reading import Plain
 from ..physics.worlds.signatures import Signature
 

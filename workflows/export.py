@@ -14,25 +14,21 @@ from ..exports.formats.base import Choices, Given
 from ..exports.formats.registry import format_named
 from ..exports.known_facts import KnownFacts, KnownNumber
 from ..measurements.prepared_logs import PathLike
-from ..physics.cards import Card
-from ..physics.errors import RequestError, expect
-from ..physics.file_marks import at_end
-from ..physics.files import is_device, stream_of, write_bytes
+from ..physics.errors import RequestError, expect, one_line
+from ..physics.files import at_end, is_device, stream_of, write_bytes
 from ..physics.forces import CURRENT
-from ..physics.in_words import number
 from ..physics.laws.damping_power import Envelope
-from ..physics.printable import one_line
+from ..physics.momentum_balance import amount, values_of
+from ..physics.presentation import Card, number
 from ..physics.reading import Plain, read_bytes
 from ..physics.sources import ALL
-from ..physics.stated_values import amount, values_of
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.sureness import file_numbers, source_marks
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel
 from .check import check
 from .run_folder.read import read_findings, read_record
-from .run_folder.run_files import own_run
-from .run_folder.targets import Kind, check_targets
+from .run_folder.run_files import Kind, check_targets, own_run
 
 if TYPE_CHECKING:
     from ..residuals.models.network_model import NetworkModel

@@ -8,10 +8,9 @@ from ..discovery.calibration.calibrate import Calibration, calibrate
 from ..discovery.findings import Left, Step
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
-from ..physics.cards import Card, each
 from ..physics.errors import expect
-from ..physics.frames import AXES, FORCE_UNITS
-from ..physics.in_words import listing, number
+from ..physics.motion import AXES, FORCE_UNITS
+from ..physics.presentation import Card, each, listing, number
 from ..physics.reading import Plain
 from ..physics.sources import with_sources
 from ..physics.stage import Say, Stage

@@ -4,8 +4,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from ..discovery.calibration.change_watch import AlarmSettings
-from ..discovery.calibration.followed_effects import followed, followed_by_default
-from ..discovery.calibration.following import Beforehand, Follower, Update, known_beforehand, watch_from
+from ..discovery.calibration.following import (
+    Beforehand,
+    Follower,
+    Update,
+    followed,
+    followed_by_default,
+    known_beforehand,
+    watch_from,
+)
 from ..discovery.calibration.forgetting_fit import AdaptSettings
 from ..measurements.formats.tables.growing_table import STDIN, growing_lines
 from ..measurements.growing_log import GrowingLog
@@ -14,12 +21,11 @@ from ..measurements.log import Log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import PathLike
 from ..measurements.quality.examination import examine
-from ..measurements.statistics.single_threaded import single_threaded
+from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import LogError, RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .inputs import read_motions
-from .soundness import sound
+from .inputs import read_motions, sound
 
 LEAST_RUN_IN = 20.0
 """Shortest run-in [s]: what any verb asks of a log."""

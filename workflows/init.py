@@ -18,21 +18,18 @@ from ..measurements.quality.checks.sides import Sides
 from ..measurements.quality.examination import Examination, examine, pool
 from ..measurements.quality.record import Record
 from ..measurements.quality.resting import stands_still
-from ..measurements.statistics.prior import weighed
+from ..measurements.statistics.quantiles import weighed
 from ..measurements.thrusters_in_log import FoundThruster, left_out, surge_at_full, thrusters_in
-from ..physics.cards import Card, each
 from ..physics.errors import LogError
-from ..physics.file_marks import on_top
-from ..physics.files import write_text
-from ..physics.in_words import listing
+from ..physics.files import on_top, write_text
+from ..physics.presentation import Card, each, listing
+from ..physics.sources import LENGTH
 from ..physics.stage import Say
-from ..physics.typical_hulls import LENGTH
 from ..physics.vehicle import Vehicle, load_vehicle
-from ..reports.terminal.pace import Pace, megabytes
-from ..reports.terminal.progress import SHOWN, showing
+from ..reports.terminal.progress import SHOWN, Pace, megabytes, showing
 from .first_vehicle import Hull, like_another, on_typical_hull
+from .inputs import likely_misplaced
 from .inspect import logs_in
-from .soundness import likely_misplaced
 
 _UNLIKE = float(np.log(2.0))
 """Standard deviation of the logarithm of full thrust ahead over that astern: a propeller made for one way has 2 to 3,
@@ -142,7 +139,7 @@ def init(
 
     Thrusters, their neutral, ends and sides come from the log: from the autopilot's parameters where it has them, and
     tested against what the boat did. Thrust and drag are such that the boat moves as in the log, in proportion to the
-    mass. What nobody told is typical of a hull of the length, and says so; see `physics.typical_hulls`.
+    mass. What nobody told is typical of a hull of the length, and says so; see `physics.sources`.
 
     Parameters
     ----------

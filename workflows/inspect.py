@@ -3,18 +3,16 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..measurements.clean_log import check_target, write_clean
 from ..measurements.collection import find_logs
 from ..measurements.inspection import Fixed, Inspection, Inspections, inspect_log, inspect_logs
 from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
+from ..measurements.prepared_logs import check_target, write_clean
 from ..measurements.quality.examination import examine
 from ..physics.errors import RequestError
-from ..physics.freed_memory import hand_back
-from ..physics.stage import Say
+from ..physics.stage import Say, hand_back
 from ..physics.vehicle import Vehicle
-from ..reports.terminal.pace import Pace, megabytes
-from ..reports.terminal.progress import SHOWN, showing
+from ..reports.terminal.progress import SHOWN, Pace, megabytes, showing
 
 
 def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:

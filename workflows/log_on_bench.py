@@ -1,16 +1,37 @@
-"""A log as it is read, with or without corrections of its sensors, and every model that is fitted to it by hand."""
+"""A log on the bench: models fitted to it by hand, weighed on rows that no fit saw, and findings as cards.
 
+A log as it is read, with or without corrections of its sensors, and every model that is fitted to it by hand.
+
+What a person added by name, weighed: its value with an interval, and what it does on rows that no fit saw.
+
+Findings as cards of the workbench: effects, and what the sensors do wrong.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..comparison.what_decides import what_decides
+from ..discovery.add_effects import Bench, ByHand
 from ..discovery.basis import Basis
-from ..discovery.by_hand import Bench, ByHand
-from ..discovery.findings import Findings
+from ..discovery.findings import Findings, SensorError
+from ..discovery.found_effects import FoundEffect, FoundTerm
 from ..discovery.in_order import chosen_for
 from ..discovery.settings import DiscoverySettings
-from ..physics.in_words import unit_text
+from ..measurements.statistics.blocks import Verdict, paired_ratio
+from ..physics.effects import BY_NAME, COMMAND_OFFSET
+from ..physics.errors import RequestError
+from ..physics.presentation import listing, number, percent, unit_text, words
 from ..reports.page.chapters.play import knobs_of
+from ..reports.page.figures.effect_figures import MissingForce, best_signal, force_drawings, signal_rows
+from ..reports.sureness import file_numbers, in_order, odds
+from ..reports.wording import effect_words, interval, risen, twins, within
 from ..residuals.models.base import VehicleModel
-from ..residuals.prediction_band import prediction_band
-from .opened_log import OpenedLog
-from .workbench_facts import OWN_NUMBERS, Fit, Stand, Value, Way
+from ..residuals.scores import evaluate_all
+from ..residuals.series import prediction_band
+from .opened_log import FORCES, HORIZON, OpenedLog
+from .workbench_facts import OWN_NUMBERS, Card, Fit, Stand, Value, Way
 
 _KEPT = 40
 """Models whose predictions are kept, the latest: a slider makes hundreds, each as long as the log."""
@@ -104,3 +125,133 @@ class LogOnBench:
 
 def _ends(ci95: tuple[float, float] | None) -> tuple[float, float] | None:
     return None if ci95 is None else (float(ci95[0]), float(ci95[1]))
+
+
+_TOLD: dict[Verdict, tuple[str, str]] = {
+    "better": (
+        "betters unseen rows",
+        "On rows that the fit did not see, the model errs {by} less in {what} with it than without: more than chance.",
+    ),
+    "worse": (
+        "worse on unseen rows",
+        "On rows that the fit did not see, the model errs {by} more in {what} with it than without.",
+    ),
+    "no difference": (
+        "cannot tell",
+        "On rows that the fit did not see, the error in {what} differs by {by}, which is nothing or may be chance.",
+    ),
+    "too short to tell": (
+        "cannot tell",
+        "The log is too short to judge on rows that the fit did not see.",
+    ),
+}
+"""Verdict on the card, and the sentence, by what the comparison on unseen rows says."""
+
+
+def weighed(bench: LogOnBench, stand: Stand, name: str) -> Card:
+    """The card of something in a model that no search has weighed.
+
+    Parameters
+    ----------
+    stand : the model; numbers that were moved by hand count as they were fitted
+    name : of the term or effect in it
+
+    Raises
+    ------
+    RequestError
+        as `LogOnBench.model` does.
+    """
+    whole = replace(stand, moved=())
+    without = replace(whole, names=tuple(one for one in stand.names if one != name))
+    before = {value.symbol: value.after for value in bench.fit(without).values}
+    own = [value for value in bench.fit(whole).values if value.symbol == name or value.symbol not in before]
+    errors = evaluate_all([bench.model(without), bench.model(whole)], bench.inputs.parts.judged)
+    decides = what_decides(errors)
+    found = paired_ratio(decides.squares[1], decides.squares[0], decides.shortest)
+    verdict, sentence = _TOLD[found.verdict if decides.what else "too short to tell"]
+    told = sentence.format(by=percent(abs(found.relative)), what=decides.what)
+    unsure = [v for v in own if v.ci95 is not None and v.ci95[0] <= v.before <= v.ci95[1]]
+    if unsure:
+        inside = listing([f"{number(v.before)} in that of {v.symbol}" for v in unsure])
+        verdict = "cannot tell"
+        told = f"This log cannot tell: what the model has without it lies in the interval, {inside}. {told}"
+    return Card(name, words(name), "", told, verdict, tuple(map(_number, own)))
+
+
+def _number(value: Value) -> str:
+    ends = "" if value.ci95 is None else f" (95 %: {interval(value.ci95)})"
+    return f"{value.symbol} = {within(value.after, value.ci95)} {unit_text(value.unit)}".strip() + ends
+
+
+_TELLS = 0.05
+"""Share of the missing force that an effect must explain by itself for a picture of it to tell anything."""
+_DRAWN = 8
+"""Effects that get a picture: more would not be looked at, and each takes a tenth of a second."""
+
+
+def effect_cards(findings: Findings, bench: LogOnBench) -> tuple[Card, ...]:
+    """A card for every effect that could be judged, the most valuable first."""
+    judged = [c for c in in_order(findings.candidates) if not c.cannot_tell]
+    return tuple(_effect(c, findings, bench, drawn=k < _DRAWN) for k, c in enumerate(judged))
+
+
+def sensor_cards(findings: Findings) -> tuple[Card, ...]:
+    """A card for everything that the sensors or their record do wrong, by the name of its correction."""
+    return tuple(_sensor(s, findings) for s in findings.sensors if s.verdict != "no evidence")
+
+
+def numbers_of(terms: Sequence[FoundTerm]) -> tuple[str, ...]:
+    """Values with their intervals."""
+    return tuple(
+        f"{t.symbol} = {within(t.value, t.ci95)} {unit_text(t.unit)}".strip()
+        + (f" (95 %: {interval(t.ci95)})" if t.ci95 else "")
+        for t in terms
+    )
+
+
+def _sensor(found: SensorError, findings: Findings) -> Card:
+    of_commands = found.what in (found.error, COMMAND_OFFSET.symbol)  # of no other record is a delay the twin
+    alike = [effect_words(c) for c in findings.candidates if of_commands and found.error in c.indistinguishable_from]
+    title = words(found.error).capitalize()
+    return Card(found.correction, title, "", found.sentence, found.verdict, numbers_of(found.terms), twins=tuple(alike))
+
+
+def _effect(found: FoundEffect, findings: Findings, bench: LogOnBench, *, drawn: bool) -> Card:
+    tell = next((one.manoeuvre for one in findings.advice if words(found.effect) in one.why), "")
+    effect = BY_NAME.get(found.effect)
+    numbers = file_numbers(found, bench.inputs.vehicle) if found.verdict != "no evidence" else ()
+    shown = bench if drawn and effect is not None and found.verdict != "no evidence" else None
+    return Card(
+        found.key,
+        effect_words(found).capitalize(),
+        found.equation,
+        " ".join([unit_text(found.sentence), *risen(findings.steps, f"{HORIZON:g}", found)]),
+        found.verdict,
+        tuple(one.told() for one in numbers),
+        tuple(twins(found)),
+        tell,
+        _picture(found, shown) if shown is not None else "",
+        odds(found),
+    )
+
+
+def _picture(found: FoundEffect, bench: LogOnBench) -> str:
+    """The force that lacks on the axis that the effect explains best, and what it alone adds there."""
+    vehicle = bench.inputs.vehicle
+    try:
+        model = bench.model(Stand((found.key,)))
+    except RequestError:
+        return ""
+    table = bench.rows.measured(bench.inputs.channels)
+    left = bench.rows.columns(model, vehicle)
+    nominal = bench.rows.columns(VehicleModel(vehicle, "nominal"), vehicle)
+    drawn = []
+    for axis, force in enumerate(FORCES):
+        known = np.isfinite(nominal[force]) & np.isfinite(left[force])
+        lacking, added = nominal[force][known], (nominal[force] - left[force])[known]
+        if lacking.size and np.any(added):
+            rows = signal_rows({name: values[known] for name, values in table.items()})
+            signal = best_signal(rows, added, axis)
+            drawn.append(MissingForce(axis, lacking, added, signal, rows[signal]))
+    best = max(drawn, key=lambda one: one.told, default=None)
+    return str(force_drawings([best])[0]) if best is not None and best.told >= _TELLS else ""

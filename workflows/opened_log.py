@@ -1,26 +1,36 @@
-"""A log that was opened for the workbench: its rows, and what any model makes of them; nothing here searches."""
+"""Opened logs of the workbench: their rows, and what any model makes of them, fitted to them or not.
+
+A log that was opened for the workbench: its rows, and what any model makes of them; nothing here searches.
+
+Another log of the same boat on the bench, to which nothing is fitted: what each model makes of all its rows.
+"""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
+from ..comparison.models_by_name import logs_of, overlap
 from ..discovery.balance.long_logs import digest
 from ..discovery.settings import DiscoverySettings
-from ..measurements.preparation.derive import accelerations
-from ..measurements.preparation.held_out import folds_of
-from ..measurements.prepared_logs import Inputs
+from ..measurements.collection import log_digests
+from ..measurements.preparation.resampling import accelerations
+from ..measurements.preparation.split import folds_of
+from ..measurements.prepared_logs import ALL, Inputs
 from ..measurements.quality.finding import SEVERITY
+from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError
-from ..physics.frames import AXES, Array
-from ..physics.in_words import number
-from ..physics.matrices import mass_matrix
-from ..physics.simulation import rollout
+from ..physics.integration import rollout
+from ..physics.momentum_balance import mass_matrix
+from ..physics.motion import AXES, Array
+from ..physics.presentation import listing, number
 from ..physics.vehicle import Vehicle
 from ..residuals.models.band_record import PredictionBand
 from ..residuals.models.base import VehicleModel
-from ..residuals.scores import rollout_errors
-from ..residuals.series import RESTART, Stretch, half_widths, predicted, stretches
+from ..residuals.scores import acceleration_score, rollout_errors
+from ..residuals.series import RESTART, Stretch, half_widths, held_predictions, predicted, stretches
 from .workbench_facts import Check, Fit, Opened, Span, Way
 
 HORIZON = RESTART
@@ -194,3 +204,81 @@ class Rows:
                 return stretch, row
             row -= stretch.motion.time.size
         raise RequestError(f"there is no row at {number(time)} s")
+
+
+UNSEEN = "This log was not used to fit; errors are of all its rows."
+"""Which rows judge, where no fit has seen any of them."""
+
+
+class TriedLog:
+    """A log that judges the models of the bench, whole and uncut, as `compare` judges one that a model has not seen.
+
+    Parameters
+    ----------
+    inputs : the log, read for the nominal vehicle of the bench
+    judged : which of its rows judge, and whether a fit saw them, in a sentence; see `rows_that_judge`
+    """
+
+    def __init__(self, inputs: Inputs, judged: str) -> None:
+        self.inputs, self.judged = inputs, judged
+        self._log = OpenedLog(inputs.whole(ALL), cut=True)
+
+    @cached_property
+    def opened(self) -> Opened:
+        """What is measured, and what the nominal model makes of it."""
+        opened = self._log.opened()
+        acceleration = self._acceleration(VehicleModel(self.inputs.vehicle, "nominal", "physics"))
+        return replace(opened, nominal=replace(opened.nominal, acceleration=acceleration), judged=self.judged)
+
+    @single_threaded
+    def fit(self, fitted: Fit, vehicle: Vehicle) -> Fit:
+        """A model that was fitted to the log of the bench, with its errors on this one.
+
+        Parameters
+        ----------
+        fitted : the model as the bench shows it
+        vehicle : the same as a vehicle
+        """
+        model = VehicleModel(vehicle, "shown", "physics")
+        error, lost = self._log.error(model)
+        band, judged = fitted.band, self._log.inputs.parts.judged
+        columns = self._log.rows.columns(model, self.inputs.vehicle, band)
+        held = None if band is None else held_predictions(model, band, judged)
+        acceleration = self._acceleration(model)
+        return replace(fitted, error=error, lost=lost, columns=columns, acceleration=acceleration, held=held)
+
+    def _acceleration(self, model: VehicleModel) -> dict[str, float]:
+        """Root mean square errors from row to row, by axis [m/s^2, rad/s^2]."""
+        rmse = acceleration_score(model, self._log.inputs.parts.judged).rmse
+        return dict(zip(AXES, rmse.tolist(), strict=True))
+
+    def way(self, vehicle: Vehicle, time: float) -> Way:
+        """See `OpenedLog.way`."""
+        return self._log.way(vehicle, time)
+
+
+def rows_that_judge(logs: Sequence[tuple[str, str]], fitted: Sequence[str], nominal: Vehicle) -> str:
+    """Say which rows of another log judge, and whether a fit saw them.
+
+    Parameters
+    ----------
+    logs : path of each judged log, and what the user calls it
+    fitted : paths of the logs of the bench
+    nominal : its sources may name logs to which it was fitted before
+
+    Returns
+    -------
+    str
+        A sentence.
+    """
+    own = [(str(one["path"]), one["sha256"]) for one in log_digests(fitted)]
+    record = [*own, *logs_of("", VehicleModel(nominal, "nominal", "physics"))]
+    digests = [one["sha256"] for one in log_digests([path for path, _ in logs])]
+    found = overlap(record, [(name, sha) for (_, name), sha in zip(logs, digests, strict=True)])
+    if found.same:
+        return f"The model was fitted to {listing(list(found.same))}: its errors are too small there."
+    if found.alike:
+        return (
+            f"The vehicle file may have been fitted to {listing(list(found.alike))}: its errors may be too small there."
+        )
+    return UNSEEN

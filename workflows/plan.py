@@ -1,31 +1,156 @@
-"""The verb `plan`: what to drive next, optimised on the model, as files for whoever drives it."""
+"""The verb `plan`: what to drive next, optimised on the model, and the folder of files for whoever drives it.
 
+The folder of a mission: a file for each that may drive it, and `mission.json`, which says whose they are.
+"""
+
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import degrees, inf, isfinite, radians
 from pathlib import Path
+from typing import ClassVar
 
 from ..discovery.basis import choose
 from ..discovery.experiment.advice import open_questions
-from ..discovery.experiment.changed_steps import Bounds
-from ..discovery.experiment.open_question import OpenQuestion, ask
-from ..discovery.experiment.optimal_manoeuvre import LEAST_SECONDS, Manoeuvre, shortest
-from ..discovery.experiment.separation import MOST_RIVALS
+from ..discovery.experiment.optimal_manoeuvre import LEAST_SECONDS, Bounds, Driven, Manoeuvre, shortest
+from ..discovery.experiment.separation import MOST_RIVALS, OpenQuestion, ask
 from ..discovery.hidden_sensors import beside_sensors
-from ..discovery.selected import Selected
-from ..exports.missions.base import Mission, Place
+from ..discovery.kept_effects import Selected
+from ..exports.missions.base import Mission, MissionFormat, Place
+from ..exports.missions.registry import mission_formats
 from ..measurements.prepared_logs import PathLike
-from ..measurements.statistics.single_threaded import single_threaded
-from ..physics.cards import Card
-from ..physics.errors import RequestError
-from ..physics.in_words import listing, words
-from ..physics.printable import shown
+from ..measurements.statistics.processors import single_threaded
+from ..physics.errors import RequestError, shown
+from ..physics.file_records import Flag, Number, Record, absent
+from ..physics.files import write_json, write_text
+from ..physics.folders import replace_folder
+from ..physics.presentation import Card, listing, words
+from ..physics.reading import read_json
 from ..physics.stage import Say
 from ..reports.terminal.progress import SHOWN, showing
 from .inputs import read_inputs
-from .mission_folder import PlannedDrive, PlanRecord, forms_of, write_mission
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run_inputs
+from .run_folder.run_files import check_target_folder
+
+RECORD = "mission.json"
+
+
+class PlannedDrive(Record):
+    """A manoeuvre in a file.
+
+    Attributes
+    ----------
+    words, seconds : what to drive, and its length [s]
+    gains : log-likelihood by which each model that may be true would part from the others, in the order of `effects`
+    probability : that it tells them apart, each of the models being as likely
+    reach, speed : farthest from where it begins [m], and fastest [m/s]
+    """
+
+    words: str
+    seconds: Number
+    gains: tuple[Number, ...]
+    probability: Number
+    reach: Number
+    speed: Number
+
+    @classmethod
+    def of(cls, driven: Driven) -> "PlannedDrive":
+        """What the models made of one."""
+        return cls(
+            words=driven.trial.words,
+            seconds=driven.seconds,
+            gains=driven.gains,
+            probability=driven.probability,
+            reach=driven.reach,
+            speed=driven.speed,
+        )
+
+
+class PlanRecord(Record):
+    """The content of `mission.json`.
+
+    Attributes
+    ----------
+    effects : the question, the first is what the search selected
+    tells : whether the manoeuvre is more likely than not to tell them apart within the limits
+    binding : limits without which one would
+    hopeless : effects that nothing which was tried would tell from the others, were they the true ones
+    minutes : on the water, with the rest before and after
+    best, fixed : the manoeuvre, and the library's best
+    files : SHA-256 of each file, by name
+    """
+
+    SCHEMA: ClassVar[str] = "undertow.mission/1"
+
+    effects: tuple[str, ...]
+    tells: Flag
+    binding: tuple[str, ...] = ()
+    hopeless: tuple[str, ...] = ()
+    minutes: Number
+    heading: Number
+    best: PlannedDrive
+    fixed: PlannedDrive
+    files: dict[str, str] | None = absent()
+
+
+def forms_of(mission: Mission) -> tuple[MissionFormat, ...]:
+    """The formats in which a mission can be written: without a place, all but the waypoints."""
+    return tuple(form for form in mission_formats() if mission.place is not None or not form.needs_place)
+
+
+def write_mission(
+    mission: Mission, record: PlanRecord, out: PathLike, reads: Sequence[PathLike] = (), *, force: bool = False
+) -> Path:
+    """Write the folder whole, in the place of an earlier one.
+
+    Parameters
+    ----------
+    record : of `mission.json`, without digests
+    reads : what the mission was made from, which no folder may replace
+
+    Raises
+    ------
+    RequestError
+        when the folder cannot be written, or something of another's would be lost.
+    """
+    target = check_mission_target(out, reads, force=force)
+
+    def build(work: Path) -> list[str]:
+        digests = {}
+        for form in forms_of(mission):
+            text = form.content(mission)
+            write_text(work / form.name, text)
+            digests[form.name] = hashlib.sha256(text.encode()).hexdigest()
+        write_json(work / RECORD, record.but(files=digests).to_dict())
+        return [*digests, RECORD]
+
+    try:
+        replace_folder(target, build, own_mission, force=force)
+    except OSError as error:
+        raise RequestError(f"cannot write the mission to {target}: {error.strerror or error}") from None
+    return target
+
+
+def check_mission_target(out: PathLike, reads: Sequence[PathLike], *, force: bool = False) -> Path:
+    """The folder of a mission, if it can be written and nothing of the user's be lost."""
+    names = {form.name for form in mission_formats()} | {RECORD}
+    check_target_folder("--out", Path(out), names, own_mission, reads, force=force)
+    return Path(out)
+
+
+def own_mission(folder: Path) -> set[str]:
+    """Names of the files of a mission in a folder that undertow wrote and nobody changed since."""
+    try:
+        held = read_json(folder / RECORD)
+        if held.get("schema") != PlanRecord.SCHEMA:
+            return set()
+        digests = dict(held.get("files") or {})
+        same = {n for n, d in digests.items() if hashlib.sha256((folder / n).read_bytes()).hexdigest() == d}
+    except (OSError, ValueError, AttributeError, TypeError):
+        return set()
+    return same | {RECORD}
+
 
 _FENCE_SHARE, _FENCE_LEAST = 1.5, 10.0
 """Where nobody limits the space, the fence stands so many times as far as the models get, and at least so far [m]."""

@@ -7,17 +7,26 @@ from pathlib import Path
 
 from ..comparison.facts import Comparison
 from ..physics.errors import RequestError, expect
-from ..physics.file_system import at_rest, identity, link
 from ..physics.files import write_json, write_text
-from ..physics.folders import check_folder, replace_folder
+from ..physics.folders import at_rest, check_folder, identity, link, replace_folder
 from ..physics.stage import Say
 from ..reports.page.fleet_page import fleet_page
 from ..reports.page.pdf import find_browser, print_pdf
 from ..reports.terminal.progress import SHOWN, showing
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_comparison, read_run
-from .run_folder.run_files import PAGE, PDF, RECORD, RUN_FILES, is_comparison, own_report, reseal
-from .run_folder.targets import Kind, check_targets, same_place
+from .run_folder.run_files import (
+    PAGE,
+    PDF,
+    RECORD,
+    RUN_FILES,
+    Kind,
+    check_targets,
+    is_comparison,
+    own_report,
+    reseal,
+    same_place,
+)
 from .run_folder.write import page_of, write_page
 
 PathLike = str | os.PathLike[str]

@@ -13,17 +13,16 @@ from ..comparison.audit import Audit, audit_along
 from ..comparison.comparison import Judged, judge, row
 from ..comparison.coverage import coverage
 from ..comparison.facts import ComparedModel
-from ..measurements.log_digests import log_digests
+from ..measurements.collection import log_digests
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json
 from ..physics.folders import held, put_right
 from ..physics.forces import at_beginning
-from ..physics.in_words import percent
+from ..physics.presentation import percent
 from ..physics.reading import Plain
 from ..physics.stage import Say, Stage
-from ..reports.terminal.progress import SHOWN, showing
-from ..reports.terminal.training_progress import epochs_told
+from ..reports.terminal.progress import SHOWN, epochs_told, showing
 from ..reports.training_words import (
     broken_laws,
     kinds_in_words,
@@ -39,7 +38,7 @@ from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, load_net
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
 from ..residuals.scores import evaluate
 from ..residuals.training.training_settings import Choice, TrainingSettings
-from .run_folder.targets import check_target_folder
+from .run_folder.run_files import check_target_folder
 
 if TYPE_CHECKING:
     from ..discovery.distillation.distilled import Distilled

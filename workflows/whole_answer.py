@@ -11,7 +11,7 @@ from pathlib import Path
 from ..comparison.comparison import judge, row
 from ..comparison.facts import CORRECTED
 from ..physics.forces import at_beginning
-from ..physics.in_words import percent
+from ..physics.presentation import percent
 from ..physics.stage import Say
 from ..physics.vehicle import load_vehicle
 from ..reports.terminal.progress import SHOWN, showing
@@ -21,7 +21,7 @@ from ..residuals.models.neural import is_network_folder, require_torch
 from ..residuals.scores import evaluate
 from ..residuals.training.training_settings import TrainingSettings
 from .inputs import read_inputs
-from .run_folder.run import Run
+from .run_folder.write import Run
 from .train import BEST, NothingToLearnError, TrainRun, choice_of, train
 
 NETWORK = "network"

@@ -6,26 +6,22 @@ from dataclasses import replace
 from ..comparison.facts import ComparedModel, Comparison
 from ..discovery.candidates.nuisance import CALIBRATED
 from ..discovery.findings import Findings
-from ..discovery.hidden_errors import HiddenErrors
+from ..discovery.hidden_sensors import HiddenErrors
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import Inputs, PathLike
-from ..measurements.statistics.single_threaded import single_threaded
+from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError
-from ..physics.frames import AXES
-from ..physics.in_words import listing, words
+from ..physics.motion import AXES
+from ..physics.presentation import listing, words
 from ..physics.sources import WHOLE, with_sources
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
 from ..reports.page.outcome import headline, opening, section_title
 from ..reports.sureness import source_marks, sure_caption
 from .discover_and_add import add, discover
-from .log_on_bench import LogOnBench
-from .opened_log import HORIZON, OpenedLog
-from .run_folder.run import Run
-from .run_folder.write import write_run
-from .tried_log import TriedLog
-from .weighed_by_hand import weighed
-from .workbench_cards import effect_cards, sensor_cards
+from .log_on_bench import LogOnBench, effect_cards, sensor_cards, weighed
+from .opened_log import HORIZON, OpenedLog, TriedLog
+from .run_folder.write import Run, write_run
 from .workbench_facts import OWN_NUMBERS, Card, Fit, Opened, Rival, Searched, Stand, Way
 
 _READINGS = 4

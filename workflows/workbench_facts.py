@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from ..physics.frames import Array
+from ..physics.motion import Array
 
 if TYPE_CHECKING:
     from ..comparison.facts import Comparison
     from ..discovery.findings import Findings
     from ..residuals.models.band_record import PredictionBand
-    from ..residuals.prediction_band import HeldPredictions
+    from ..residuals.series import HeldPredictions
 
 OWN_NUMBERS = "own numbers"
 """Among the names of effects: the numbers that the vehicle file has, fitted to the log beside what is added."""

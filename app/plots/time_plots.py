@@ -8,9 +8,8 @@ import numpy as np
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
-from ...physics.frames import Array
-from .level_of_detail import Levels
-from .messages import Named, rounded, rounded_times, sent_number
+from ...physics.motion import Array
+from .level_of_detail import Levels, Named, rounded, rounded_times, sent_number
 
 Role = Literal["measured", "before", "after", "between"]
 

@@ -6,9 +6,19 @@ import numpy as np
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
-from ...physics.frames import Array
-from .messages import Named, rounded, rounded_times, sent_number
-from .thinned_paths import Path, joined, nearest, thinned_by_length, thinned_by_rows, within
+from ...physics.motion import Array
+from .level_of_detail import (
+    Named,
+    Path,
+    joined,
+    nearest,
+    rounded,
+    rounded_times,
+    sent_number,
+    thinned_by_length,
+    thinned_by_rows,
+    within,
+)
 
 Places = tuple[Array, Array]
 """Metres north and metres east, each of shape (rows,)."""

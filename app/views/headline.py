@@ -1,6 +1,6 @@
 """What the top of the bench says: how the shown model does, what the search found, and on what both lean."""
 
-from ...physics.in_words import listing, number, percent, words
+from ...physics.presentation import listing, number, percent, words
 from ...workflows.workbench_facts import OWN_NUMBERS, Fit, Opened
 from ..shown import Shown
 from .words import number_in

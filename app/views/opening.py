@@ -1,13 +1,219 @@
-"""How work comes onto the bench: a log, dropped or by its path, with its vehicle; a saved session; or the demo."""
+"""Opening and taking away: a log, a session or the demo comes onto the bench; page, model and findings leave it.
+
+How work comes onto the bench: a log, dropped or by its path, with its vehicle; a saved session; or the demo.
+
+What a person takes away: page, model, findings, run folder, session, and the commands that do the same.
+
+Files that are dropped on the page, or a path: a log, and what it is read with.
+
+Which log the views show: that to which the model is fitted, or another one on which it is tried.
+"""
 
 from collections.abc import Callable, Mapping
+from itertools import count
+from pathlib import Path
+from weakref import proxy
 
-from nicegui import ui
+from nicegui import events, ui
 
+from ...physics.errors import one_line
 from ...workflows.workbench_facts import Source
+from ..closed_to_strangers import MOST_UPLOADED
 from ..session import Session
-from .log_files import LogFiles
-from .words import button, line
+from .words import button, line, watching
+
+_THINGS = {
+    "page": ("The report page", "one HTML file that opens anywhere"),
+    "model": ("model.yaml", "the corrected vehicle file"),
+    "findings": ("findings.json", "the findings for machines"),
+    "run": ("The run folder", "everything, as a zip"),
+}
+
+
+def taking_away(session: Session) -> None:
+    """A menu button in the bar."""
+    with button("Take away", lambda: None, lead=True), ui.menu().props('aria-label="Take away"'):
+        for what, (name, told) in _THINGS.items():
+            item = ui.menu_item(on_click=lambda _, what=what: _take(session, what)).mark(f"take {what}")
+            with item, ui.element("div"):
+                line(name, tag="b")
+                line(told, "muted small")
+        with ui.menu_item(on_click=lambda: _for_another(session)).mark("export"), ui.element("div"):
+            line("For another program", tag="b")
+            line("Gazebo, C, Python, MATLAB, an autopilot ...", "muted small")
+        with ui.menu_item(on_click=lambda: _save(session)).mark("save"), ui.element("div"):
+            line("The session", tag="b")
+            line("log, vehicle, steps and view, to go on later or elsewhere", "muted small")
+        ui.separator()
+        ui.menu_item("The commands that do the same", on_click=lambda: _commands(session))
+
+
+async def _take(session: Session, what: str) -> None:
+    path = await session.take(what)
+    if path is None:
+        ui.notify(session.errands.trouble, type="warning", multi_line=True)
+        return
+    ui.download.content(path.read_bytes(), path.name)
+
+
+async def _save(session: Session) -> None:
+    opened, path = session.shown.fitted, await session.save()
+    if path is None or opened is None:
+        ui.notify(session.errands.trouble, type="warning", multi_line=True)
+        return
+    log = session.names.in_file(session.names.told(opened.opened.log)).partition(".")[0]
+    ui.download.content(path.read_bytes(), f"{log}.session.json")
+
+
+async def _for_another(session: Session) -> None:
+    """A dialog of the formats of exports, each with what it is."""
+    formats = dict(await session.ask("formats") or ())
+    if not formats:
+        ui.notify(session.errands.trouble, type="warning", multi_line=True)
+        return
+    with ui.dialog() as dialog, ui.element("div").classes("card stack"):
+        line("The model for another program", tag="h2")
+        choice = ui.radio(formats, value=next(iter(formats))).props('aria-label="Format"').classes("formats")
+        line("Every file says what is known about the model, and what the format cannot express.", "muted small")
+        with ui.element("div").classes("flow"):
+            button("Write and take", lambda: _take(session, str(choice.value)), lead=True)
+            button("Close", dialog.close)
+    dialog.open()
+
+
+def _commands(session: Session) -> None:
+    with ui.dialog() as dialog, ui.element("div").classes("card stack"):
+        line("The same on the command line", tag="h2")
+        ui.code(session.commands(), language="bash").classes("commands")
+        button("Close", dialog.close)
+    dialog.open()
+
+
+SUFFIXES = (
+    *(".csv.gz", ".csv", ".parquet", ".bin", ".log", ".tlog", ".ulg", ".mcap", ".db3", ".bag", ".mat", ".npy", ".txt"),
+    *(".yaml", ".yml", ".json"),
+)
+"""Ends of file names that an upload may keep; of a name from the browser nothing else becomes a part of a path."""
+_KINDS = {"log": "a log", "vehicle": "the vehicle file", "map": "the channel map", "session": "a session"}
+_LONGEST = 120
+"""Characters of a name from the browser that are shown."""
+_COUNT = count(1)
+"""Numbers of uploads: no two are kept under one name."""
+
+
+def stored_as(name: str, number: int) -> str:
+    """The name under which an upload is kept: its number, and its kind where that is known.
+
+    Examples
+    --------
+    >>> stored_as("../../etc/my log.CSV", 1), stored_as("run.exe", 2)
+    ('upload-1.csv', 'upload-2')
+    """
+    lower = name.lower()
+    return f"upload-{number}{next((end for end in SUFFIXES if lower.endswith(end)), '')}"
+
+
+class LogFiles:
+    """A place to drop files on, a field for a path, and how a log is read.
+
+    Parameters
+    ----------
+    paths : files of this machine may be named; not where others than its user may see the page
+    path_label : of the field for a path
+    """
+
+    def __init__(self, session: Session, *, paths: bool, path_label: str) -> None:
+        self._session = session
+        self._files: dict[Path, str] = {}
+        kept = proxy(self)  # FastAPI keeps an upload beyond its page, which would keep all of this
+        with ui.element("div").classes("drop"):
+            self._upload = ui.upload(
+                label="Drop logs here, or press +",
+                multiple=True,
+                auto_upload=True,
+                max_file_size=MOST_UPLOADED,
+                on_upload=lambda event: kept._uploaded(event),
+                on_rejected=lambda: ui.notify("This file is too large to upload: give its path instead."),
+            )
+            self._upload.props('flat aria-label="Upload logs" no-thumbnails')
+        self._dropped = ui.element("div").classes("stack")
+        self._told = line("", "small").props('role="status"')
+        self._path = ui.input(label=path_label) if paths else None
+        if self._path is not None:
+            self._path.props("outlined dense")
+        self._frame = ui.select({"": "axes as the log says", "enu": "ENU / FLU", "ned": "NED / FRD"}, value="")
+        self._frame.props('outlined dense label="axes"')
+        self._as_is = ui.checkbox("take a broken log as it is (every result then carries a warning)")
+
+    @property
+    def logs(self) -> tuple[str, ...]:
+        """Paths of all that is no vehicle and no map: logs, and a session."""
+        path = "" if self._path is None else (self._path.value or "").strip()
+        return (*self._of("session"), *self._of("log"), *([path] if path else []))
+
+    @property
+    def vehicle(self) -> str:
+        """The vehicle file that was dropped last; empty for none."""
+        return next(reversed(self._of("vehicle")), "")
+
+    @property
+    def channel_map(self) -> str:
+        """The channel map that was dropped last; empty for none."""
+        return next(reversed(self._of("map")), "")
+
+    @property
+    def frame(self) -> str:
+        """Axes of the log; empty for what it says."""
+        return str(self._frame.value)
+
+    @property
+    def as_is(self) -> bool:
+        """Whether a broken log is taken as it is."""
+        return bool(self._as_is.value)
+
+    async def _uploaded(self, event: events.UploadEventArguments) -> None:
+        name = shown(event.file.name)
+        self._upload.reset()
+        if not name.lower().endswith(SUFFIXES):
+            self._told.set_text(f"{name} is no log that undertow reads: {', '.join(SUFFIXES)}")
+            return
+        target = self._session.folder / stored_as(name, next(_COUNT))
+        await event.file.save(target)
+        self._session.names.call(target, name)
+        self._files[target] = name
+        self._told.set_text("")
+        self._list()
+
+    def _list(self) -> None:
+        """The files that were dropped, each with what it is taken for and a button that takes it out."""
+        self._dropped.clear()
+        with self._dropped:
+            for path, name in self._files.items():
+                with ui.element("div").classes("flow small"):
+                    line(f"{name}: {_KINDS[_kind(path, name)]}", tag="span")
+                    button("\N{MULTIPLICATION SIGN}", lambda path=path: self._take_out(path), label=f"Take {name} out")
+
+    def _take_out(self, path: Path) -> None:
+        self._files.pop(path, None)
+        path.unlink(missing_ok=True)
+        self._list()
+
+    def _of(self, kind: str) -> list[str]:
+        return [str(path) for path, name in self._files.items() if _kind(path, name) == kind]
+
+
+def shown(name: str) -> str:
+    """The last part of a name from the browser, as it may be shown."""
+    return one_line(name.replace("\\", "/").rsplit("/", 1)[-1])[:_LONGEST] or "a file without a name"
+
+
+def _kind(path: Path, name: str) -> str:
+    if path.suffix == ".json":
+        return "session"
+    if path.suffix not in (".yaml", ".yml"):
+        return "log"
+    return "map" if "channel" in name.lower() or "map" in name.lower() else "vehicle"
+
 
 _MADE = "made from the log"
 _HULL = {
@@ -105,3 +311,72 @@ class Opening:
             as_is=files.as_is,
         )
         await self._session.open(source, self._opened)
+
+
+def another_log(session: Session, *, paths: bool) -> None:
+    """A line with both logs, and the way to try another.
+
+    Parameters
+    ----------
+    paths : see `LogFiles`
+    """
+    place = ui.element("section").classes("flow small").props('aria-label="The log that is shown"')
+    place.style("margin-top: 12px")
+    shown: list[object] = []
+
+    def refresh() -> None:
+        fitted, other, on_other = session.shown.fitted, session.shown.other, session.shown.on_other
+        names = [session.names.told(one.opened.log) for one in (fitted, other) if one is not None]
+        if shown == [names, on_other]:
+            return
+        shown[:] = [names, on_other]
+        place.clear()
+        with place:
+            if len(names) == 2:
+                options = {False: f"{names[0]} (fitted)", True: f"{names[1]} (tried)"}
+                choice = ui.toggle(options, value=on_other).props('dense no-caps unelevated aria-label="Log"')
+                choice.on_value_change(lambda event: session.shown.look_at(other=bool(event.value)))
+                button("Put away", session.put_away, label="Put the other log away")
+            button("Try on another log", lambda: _dialog(session, paths=paths), label="Try the model on another log")
+
+    watching(session, place, refresh)
+
+
+def _dialog(session: Session, *, paths: bool) -> None:
+    with ui.dialog() as dialog, ui.element("div").classes("card stack").style("max-width: min(96vw, 620px)"):
+        _Trying(session, dialog.close, paths=paths)
+    dialog.open()
+
+
+class _Trying:
+    """The dialog while it is open."""
+
+    def __init__(self, session: Session, leave: Callable[[], object], *, paths: bool) -> None:
+        self._session, self._leave = session, leave
+        line("Try the model on another log", tag="h2").style("margin: 0")
+        line(
+            "A log of the same boat. The model predicts it as it is: nothing is fitted to this log, and the open one "
+            "stays as you left it.",
+            "muted small",
+        )
+        self._files = LogFiles(session, paths=paths, path_label="or the path of a log, a folder or a pattern")
+        line("It is read with the channel map of the open log, unless you drop another beside it.", "muted small")
+        with ui.element("div").classes("flow"):
+            button("Predict", self._try, lead=True, label="Predict the other log")
+            button("Cancel", leave)
+            self._told = line("", "small", "span").props('role="status"')
+
+    async def _try(self) -> None:
+        files = self._files
+        if not files.logs:
+            self._told.set_text("Drop a log above, or give its path.")
+            return
+        source = Source(files.logs, channel_map=files.channel_map, frame=files.frame, as_is=files.as_is)
+        await self._session.try_on(source, self._tried)
+
+    def _tried(self) -> None:
+        if self._told.is_deleted:
+            return
+        self._told.set_text(self._session.names.told(self._session.errands.trouble))
+        if not self._session.errands.trouble:
+            self._leave()

@@ -6,7 +6,7 @@ from inspect import isawaitable
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
-from ...physics.in_words import number
+from ...physics.presentation import number
 from ...physics.vehicle import Vehicle
 from ..session import Session
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from undertow.fleet.hull_estimates import Fleet, HullEstimate
+from undertow.fleet.parameter_estimates import Fleet, HullEstimate
 
 PARAMETERS = (
     *("X_u", "X_uu", "Y_v", "Y_vv", "N_r", "N_rr"),

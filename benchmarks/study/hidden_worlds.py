@@ -10,10 +10,9 @@ import numpy as np
 
 from undertow.discovery.evidence.weighing import CERTAINLY
 from undertow.physics.effects import EFFECTS
-from undertow.physics.frames import Array, wrap_angle
-from undertow.physics.matrices import mass_matrix, thruster_matrix
-from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout
+from undertow.physics.integration import rollout
+from undertow.physics.momentum_balance import mass_matrix, thruster_matrix
+from undertow.physics.motion import Array, Motion, wrap_angle
 from undertow.physics.thrusters import command_of, neutral_command
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects

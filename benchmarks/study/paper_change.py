@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from undertow.measurements.statistics.quantiles import student
-from undertow.physics.frames import AXES, Array
-from undertow.physics.in_words import MINUS
+from undertow.physics.motion import AXES, Array
+from undertow.physics.presentation import MINUS
 
 Records = Sequence[Mapping[str, Any]]
 

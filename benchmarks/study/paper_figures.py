@@ -7,7 +7,7 @@ import matplotlib
 import numpy as np
 from zoo.cases import Setting
 
-from undertow.physics.frames import AXES
+from undertow.physics.motion import AXES
 from undertow.reports.page.figures.svg import ROLES, STYLE, canvas, drawn, panel
 from undertow.reports.page.markup import Html, figure
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from undertow.measurements.statistics.quantiles import student
-from undertow.physics.frames import AXES, Array
-from undertow.physics.in_words import MINUS, counted, number
+from undertow.physics.motion import AXES, Array
+from undertow.physics.presentation import MINUS, counted, number
 from undertow.reports.page.markup import Html, element, folded, table
 from undertow.reports.page.page import document
 

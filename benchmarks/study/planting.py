@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log, read_log
-from undertow.physics.frames import Array, body_to_earth
+from undertow.physics.motion import Array, body_to_earth
 
 Channels = dict[str, Channel]
 _GRID = 0.1

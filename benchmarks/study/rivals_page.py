@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from undertow.physics.frames import AXES
-from undertow.physics.in_words import MINUS, listing
+from undertow.physics.motion import AXES
+from undertow.physics.presentation import MINUS, listing
 
 from .records import in_a_table
 from .rivals.bare import EPOCHS

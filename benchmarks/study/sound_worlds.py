@@ -22,8 +22,8 @@ from undertow.measurements.canonical import Channel, command_kind
 from undertow.measurements.log import Log, read_log
 from undertow.physics.effects import EFFECTS
 from undertow.physics.errors import RequestError, VehicleError
-from undertow.physics.frames import Array, body_to_earth
-from undertow.physics.matrices import mass_matrix, thruster_matrix
+from undertow.physics.momentum_balance import mass_matrix, thruster_matrix
+from undertow.physics.motion import Array, body_to_earth
 from undertow.physics.thrusters import command_of
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP, programme, thruster_commands

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from undertow.physics.frames import Array
+from undertow.physics.motion import Array
 
 Plant = Callable[[pd.DataFrame, np.random.Generator], pd.DataFrame]
 PLACE, SPEED = ["x", "y"], ["u", "v"]

@@ -17,12 +17,9 @@ from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.typical_effects import random_hull, typical_effect, with_hull
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import Model, VehicleModel
-from undertow.steering.closed_loop import drive
-from undertow.steering.figures_of_merit import merit
+from undertow.steering.closed_loop import PERFECT, Surroundings, drive, merit
 from undertow.steering.known_model import known_model
-from undertow.steering.tracking import PERFECT
 from undertow.steering.tracks import TRACKS, pace_of, track_named
-from undertow.steering.true_boat import Surroundings
 
 from .worlds import merged
 

@@ -24,7 +24,7 @@ from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle
 from undertow.workflows.discover_and_add import discover
 from undertow.workflows.inputs import read_inputs
-from undertow.workflows.run_folder.run import Run
+from undertow.workflows.run_folder.write import Run
 
 from .scoring import exact, label
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from undertow.physics.effects import EFFECTS, effect_named
 from undertow.physics.errors import RequestError
+from undertow.physics.integration import rollout
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.simulated_log import SimulatedLog

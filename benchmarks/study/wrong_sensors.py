@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from undertow.physics.errors import RequestError
-from undertow.physics.frames import body_to_earth, earth_to_body, wrap_angle
+from undertow.physics.motion import body_to_earth, earth_to_body, wrap_angle
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.simulated_log import ODOMETRY_FIELDS
 from undertow.physics.worlds.typical_effects import random_hull, typical_effect

@@ -8,9 +8,9 @@ import numpy as np
 import torch
 
 from undertow.measurements.preparation.dataset import DataSet
-from undertow.measurements.preparation.derive import accelerations
+from undertow.measurements.preparation.resampling import accelerations
 from undertow.physics.files import write_json
-from undertow.physics.frames import AXES, Array
+from undertow.physics.motion import AXES, Array
 from undertow.residuals.models.base import Model
 from undertow.residuals.scores import acceleration_score, rollout_scores
 

@@ -1,26 +1,246 @@
-"""Everything about where two models fail, as `comparison.json` says it."""
+"""Failures of two models, as `comparison.json` says them, and which effect removes them.
 
-from collections.abc import Mapping, Sequence
+Everything about where two models fail, as `comparison.json` says it.
+
+Which effect removes an error, and how much of it: computed by putting the effects in and taking them out.
+"""
+
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import factorial
 from typing import Annotated, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
-from ...discovery.findings import FailingPlace
+from ...discovery.findings import FailingPlace, Removal
 from ...measurements.preparation.dataset import DataSet
+from ...measurements.preparation.split import PARTS
+from ...physics.effects import EFFECTS
+from ...physics.errors import VehicleError
 from ...physics.file_records import Record
-from ...physics.frames import AXES
-from ...residuals.models.base import Model
-from ...residuals.series_table import SeriesTable
-from .attribution import Along, Contributions, contributions
-from .drift import Drift, over_time
-from .frequency import NOISE, Frequency, against_frequency
+from ...physics.forces import actuation, modelled_acceleration
+from ...physics.momentum_balance import mass_matrix, thruster_matrix
+from ...physics.motion import AXES, Motion
+from ...physics.presentation import number, share_removed, unit_text, words
+from ...physics.vehicle import Vehicle
+from ...residuals.models.base import Model, VehicleModel
+from ...residuals.scores import same_filter
+from ...residuals.series import SeriesTable
+from .block_fit import draws
+from .frequency import NOISE, Frequency, Lag, against_frequency, against_lag
 from .heading import Heading, against_heading
-from .lag import Lag, against_lag
 from .places import worst_places
 from .rows import ENOUGH_SECONDS, Array, Scene, scene
-from .segments import FailingSeconds, segments
+from .segments import Drift, FailingSeconds, over_time, segments
+
+_EXACT = 6
+"""Up to so many effects every order of adding them counts; beyond, one order and its reverse."""
+_LEAST = 0.1
+"""Share of the error of a place that an effect must remove to be named there."""
+_HELD_OUT_LEAST = 0.05
+"""The same on its held-out rows, half as much: they are few, and only have to agree."""
+_UNSEEN = "not seen on held-out rows ({seconds:.1f} s of this are, {least:g} s are needed)"
+_NONE_ALONE = "no effect removes a tenth of it for sure, there and on held-out rows"
+_HELD_OUT_SECONDS = 2.0
+"""Held-out time [s] in a place, without which no effect is named for it."""
+_SAME = 1e-6
+"""Acceleration [m/s^2, rad/s^2] by which two models may differ and be the same."""
+
+
+class Along:
+    """The logs of a comparison, train, validation and test part, in the order in which `series.series` has them.
+
+    Parameters
+    ----------
+    only : the part that is wanted
+    """
+
+    def __init__(self, parts: Sequence[DataSet], only: str = "all") -> None:
+        logs = {source: k for k, source in enumerate(dict.fromkeys(m.source for data in parts for m in data.motions))}
+        self._parts = [data for name, data in zip(PARTS, parts, strict=True) if only in ("all", name)]
+        motions = [motion for data in self._parts for motion in data.motions]
+        log = np.concatenate([np.full(m.time.size, logs[m.source]) for m in motions])
+        self._order = np.lexsort((np.concatenate([m.time for m in motions]), log))
+
+    def acceleration(self, vehicle: Vehicle) -> Array:
+        """Modelled acceleration of a vehicle, (n, 3) [m/s^2, m/s^2, rad/s^2]."""
+        return self._each(lambda motion: modelled_acceleration(vehicle, motion))
+
+    def thrust(self, vehicle: Vehicle) -> Array:
+        """The part of it that the thrusters give, (n, 3)."""
+        push = np.linalg.solve(mass_matrix(vehicle), thruster_matrix(vehicle))
+        return self._each(lambda motion: (push @ actuation(vehicle, motion).thrust).T)
+
+    def _each(self, of: Callable[[Motion], Array]) -> Array:
+        found = [same_filter(of(motion), motion, data) for data in self._parts for motion in data.motions]
+        return np.concatenate(found)[self._order]
+
+
+@dataclass(frozen=True, slots=True)
+class Contributions:
+    """What each effect, by which two vehicles differ, does to the squared error of every row.
+
+    Attributes
+    ----------
+    effects : their names in the catalogue (the symbol, for a parameter that belongs to none)
+    changes : what changes, in words: "N_uv from 0 to -25 N s^2/m"
+    removed : (effects, n, 3) squared error that each removes, as the mean over the orders in which they can be added,
+        so that they sum to what all remove (the Shapley value)
+    missed : (effects, n, 3) squared error that comes back when one alone is taken out of the corrected model
+    """
+
+    effects: tuple[str, ...]
+    changes: tuple[str, ...]
+    removed: Array
+    missed: Array
+
+    def to(self, stage: Scene, rows: NDArray[np.bool_], axis: int) -> tuple[tuple[Removal, ...], str]:
+        """The effects that remove the error of a place on one axis; or why none.
+
+        An effect is named when it removes a tenth of the squared error there and the 95 % interval of that share, over
+        blocks, lies above zero; and when, on the held-out rows of the place alone, at least 2 s of them, it removes
+        error and its loss brings error back.
+        """
+        usable = np.isfinite(stage.error[:, axis]) & np.isfinite(self.removed[..., axis]).all(axis=0)
+        inside, unseen = rows & usable, rows & usable & stage.held_out
+        square = np.where(usable, np.square(stage.error[:, axis]), 0.0)
+        total, unseen_total = square[inside].sum(), square[unseen].sum()
+        seconds = float(unseen.sum() * stage.step)
+        if seconds < _HELD_OUT_SECONDS:
+            return (), _UNSEEN.format(seconds=seconds, least=_HELD_OUT_SECONDS)
+        if total <= 0.0 or unseen_total <= 0.0:
+            return (), ""
+        found: list[Removal] = []
+        blocks = np.unique(stage.block[inside])
+        for k, effect in enumerate(self.effects):
+            removed, missed = self.removed[k, :, axis], self.missed[k, :, axis]
+            share = removed[inside].sum() / total
+            sums = np.array([np.bincount(stage.block, np.where(inside, c, 0.0)) for c in (removed, square)]).T[blocks]
+            drawn = draws(blocks.size) @ sums
+            sure = blocks.size == 1 or np.quantile(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-300), 0.025) > 0.0
+            held = removed[unseen].sum() / unseen_total >= _HELD_OUT_LEAST and missed[unseen].sum() > 0.0
+            if share >= _LEAST and sure and held:
+                sentence = (
+                    f"{words(effect)} ({self.changes[k]}) removes {share_removed(share)} of the squared error here"
+                )
+                found.append(Removal(effect=effect, share_removed=round(float(share), 4), sentence=sentence))
+        return tuple(sorted(found, key=lambda one: -one.share_removed)), "" if found else _NONE_ALONE
+
+
+def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Contributions | None:
+    """What each effect by which `after` differs from `before` does to the error along logs.
+
+    Parameters
+    ----------
+    before, after : the models of the series' first and last columns
+    along : those logs
+    stage : the rows of the series along them, of the first model
+
+    Returns
+    -------
+    None where the models are not two vehicles, or differ in more than parameters.
+    """
+    if not (isinstance(before, VehicleModel) and isinstance(after, VehicleModel)):
+        return None
+    groups = _differences(before.vehicle, after.vehicle)
+    names = tuple(groups)
+    if not names:
+        return None
+    mixed = _Mixtures(before.vehicle, groups, along, stage.measured)
+    try:
+        if np.abs(mixed.acceleration(frozenset(names)) - along.acceleration(after.vehicle)).max() > _SAME:
+            return None  # other thrusters or curves: more than the catalogue can say
+        removed, missed = (np.zeros((len(names), *stage.error.shape)) for _ in range(2))
+        for subset, (counts, lacks) in _weights(names).items():
+            squares = mixed.squares(subset)
+            for k, name in enumerate(names):
+                for table, weights in ((removed, counts), (missed, lacks)):
+                    if name in weights:
+                        table[k] += weights[name] * squares
+    except (VehicleError, np.linalg.LinAlgError):
+        return None  # a mixture of the two that is no sound vehicle
+    changes = tuple(_in_words(before.vehicle, after.vehicle, groups[name]) for name in names)
+    return Contributions(names, changes, removed, missed)
+
+
+class _Mixtures:
+    """Squared errors along the logs of vehicles between two."""
+
+    def __init__(
+        self, vehicle: Vehicle, groups: Mapping[str, Mapping[str, float]], along: Along, measured: Array
+    ) -> None:
+        self._vehicle, self._groups, self._along, self._measured = vehicle, groups, along, measured
+
+    def acceleration(self, subset: frozenset[str]) -> Array:
+        """Modelled acceleration of the first vehicle with some of the effects."""
+        changes = {symbol: value for name in subset for symbol, value in self._groups[name].items()}
+        return self._along.acceleration(self._vehicle.with_values(changes))
+
+    def squares(self, subset: frozenset[str]) -> Array:
+        """Its squared error, (n, 3)."""
+        return np.square(self.acceleration(subset) - self._measured)
+
+
+def _differences(before: Vehicle, after: Vehicle) -> dict[str, dict[str, float]]:
+    """The symbols in which two vehicles differ, with the second's values, under the names of the effects they are."""
+    belongs = {symbol: effect.name for effect in EFFECTS for symbol in effect.symbols}
+    scales = {f"{thruster.name}_scale": "thruster_asymmetry" for thruster in before.thrusters}
+    groups: dict[str, dict[str, float]] = {}
+    for symbol in dict.fromkeys((*before.values, *after.values)):
+        old, new = (vehicle.values.get(symbol, 0.0) for vehicle in (before, after))  # a term may be in one alone
+        if old == new:
+            continue
+        name = belongs.get(symbol) or scales.get(symbol) or symbol
+        groups.setdefault(name, {})[symbol] = new
+    return groups
+
+
+Weights = dict[str, float]
+"""By effect, with what weight a squared error counts."""
+
+
+def _weights(names: tuple[str, ...]) -> dict[frozenset[str], tuple[Weights, Weights]]:
+    """For each set of effects, how its squared error counts in what each effect removes, and in what its lack costs.
+
+    By set, so that of a long log the errors of one set alone are in memory.
+    """
+    found: defaultdict[frozenset[str], tuple[Weights, Weights]] = defaultdict(lambda: ({}, {}))
+    for subset, name, weight in _additions(names):
+        for there, sign in ((subset, 1.0), (subset | {name}, -1.0)):
+            counts = found[there][0]
+            counts[name] = counts.get(name, 0.0) + sign * weight
+    for name in names:
+        found[frozenset(names) - {name}][1][name] = 1.0
+        found[frozenset(names)][1][name] = -1.0
+    return found
+
+
+def _additions(names: tuple[str, ...]) -> list[tuple[frozenset[str], str, float]]:
+    """What is there, what is added to it, and the weight of that addition among all orders; or among two of them."""
+    count = len(names)
+    if count > _EXACT:
+        orders = (names, names[::-1])
+        return [(frozenset(order[:k]), name, 0.5) for order in orders for k, name in enumerate(order)]
+    found = []
+    for name in names:
+        others = [other for other in names if other != name]
+        for size in range(count):
+            weight = factorial(size) * factorial(count - size - 1) / factorial(count)
+            found += [(frozenset(subset), name, weight) for subset in combinations(others, size)]
+    return found
+
+
+def _in_words(before: Vehicle, after: Vehicle, symbols: Mapping[str, float]) -> str:
+    told = []
+    for symbol, value in symbols.items():
+        unit = unit_text(after.parameter(symbol).unit) if symbol not in ("mass", "inertia_z") else ""
+        told.append(f"{symbol} from {number(before.values.get(symbol, 0.0))} to {number(value)} {unit}".rstrip())
+    return ", ".join(told)
+
 
 _FALLS = 0.9
 """Share of an error below which it is told why no effect is named for its fall."""

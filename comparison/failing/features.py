@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.in_words import NARROW, number
-from .bins import STATES, splits
-from .rows import Array, Scene
+from ...physics.presentation import NARROW, number
+from .rows import STATES, Array, Scene, splits
 
 Words = Callable[[str, str], str]
 """A range in words: its lower and its upper end as text, either empty where the range is open."""

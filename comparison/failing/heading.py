@@ -8,8 +8,8 @@ from pydantic import SerializerFunctionWrapHandler, model_serializer, model_vali
 
 from ...measurements.statistics.quantiles import fisher
 from ...physics.file_records import Number, Record
-from ...physics.frames import AXES
-from ...physics.in_words import number, unit_text
+from ...physics.motion import AXES
+from ...physics.presentation import number, unit_text
 from ...residuals.scores import ACCELERATION_UNITS
 from .block_fit import Fitted, fit_beside, static_columns
 from .rows import Array, Scene, shorter

@@ -1,4 +1,9 @@
-"""The few places that hold far more of a model's squared error than of the time: one half proposes, the other tests."""
+"""Places of failure: the few that hold far more of the squared error than of the time, found by a regression tree.
+
+The few places that hold far more of a model's squared error than of the time: one half proposes, the other tests.
+
+Where a regression tree cuts: the threshold that leaves the least squared error about the means of its two sides.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,14 +13,50 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...discovery.findings import FailingPlace
-from ...physics.frames import AXES
+from ...physics.motion import AXES
 from ...residuals.scores import ACCELERATION_UNITS
-from ...residuals.series_table import SeriesTable
-from .best_cut import best_cut
-from .bins import Split, splits
+from ...residuals.series import SeriesTable
 from .block_fit import draws
 from .features import Feature, features, merged
-from .rows import Array, Scene, mean_square, scene
+from .rows import Array, Scene, Split, mean_square, scene, splits
+
+_APART = 1e-7
+"""Two values that are nearer than this are one: single precision, in which trees are usually grown."""
+_EQUAL = 1e-9
+"""Share of what a cut tells within which two are alike, and the first is taken: a quantity that is nowhere negative and
+its modulus part the rows alike, and rounding is not to choose between them."""
+
+
+def best_cut(columns: Array, target: Array, least: int) -> tuple[int, float] | None:
+    """The column and the threshold by which rows are best parted (Breiman et al. 1984, section 8.4).
+
+    Parameters
+    ----------
+    columns : (n, k) quantities
+    target : (n,) what the means of both sides should tell
+    least : fewest rows on a side
+
+    Returns
+    -------
+    Column and threshold, half-way between two values; None where there are too few rows, or nothing is to be parted.
+
+    >>> best_cut(np.array([[0.0, 5.0], [1.0, 5.0], [2.0, 5.0], [3.0, 6.0]]), np.array([1.0, 1.0, 9.0, 9.0]), 1)
+    (0, 1.5)
+    """
+    n = target.size
+    if n < 2 * least or not np.ptp(target):
+        return None
+    order = np.argsort(columns, axis=0, kind="stable")
+    values, below = np.take_along_axis(columns, order, axis=0), np.cumsum(target[order], axis=0)[:-1]
+    count = np.arange(1, n)[:, None]
+    told = below**2 / count + (target.sum() - below) ** 2 / (n - count)
+    parted = (np.diff(values, axis=0) > _APART) & (count >= least) & (n - count >= least)
+    if not parted.any():
+        return None
+    told = np.where(parted, told, -np.inf)
+    column, row = np.argwhere((1.0 - _EQUAL) * told.max() <= told.T)[0]
+    return int(column), float(0.5 * (values[row, column] + values[row + 1, column]))
+
 
 LIMIT = 4
 """Places told of one model."""

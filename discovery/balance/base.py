@@ -8,9 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...measurements.preparation.held_out import Fold
-from ...physics.frames import Array
-from ...physics.motion import Motion
+from ...measurements.preparation.split import Fold
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from .column_cache import Remembered
 

@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 
 _MOST = 30_000_000
 """Bytes of arrays that are kept, however long the log is."""

@@ -12,10 +12,9 @@ from typing import final
 
 import numpy as np
 
-from ...physics.delays_and_lags import Switches, first_order_lag, switches
 from ...physics.forces import commands_known, thrust_left
-from ...physics.frames import Array
-from ...physics.motion import Motion
+from ...physics.motion import Array, Motion
+from ...physics.sampled_series import Switches, first_order_lag, switches
 from ...physics.thrusters import Thruster
 from .column_cache import Remembered
 

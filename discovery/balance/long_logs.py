@@ -10,8 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...physics.frames import Array
-from ...physics.motion import Motion
+from ...physics.motion import Array, Motion
 from .base import WeakSettings
 
 MOST_TESTS = 7_500

@@ -14,11 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from ...physics.cross_flow import FORCES
 from ...physics.forces import CURRENT, across_hull, apparent_wind, relative_velocity
-from ...physics.frames import Array
+from ...physics.momentum_balance import FORCES, balances
 from ...physics.momentum_balance import Balance as AxisBalance
-from ...physics.momentum_balance import balances
+from ...physics.motion import Array
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .column_cache import Remembered, room

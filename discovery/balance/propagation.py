@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 
 
 @final

@@ -5,10 +5,9 @@ from math import ceil
 
 import numpy as np
 
-from ...measurements.statistics.paired import Difference, paired_ratio
-from ...physics.frames import Array
-from ...physics.motion import Motion
-from ...physics.simulation import Legs, rollouts
+from ...measurements.statistics.blocks import Difference, paired_ratio
+from ...physics.integration import Legs, rollouts
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 
 HORIZON = 5.0

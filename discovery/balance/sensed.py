@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...measurements.statistics.white_noise import drawn_noise
+from ...measurements.statistics.signals import drawn_noise
 from ...physics.forces import modelled_force
-from ...physics.frames import Array
-from ...physics.matrices import mass_matrix
-from ...physics.motion import Motion
+from ...physics.momentum_balance import mass_matrix
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from .tested_terms import Kernel
 

@@ -11,9 +11,8 @@ from typing import Protocol, final
 import numpy as np
 
 from ...physics.forces import ForceEquation, Triple, relative_velocity
-from ...physics.frames import Array
-from ...physics.matrices import mass_matrix
-from ...physics.momentum_balance import balances
+from ...physics.momentum_balance import balances, mass_matrix
+from ...physics.motion import Array
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .products import Products, gathered, less, water

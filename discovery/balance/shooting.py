@@ -12,9 +12,8 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...measurements.statistics.robust import spread
-from ...physics.frames import Array
-from ...physics.motion import Motion
+from ...measurements.statistics.blocks import spread
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, WeakSettings
 from .column_cache import Remembered, room

@@ -7,15 +7,13 @@ from functools import partial
 
 import numpy as np
 
-from ...measurements.preparation.idle import IDLE, active
-from ...measurements.statistics.robust import spread
-from ...measurements.statistics.running import running_median
-from ...measurements.statistics.white_noise import sensor_noise
+from ...measurements.preparation.split import IDLE, active
+from ...measurements.statistics.blocks import spread
+from ...measurements.statistics.signals import running_median, sensor_noise
 from ...physics.errors import RequestError
 from ...physics.forces import memory_states
-from ...physics.frames import Array
 from ...physics.integration import Around, Driven, integrate
-from ...physics.motion import Motion
+from ...physics.motion import Array, Motion
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE

@@ -8,11 +8,10 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from ...physics.delays_and_lags import first_order_lag
 from ...physics.forces import remembered_before
-from ...physics.frames import Array, earth_to_body
 from ...physics.momentum_balance import balances
-from ...physics.motion import Motion
+from ...physics.motion import Array, Motion, earth_to_body
+from ...physics.sampled_series import first_order_lag
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .late_forces import LateForces

@@ -12,12 +12,11 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...measurements.statistics.white_noise import drawn_noise, sensor_noise
+from ...measurements.statistics.signals import drawn_noise, sensor_noise
 from ...physics.errors import RequestError
 from ...physics.forces import modelled_force
-from ...physics.frames import FORCE_UNITS, Array
-from ...physics.matrices import mass_matrix
-from ...physics.motion import Motion
+from ...physics.momentum_balance import mass_matrix
+from ...physics.motion import FORCE_UNITS, Array, Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, WeakSettings
 from .column_cache import Remembered, room

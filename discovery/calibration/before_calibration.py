@@ -1,6 +1,11 @@
-"""What comes before a calibration: motions cleared of what spoils them, and the parameters that they identify."""
+"""Calibration while effects are judged: motions cleared of what spoils them, and the parameters that they identify.
 
-from collections.abc import Sequence
+What comes before a calibration: motions cleared of what spoils them, and the parameters that they identify.
+
+Calibration while effects are judged: what is named is structure that no values of the model's parameters explain.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ...physics.errors import RequestError
@@ -9,12 +14,112 @@ from ...physics.vehicle import Vehicle
 from ..balance.shooting import ShootingSettings
 from ..balance.weak_form import WeakForm
 from ..basis import Basis, choose
-from ..candidates.candidate import part_by_sight
-from ..candidates.nuisance import calibratable, nuisance_candidates
+from ..candidates.at_limit import limit_at
+from ..candidates.candidate import NEEDS_SWAY, Candidate, Kind, part_by_sight
+from ..candidates.nuisance import beside, calibratable, nuisance_candidates
+from ..findings import Calibrated, Findings, Left
 from ..identifiability.identifiable_parameters import Identified, identified
-from ..search.output_error import polish
+from ..lawful.passivity import Lawful
+from ..search.estimation import Interval, polish
+from ..search.floating import SearchSettings
 from ..settings import DiscoverySettings
-from .beside_effects import why_unseen
+
+_BLIND = "it acts on an axis of which the sensors of this log show too little"
+_BY_SWAY = "only its force in sway tells it from a scale of thrust and drag, and of sway the sensors show too little"
+_MASSES = ("X_udot", "Y_vdot", "N_rdot")
+_THRUST = "thrust_scale"
+
+
+@dataclass(frozen=True, slots=True)
+class Freed:
+    """What is freed while effects are judged.
+
+    Attributes
+    ----------
+    pool : candidates for a search: the parameters that are free in every model, and the effects beside them
+    reasons : why others are not free, by symbol
+    absorbed : names of effects that the calibration would explain as well, so that they are not candidates
+    """
+
+    pool: tuple[Candidate, ...]
+    reasons: Mapping[str, str]
+    absorbed: tuple[str, ...]
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """The parameters that are free."""
+        return tuple(s for c in self.pool if c.kind is Kind.NUISANCE for s in c.symbols)
+
+    @property
+    def sentence(self) -> str:
+        """What is free, for a line of progress."""
+        return f"calibrating {', '.join(self.symbols) or 'nothing'} in every model"
+
+    def seen(self, pool: Sequence[Candidate]) -> "Freed":
+        """The same for a log that can judge a part of the pool only."""
+        lost = [s for s in self.symbols if s not in {s for c in pool for s in c.symbols}]
+        return replace(self, pool=tuple(pool), reasons={**self.reasons, **{s: why_unseen(s) for s in lost}})
+
+
+def why_unseen(symbol: str) -> str:
+    """Why a log with blind axes does not show a parameter; the axis along which a mass is measured may be seen."""
+    return _BY_SWAY if symbol in NEEDS_SWAY and symbol != "Y_vdot" else _BLIND
+
+
+def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> Freed:
+    """Free the parameters that have a value in the vehicle file, and leave the effects that are more than those.
+
+    Parameters that the log tells apart only vaguely are free too: an effect must not be named for what some values of
+    them would explain. Their intervals are wide. A common scale of all thrust is no candidate where all added masses
+    are free, or the free parameters together make up the thrust: masses and damping are then known in proportion to it.
+    """
+    symbols = calibratable(nominal)
+    known = identified(weak, nominal, (*symbols, *({_THRUST} - {*symbols})), settings, vague=True)
+    nuisances = nuisance_candidates(nominal, [s for s in known.symbols if s in symbols])
+    effects = beside(pool, symbols)
+    only = [f"{t.name}_scale" for t in nominal.thrusters] if len(nominal.thrusters) == 1 else []
+    proportional = _THRUST in known.reasons or set(_MASSES) <= set(known.symbols)
+    lost = [c for c in effects if c.symbols[0] in (_THRUST, *only) and proportional]
+    left = [c for c in effects if c not in lost]
+    reasons = {s: why for s, why in known.reasons.items() if s in symbols}
+    return Freed((*nuisances, *left), reasons, tuple(c.effect.name for c in lost))
+
+
+def calibrated(
+    symbols: Sequence[str], nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
+) -> tuple[Calibrated, ...]:
+    """What became of the parameters that were free."""
+    rows = []
+    for symbol in symbols:
+        parameter, wanted = nominal.parameter(symbol), lawful.unconstrained.value(symbol)
+        near = limit_at(parameter, wanted) is not None
+        rows.append(
+            Calibrated(
+                symbol=symbol,
+                before=nominal.value(symbol),
+                after=lawful.vehicle.value(symbol),
+                wanted=wanted,
+                unit=parameter.unit,
+                ci95=None if near else intervals.get(symbol),
+                at_limit=near,
+            )
+        )
+    return tuple(rows)
+
+
+def with_calibration(
+    findings: Findings, free: Freed, nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
+) -> Findings:
+    """Findings that say what was calibrated, and what the verdict therefore means."""
+    rows = calibrated(free.symbols, nominal, lawful, intervals)
+    headline = findings.headline
+    if findings.verdict == "nothing missing":
+        headline = "Nothing material is missing: once calibrated, the model explains this log."
+    elif findings.verdict == "missing":
+        headline = f"{headline.removesuffix('.')}, also once its own numbers are calibrated."
+    left = tuple(Left(symbol=symbol, why=why) for symbol, why in free.reasons.items())
+    return findings.but(headline=headline, calibrated=rows, left=left, absorbed=free.absorbed)
+
 
 ROLLOUTS = ShootingSettings(step=0.05)
 """Rollouts of the output-error step; no log is thinned, lest thinning biases the masses."""

@@ -1,31 +1,98 @@
-"""Parameters followed as rows of motion come in, few by few: constant work a row, and memory of some seconds of log.
+"""Online adaptation: parameters followed as rows come in, or along a whole log, and which effects may be followed.
+
+Parameters followed as rows of motion come in, few by few: constant work a row, and memory of some seconds of log.
 
 The rows are those of the weak form: a test function that ends now says what force the model misses, and its columns
 what force each parameter would add. Two constants an axis and an amount a parameter are known beforehand: the noise of
 a row and the size of the forces, from a stretch of motion, and what change is plausible, from trials simulated on the
 vehicle.
+
+Which effects may be followed while a boat runs: those in whose parameters the force is linear.
+
+Online adaptation of a whole log: named parameters followed as it is replayed, without looking ahead.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 
 import numpy as np
 
-from ...physics.frames import Array
+from ...measurements.statistics.processors import single_threaded
+from ...physics.effects import effect_named
+from ...physics.errors import RequestError, expect
 from ...physics.laws.damping_power import Envelope, envelope_of
-from ...physics.motion import Motion
-from ...physics.vehicle import Vehicle
+from ...physics.motion import Array, Motion
+from ...physics.vehicle import Vehicle, lacking
 from ..balance.weak_form import WeakForm
-from ..candidates.candidate import Candidate
+from ..candidates.candidate import Candidate, candidates, measurable
 from ..candidates.linearisation import Linearisation
+from ..candidates.nuisance import calibratable, nuisance_candidates
 from ..identifiability.rehearsal import plausible_amounts, rehearse
 from ..lawful.nearest_lawful import LawfulSet
 from ..search.floating import Search, SearchSettings
-from .change_watch import Alarm, AlarmSettings, ChangeWatch
-from .followed_effects import held_beside
+from .change_watch import Alarm, AlarmSettings, ChangeWatch, rehearsed_widening
 from .forgetting_fit import AdaptSettings, ForgettingFit
-from .rehearsed_alarms import rehearsed_widening
+
+_DAMPING = "_damping"
+"""How the names of the effects of damping on an axis end."""
+
+
+def followed_by_default(vehicle: Vehicle) -> tuple[str, ...]:
+    """The damping that stands in the vehicle, and the scale of each thruster."""
+    found = []
+    for candidate in candidates(vehicle):
+        damping = candidate.effect.name.endswith(_DAMPING) and any(vehicle.value(s) for s in candidate.symbols)
+        if damping or candidate.effect.name == "thruster_asymmetry":
+            found.append(candidate.key)
+    return tuple(found)
+
+
+def followed(vehicle: Vehicle, names: Sequence[str], motions: Sequence[Motion] = ()) -> tuple[Candidate, ...]:
+    """The candidates that names mean, every thruster's where none is chosen.
+
+    Parameters
+    ----------
+    motions : that must have the channels that the effects need; none where that is not known yet
+
+    Raises
+    ------
+    RequestError
+        for an unknown effect, one that is not linear in its parameters, needs channels that the motions lack or for
+        which the vehicle file states too little, none or one twice.
+    """
+    every = candidates(vehicle)
+    found: list[Candidate] = []
+    for name in names:
+        effect = effect_named(name.split("[")[0])
+        bent = [p.symbol for p in effect.parameters if p.nonlinear or p.grid]
+        if bent:
+            raise RequestError(
+                f"adapt {name}: expected an effect whose force is linear in its parameters, but it is not in "
+                f"{', '.join(bent)}; find its value with discover or add, and put it into the vehicle"
+            )
+        if lacks := lacking(vehicle, effect):
+            raise RequestError(f"adapt: {name} {lacks}")
+        if effect not in measurable(motions):
+            raise RequestError(f"adapt {name}: expected the channels {' and '.join(effect.channels)} in every log")
+        meant = [c for c in every if c.effect is effect and ("[" not in name or c.key == name)]
+        if not meant:
+            keys = ", ".join(c.key for c in every if c.effect is effect)
+            raise RequestError(
+                f"adapt {name}: {vehicle.name} has no such thruster; expected {keys or 'another effect'}"
+            )
+        found += meant
+    if not found or len({c.key for c in found}) < len(found):
+        raise RequestError(f"adapt: expected effects by name, each once, got {', '.join(names) or 'none'}")
+    return tuple(found)
+
+
+def held_beside(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candidate, ...]:
+    """Candidates for the numbers that stand in the vehicle, are not followed, and move the force in proportion."""
+    held = [s for s in calibratable(vehicle) if s not in symbols]
+    bent = [s for s in held if vehicle.parameter(s).nonlinear or vehicle.parameter(s).grid]
+    return nuisance_candidates(vehicle, [s for s in held if s not in bent])
+
 
 _GROWS = 1.1
 """Times a speed by which the envelope of the laws grows when the boat goes beyond it, so that it grows seldom."""
@@ -246,3 +313,87 @@ def informing_rows(
     balance = np.concatenate([row[2] for row in rows]) / known.noise
     told = (np.abs(columns * known.amounts) >= settings.excitation).any(axis=(1, 2))
     return columns[told], balance[told]
+
+
+_MOTIONS = "undertow.prepare(undertow.read_log(LOG), vehicle, undertow.WEAK).motions are some"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Adapted:
+    """Parameters along a replayed log.
+
+    Attributes
+    ----------
+    symbols, units : of the parameters
+    time : (n,) end of each test function, the instant at which its row was known [s]
+    values : (n, p) total values of the parameters after each row, in their units
+    deviation : (n, p) their standard deviations
+    excited : (n,) True where the row counted
+    delay : by which values lag behind `time`: a test function that ends now is centred so long ago [s]
+    step : time between rows [s]
+    error_before, error_after : (3,) root mean square force that the vehicle as it was, and as it was followed up to the
+        row before, leaves unexplained [N, N, N m]
+    """
+
+    symbols: tuple[str, ...]
+    units: tuple[str, ...]
+    time: Array
+    values: Array
+    deviation: Array
+    excited: np.ndarray
+    delay: float
+    step: float
+    error_before: Array
+    error_after: Array
+
+    @property
+    def excitation(self) -> Array:
+        """Seconds of excitation up to and with each row, (n,) [s]."""
+        return self.step * np.cumsum(self.excited)
+
+
+@single_threaded
+def adapt(
+    motions: Sequence[Motion] | Motion, vehicle: Vehicle, effects: Sequence[str], settings: AdaptSettings | None = None
+) -> Adapted:
+    """Follow the parameters of effects along a log as it is replayed, without looking ahead.
+
+    Noise and size of the forces are taken from the log as a whole; `undertow adapt` follows a log that grows, and takes
+    them from its beginning.
+
+    Parameters
+    ----------
+    motions : gap-free stretches in the order of time, unfiltered
+    vehicle : the model at the start
+    effects : names of the catalogue; `thruster_asymmetry[port]` chooses a thruster. The force must be linear in the
+        parameters: damping, couplings, added mass, scales of thrust, wind and trim
+
+    Raises
+    ------
+    RequestError
+        for an unknown effect, one that is not linear in its parameters or needs channels that the log lacks, none or
+        one twice, or a log that is too short.
+    """
+    settings = settings or AdaptSettings()
+    expect("adapt: motions", motions, (Motion, Iterable), _MOTIONS)
+    runs = [motions] if isinstance(motions, Motion | str) else list(motions)
+    for motion in runs:
+        expect("adapt: motions", motion, Motion, _MOTIONS)
+    expect("adapt: vehicle", vehicle, Vehicle, "undertow.load_vehicle(PATH) reads one")
+    expect("adapt: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
+    expect("adapt: settings", settings, AdaptSettings, "undertow.AdaptSettings(...) makes them")
+    pool = followed(vehicle, effects, runs)
+    follower = Follower(vehicle, pool, known_beforehand(runs, vehicle, pool, settings), settings)
+    updates = [update for motion in runs for update in follower.take(motion)]
+    return Adapted(
+        follower.symbols,
+        follower.units,
+        np.array([update.time for update in updates]),
+        np.array([update.values for update in updates]),
+        np.array([update.deviation for update in updates]),
+        np.array([update.excited for update in updates]),
+        settings.weak.half_width,
+        settings.weak.stride,
+        np.sqrt(np.mean([update.before**2 for update in updates], axis=0)),
+        np.sqrt(np.mean([update.error**2 for update in updates], axis=0)),
+    )

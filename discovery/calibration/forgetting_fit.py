@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...physics.errors import RequestError
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..balance.base import WeakSettings
 
 Nearest = Callable[[Array, Array], Array]

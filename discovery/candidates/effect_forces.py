@@ -4,9 +4,8 @@ from collections.abc import Sequence
 
 from ...measurements.prepared_logs import Parts
 from ...physics.vehicle import Vehicle
-from ...residuals.residual import residual
-from ...residuals.series import Columns, in_order, named, stretches
-from ...residuals.series_table import SeriesTable
+from ...residuals.scores import residual
+from ...residuals.series import Columns, SeriesTable, in_order, named, stretches
 from .candidate import candidates
 from .nuisance import CALIBRATED
 

@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.terms import monomials
 from ...physics.vehicle import Vehicle
 from ..balance.base import SEEING

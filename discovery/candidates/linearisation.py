@@ -12,7 +12,7 @@ import numpy as np
 
 from ...physics.effects import Parameter
 from ...physics.forces import CURRENT
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.thrusters import GAINS
 from ...physics.vehicle import SHARED_THRUSTER_KEYS as SHARED
 from ...physics.vehicle import Vehicle

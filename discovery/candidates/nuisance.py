@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 
-from ...physics.assumed_numbers import assumed
 from ...physics.effects import COMMAND_OFFSET, EFFECTS, PARAMETERS, Effect, Parameter
 from ...physics.errors import RequestError
+from ...physics.momentum_balance import values_of
 from ...physics.motion import Motion
-from ...physics.stated_values import values_of
+from ...physics.sources import assumed
 from ...physics.vehicle import Vehicle
 from .candidate import Candidate, Kind
 

@@ -10,13 +10,12 @@ import numpy as np
 
 from ...physics.effects import Effect, Parameter
 from ...physics.forces import through_water
-from ...physics.frames import AXES, Array
-from ...physics.matrices import HYDRODYNAMIC
+from ...physics.momentum_balance import HYDRODYNAMIC
+from ...physics.motion import AXES, Array
 from ...physics.terms import Form, monomials
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
-from ..factors.factors import Column, Factors, triangular
-from ..factors.sparse import forward
+from ..factors.factors import Column, Factors, forward, triangular
 from .candidate import Candidate, Kind
 
 _ALIAS = 0.9995

@@ -9,13 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...measurements.statistics.single_threaded import single_threaded
+from ...measurements.statistics.processors import single_threaded
 from ...physics.effects import Effect
 from ...physics.errors import RequestError
 from ...physics.forces import modelled_acceleration
-from ...physics.frames import AXES, FORCE_UNITS, Array
-from ...physics.matrices import mass_matrix
-from ...physics.motion import Motion
+from ...physics.momentum_balance import mass_matrix
+from ...physics.motion import AXES, FORCE_UNITS, Array, Motion
 from ...physics.stage import Say, Stage
 from ...physics.vehicle import Vehicle
 from ...residuals.models.base import Model
@@ -24,12 +23,11 @@ from ..basis import choose
 from ..candidates.candidate import Kind, candidates, measurable
 from ..evidence.weighing import Evidence, found_terms
 from ..found_effects import FoundTerm
-from ..search.bootstrap import intervals
+from ..search.estimation import intervals
 from ..search.floating import Search, State
 from ..selection import select
 from ..settings import DiscoverySettings
-from .distilled import AxisShare, Distilled, NamedPart
-from .memory import past_of
+from .distilled import AxisShare, Distilled, NamedPart, past_of
 
 
 @single_threaded

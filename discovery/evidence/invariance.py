@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...measurements.statistics.blocks import block_scores, sandwich
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Linearisation, Option
 from ..found_effects import Part
-from ..search.bootstrap import Interval
+from ..search.estimation import Interval
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, GramScores, added_by_noise
 

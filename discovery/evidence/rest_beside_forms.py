@@ -11,13 +11,13 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import AXES, FORCE_UNITS, Array
+from ...physics.motion import AXES, FORCE_UNITS, Array
 from ..candidates.candidate import Kind
 from ..candidates.free_forms import FreeForms
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, share_taken
-from ..search.noise_copies import NoiseCopies
+from ..search.surrogates import NoiseCopies
 from .invariance import carriers
 
 _NOTHING = 1e-300

@@ -7,9 +7,9 @@ from itertools import combinations
 import numpy as np
 
 from ...measurements.statistics.blocks import block_weights, share_of_draws
+from ...measurements.statistics.processors import shared
 from ...measurements.statistics.quantiles import largest_mean_square
-from ...measurements.statistics.second_processor import shared
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..balance.rollout_test import WHOLE_HORIZON, rollout_squares
@@ -21,11 +21,11 @@ from ..findings import axis_name
 from ..found_effects import FoundTerm
 from ..identifiability.visible import Identifiability
 from ..reason import Reason
-from ..search.bootstrap import Interval
-from ..search.chance import Chance, Rehearsals
-from ..search.equivalent_thruster_scales import same_model
+from ..search.estimation import Interval
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
+from ..search.surrogates import Chance, Rehearsals
+from ..search.thruster_scales import same_model
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all"}
 SURE = 0.9

@@ -5,8 +5,8 @@ from math import ceil
 
 import numpy as np
 
-from ...physics.frames import AXES
-from ...physics.in_words import words
+from ...physics.motion import AXES
+from ...physics.presentation import words
 from ..evidence.weighing import CERTAINLY, Evidence
 from ..findings import Advice
 from ..identifiability.rehearsal import Rehearsal, rehearse

@@ -1,21 +1,42 @@
-"""The rows of a regression as the triangular factors of their QR: exact for whatever least squares is asked of them.
+"""Factors: triangular matrices that stand for the rows of a regression, their file, and sparse regression on them.
+
+The rows of a regression as the triangular factors of their QR: exact for whatever least squares is asked of them.
 
 |Theta x - y| is |R [x, -1]| for the R of [Theta y] = Q R (Golub and Van Loan 2013, section 5.3.3), so that a few rows
 stand for all. A factor of many rows is made of those of their parts (TSQR; Demmel et al. 2012, section 3), which is why
 factors of logs add; and each block of time has its own, for whatever draws or leaves out blocks.
+
+Factors as a file: plain arrays in an `.npz`, nothing pickled, and what they are as JSON beside them.
+
+The arrays are `r` (blocks, k, k), `rows` and `log` (blocks,), and `about`, the bytes of a JSON text with columns,
+targets, units, digests of the logs and settings. Equal factors give equal bytes.
+
+Sparse regression on factors: pysindy's optimizers, on as many rows as there are columns.
+
+An optimizer that asks of its rows only how far a model is from them gives on a factor what it gives on all rows.
+Ensembles draw whole blocks, as residuals in time are not independent (Fasel et al. 2022, doi:10.1098/rspa.2021.0904,
+with blocks in place of rows).
 """
 
+import io
+import os
+import warnings
+import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import cast
+from pathlib import Path
+from typing import ClassVar, cast
 
 import numpy as np
 
-from ...measurements.statistics.single_threaded import single_threaded
+from ...measurements.statistics.blocks import block_draws
+from ...measurements.statistics.processors import single_threaded
 from ...physics.errors import RequestError
 from ...physics.file_records import Record
-from ...physics.frames import Array
+from ...physics.files import strict_json, write_bytes
+from ...physics.motion import Array
+from ...physics.reading import parse_json, read_bytes, reason
 
 _CHUNK = 1 << 16
 """Numbers of the rows that are reduced at a time: half a megabyte stays in the cache of any core."""
@@ -159,3 +180,193 @@ def _difference(mine: object, theirs: object) -> str:
         one, other = next(pair for pair in zip(mine, theirs, strict=True) if pair[0] != pair[1])
         return f"{one.name} in {one.unit} and {other.name} in {other.unit}"
     return "others"
+
+
+_MOST = 2**29
+"""Bytes of a file [B]: some 10,000 logs of an hour with sixty columns."""
+_REMEDY = "write it again with undertow.write_factors"
+_KINDS = {"r": "f", "rows": "i", "log": "i", "about": "u"}
+"""What numbers each array holds, as numpy names their kinds."""
+
+
+class _About(Record):
+    """What the arrays are."""
+
+    SCHEMA: ClassVar[str] = "undertow.factors/1"
+    columns: tuple[Column, ...]
+    targets: tuple[Column, ...]
+    logs: tuple[str, ...]
+    settings: Mapping[str, float | str]
+
+
+def write_factors(factors: Factors, path: str | os.PathLike[str]) -> Path:
+    """Write factors to an `.npz` file, whole or not at all; equal factors give equal bytes."""
+    about = _About(columns=factors.columns, targets=factors.targets, logs=factors.logs, settings=dict(factors.settings))
+    told = np.frombuffer(strict_json(about.to_dict()).encode("utf-8"), dtype=np.uint8)
+    content = io.BytesIO()
+    np.savez(content, r=factors.r, rows=factors.rows.astype(np.int64), log=factors.log.astype(np.int64), about=told)
+    return write_bytes(path, content.getvalue())
+
+
+def read_factors(path: str | os.PathLike[str]) -> Factors:
+    """Read factors that `write_factors` wrote.
+
+    Raises
+    ------
+    RequestError
+        when the file is none of these, broken, of another version, or does not hold what it says.
+    OSError
+        when there is no file, or it cannot be opened.
+    """
+    try:
+        found = plain_arrays(read_bytes(path, _MOST), _KINDS)
+        content = parse_json(found["about"].tobytes())
+    except (ValueError, KeyError, zipfile.BadZipFile, RuntimeError, EOFError) as error:
+        raise RequestError(f"{path}: not readable as factors ({reason(error)}); {_REMEDY}") from None
+    about = _About.read(content, path, _REMEDY)
+    factors = Factors(about.columns, about.targets, found["r"], found["rows"], found["log"], about.logs, about.settings)
+    wrong = _wrong(factors)
+    if wrong:
+        raise RequestError(f"{path}: {wrong}; {_REMEDY}")
+    return factors
+
+
+def plain_arrays(content: bytes, kinds: Mapping[str, str]) -> dict[str, np.ndarray]:
+    """The arrays of an `.npz` file; each is looked at before room is made for it.
+
+    Parameters
+    ----------
+    kinds : what numbers each array holds, as numpy names their kinds
+
+    Raises
+    ------
+    ValueError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile
+        when the file does not hold them, or not as they are.
+    """
+    found = {}
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        for name, kind in kinds.items():
+            member = archive.getinfo(f"{name}.npy")
+            if member.compress_type != zipfile.ZIP_STORED or member.file_size > len(content):
+                raise ValueError(f"expected {name} as it is, got it packed")
+            stream = io.BytesIO(archive.read(member))
+            np.lib.format.read_magic(stream)
+            shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
+            if dtype.kind != kind or dtype.hasobject or fortran:
+                raise ValueError(f"expected numbers of kind {kind!r} under {name}, got {dtype}")
+            found[name] = np.frombuffer(stream.read(), dtype=dtype).reshape(shape)
+    return found
+
+
+def _wrong(factors: Factors) -> str:
+    """What does not fit together, or nothing."""
+    size = len(factors.columns) + len(factors.targets)
+    if factors.r.ndim != 3 or factors.r.shape[1:] != (size, size):
+        return f"expected factors of {size} by {size} numbers, got {factors.r.shape}"
+    for what, numbers in (("rows", factors.rows), ("log", factors.log)):
+        if numbers.shape != factors.r.shape[:1]:
+            return f"expected a number of {what} for each of {factors.r.shape[0]} blocks, got {numbers.shape}"
+    with np.errstate(over="ignore"):
+        finite = np.isfinite((factors.r**2).sum())
+    if not finite or np.tril(factors.r, -1).any():
+        return "expected upper triangular factors of finite numbers, got others"
+    if len(set(factors.logs)) < len(factors.logs):
+        return "expected each log once, got one twice"
+    if (factors.rows <= 0).any() or (factors.log < 0).any() or (factors.log >= len(factors.logs)).any():
+        return "expected blocks with rows, of logs that are listed, got others"
+    return ""
+
+
+_LEAST_BLOCKS = 4
+"""Blocks below which draws of them say nothing of chance."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ensemble:
+    """Sparse models of many draws.
+
+    Attributes
+    ----------
+    columns, targets : what was regressed on what
+    coefficients : (draws, targets, columns), each in its target's unit over its column's
+    """
+
+    columns: tuple[Column, ...]
+    targets: tuple[Column, ...]
+    coefficients: Array
+
+    @property
+    def inclusion(self) -> Array:
+        """Share of the draws that keep each column, (targets, columns)."""
+        return (self.coefficients != 0.0).mean(axis=0)
+
+    @property
+    def median(self) -> Array:
+        """Median coefficient of the draws, (targets, columns); zero where fewer than half keep a column."""
+        return np.asarray(np.median(self.coefficients, axis=0))
+
+
+def forward(factors: Factors, target: int, most: int) -> list[int]:
+    """Columns that forward orthogonal regression takes for a target (Billings 2013, chapter 3), in their order here."""
+    import pysindy  # here, because it takes a third of a second and few logs ask for terms
+
+    size = _sizes(factors)
+    rows, y = _parted(factors.whole, size)
+    optimizer = pysindy.FROLS(max_iter=min(most, size.size - 1), alpha=0.0, unbias=False)
+    optimizer.fit(rows, y[:, target])
+    return np.flatnonzero(optimizer.history_[-1][0]).tolist()
+
+
+@single_threaded
+def ensemble(factors: Factors, threshold: float, *, ridge: float = 0.0, draws: int = 100, seed: int = 0) -> Ensemble:
+    """Sequentially thresholded least squares (Brunton, Proctor and Kutz 2016) on many draws of the blocks.
+
+    Parameters
+    ----------
+    threshold : share of a target's root mean square; a column whose part of the target is smaller is left out
+    ridge : penalty of the squared parts of the columns, as a share of the squared rows
+    draws : models
+    seed : of the draws
+
+    Raises
+    ------
+    RequestError
+        when there are fewer than four blocks.
+    """
+    if factors.blocks < _LEAST_BLOCKS:
+        raise RequestError(
+            f"ensemble: expected at least {_LEAST_BLOCKS} blocks to draw from, got {factors.blocks}; give a longer log"
+        )
+    size = _sizes(factors)
+    found = np.zeros((draws, len(factors.targets), len(factors.columns)))
+    for models, counts in zip(found, block_draws(factors.blocks, draws, seed), strict=True):
+        count = float(counts @ factors.rows)
+        rows, y = _parted(factors.drawn(counts), size)
+        level = np.sqrt((y**2).sum(axis=0) / count)
+        for target in np.flatnonzero(level):
+            told = _thresholded(rows, y[:, target] / level[target], threshold, ridge * count)
+            models[target] = told * level[target] / size
+    return Ensemble(factors.columns, factors.targets, found)
+
+
+def _sizes(factors: Factors) -> Array:
+    """Root mean square of each column over all blocks, (p,); one for a column of zeros."""
+    whole = factors.whole[:, : len(factors.columns)]
+    size = np.sqrt((whole**2).sum(axis=0) / float(factors.rows.sum()))
+    return np.where(size > 0.0, size, 1.0)
+
+
+def _parted(whole: Array, size: Array) -> tuple[Array, Array]:
+    """Columns, divided by their sizes, and targets of a factor: (k, p) and (k, targets)."""
+    return whole[:, : size.size] / size, whole[:, size.size :]
+
+
+def _thresholded(rows: Array, y: Array, threshold: float, ridge: float) -> Array:
+    """Coefficients (p,) of rows (k, p)."""
+    import pysindy
+
+    optimizer = pysindy.STLSQ(threshold=threshold, alpha=ridge, max_iter=rows.shape[1] + 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # no column is an answer, too
+        optimizer.fit(rows, y)
+    return np.asarray(optimizer.coef_[0], dtype=float)

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...physics.frames import AXES, Array
+from ...physics.motion import AXES, Array
 from ...physics.vehicle import Vehicle
 from ..search.floating import Search
 from ..search.gram import RIDGE, GramScores

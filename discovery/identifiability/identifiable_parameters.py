@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Option
 from ..candidates.nuisance import nuisance_candidates
-from ..search.bootstrap import block_bootstrap
+from ..search.estimation import block_bootstrap
 from ..search.floating import Search, SearchSettings
 from ..search.gram import GramScores
 from .identifiable_effects import ALIAS, LEAST_SIGNAL, column_moments, identify

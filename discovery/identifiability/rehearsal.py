@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...measurements.statistics.white_noise import sensor_noise
-from ...physics.frames import Array
-from ...physics.motion import Motion
+from ...measurements.statistics.signals import sensor_noise
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.trials import TRIALS, Trial, drive
 from ..balance.weak_form import WeakForm

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Strict
 
 from ...physics.file_records import Number, Record
-from ...physics.in_words import words
+from ...physics.presentation import words
 
 Ratio = Annotated[float, BeforeValidator(lambda value: math.inf if value is None else value), Strict()]
 """A ratio that JSON has as null where it is infinite."""

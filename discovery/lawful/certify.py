@@ -4,9 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...physics.frames import Array
-from ...physics.laws.certificate import Exponents, control_matrices, corner_state, vehicle_degree, vehicle_power
-from ...physics.laws.damping_power import Envelope, State, damping_power
+from ...physics.laws.damping_power import (
+    Envelope,
+    Exponents,
+    State,
+    control_matrices,
+    corner_state,
+    damping_power,
+    vehicle_degree,
+    vehicle_power,
+)
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 
 _ROUNDING = 1e-9

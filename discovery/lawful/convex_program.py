@@ -14,8 +14,8 @@ import cvxpy
 import numpy as np
 
 from ...physics.errors import RequestError
-from ...physics.frames import Array
-from ...physics.laws.certificate import Basis, Exponents, basis
+from ...physics.laws.damping_power import Basis, Exponents, basis
+from ...physics.motion import Array
 from .program_data import NO_OPTIMUM, LawNumbers, Shape, Solution
 
 _LOCK = Lock()

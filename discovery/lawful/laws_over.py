@@ -8,17 +8,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...physics.frames import Array
-from ...physics.laws.certificate import (
+from ...physics.laws.damping_power import (
+    Envelope,
     Exponents,
     basis,
     control_matrices,
+    mass_margin,
     power_of,
     vehicle_degree,
     vehicle_power,
 )
-from ...physics.laws.damping_power import Envelope, mass_margin
-from ...physics.matrices import mass_matrix
+from ...physics.momentum_balance import mass_matrix
+from ...physics.motion import Array
 from ...physics.terms import parse_form
 from ...physics.vehicle import Vehicle
 from .certify import least_eigenvalues, power_scale

@@ -13,9 +13,8 @@ from importlib import import_module
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from ...physics.frames import Array
-from ...physics.laws.certificate import basis, control_matrices
-from ...physics.laws.damping_power import Envelope
+from ...physics.laws.damping_power import Envelope, basis, control_matrices
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..search.gram import bounded_solve
 from .laws_over import MARGIN, laws_over, least_margin

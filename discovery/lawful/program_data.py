@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...physics.errors import RequestError
-from ...physics.frames import Array
-from ...physics.laws.certificate import Exponents
+from ...physics.laws.damping_power import Exponents
+from ...physics.motion import Array
 
 NO_OPTIMUM = "lawful refit: expected an optimal solution, the solver says {!r}; try fewer effects"
 

@@ -6,9 +6,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...physics.errors import RequestError
-from ...physics.frames import Array
-from ...physics.laws.certificate import Exponents, basis, control_matrices, corner_state, vehicle_power
-from ...physics.laws.damping_power import Envelope, mass_margin
+from ...physics.laws.damping_power import (
+    Envelope,
+    Exponents,
+    basis,
+    control_matrices,
+    corner_state,
+    mass_margin,
+    vehicle_power,
+)
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores, bounded_solve
@@ -97,7 +104,7 @@ def passive_refit(
     """The lawful refit with dissipation over an envelope and positive mass guaranteed, and what that costs.
 
     The damping of nominal plus chosen terms is proved dissipative by positive semidefinite matrices at the corners of
-    each orthant of the envelope (`physics/laws/certificate.py`), M is positive definite, limits are as in
+    each orthant of the envelope (`physics/laws/damping_power.py`), M is positive definite, limits are as in
     `lawful_refit`. Every constraint is checked again on the returned numbers.
 
     Parameters

@@ -5,8 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from ...measurements.statistics.second_processor import shared
-from ...physics.in_words import words
+from ...measurements.statistics.processors import shared
+from ...physics.presentation import words
 from ...physics.stage import Say, Stage
 from ..candidates.candidate import Candidate
 from .neighbours import changes, difference, present, splits

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..candidates.linearisation import Option
 
 RIDGE = 1e-9

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ...physics.in_words import listing, words
+from ...physics.presentation import listing, words
 from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Linearisation, Option
 from .gram import Fit, GramScores

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...physics.effects import PARAMETERS
-from ...physics.frames import Array
-from ...physics.matrices import mass_matrix
+from ...physics.momentum_balance import mass_matrix
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..balance.rollout_test import rollouts_part

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...measurements.preparation.held_out import Fold
+from ...measurements.preparation.split import Fold
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.linearisation import Linearisation, Option

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
 
-from ...physics.errors import RequestError
-from ...physics.printable import shown
+from ...physics.errors import RequestError, shown
 from ...physics.vehicle import Vehicle
 from ..known_facts import KnownFacts
 

@@ -12,12 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...physics.errors import RequestError
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.thrusters import Thruster, command_of, neutral_command
 from ...physics.vehicle import Vehicle
+from ..approximation import Sides, not_there, sides_of, stated, values_of
 from ..known_facts import remarks
-from ..left_out import stated, values_of
-from ..straight_running import Sides, not_there, sides_of
 from .base import Export, Given
 
 _SHARES = np.linspace(0.0, 1.0, 101)

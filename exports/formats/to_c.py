@@ -6,12 +6,12 @@ from typing import final
 
 import numpy as np
 
-from ...physics.frames import Array
 from ...physics.laws.damping_power import Envelope
+from ...physics.motion import Array
 from ..known_facts import KnownFacts, remarks
-from ..program.functions import Function, Group
 from ..program.model_program import Program, program_of
 from ..program.printer import Language, identifier, wrapped
+from ..program.symbols import Function, Group
 from ..program.vectors import drawn, driven
 from .base import Export, Given
 

@@ -14,13 +14,12 @@ from types import ModuleType
 from typing import Any
 
 from ...physics.errors import RequestError
-from ...physics.extras import how_to_install
-from ...physics.frames import Array
-from ..network_operations import CorrectedProgram
-from ..program.functions import Function, evaluate
+from ...physics.motion import Array
+from ...physics.registry_members import how_to_install
+from ..network_operations import Built, CorrectedProgram, Vector, VectorOperations
 from ..program.model_program import Program, program_of
 from ..program.printer import identifier
-from ..program.vector_operations import Built, Vector, VectorOperations
+from ..program.symbols import Function, evaluate
 from .base import Export, Given
 
 Operations = Mapping[str, Callable[..., Any]]

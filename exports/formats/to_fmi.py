@@ -13,9 +13,9 @@ from xml.etree import ElementTree
 
 from ...physics.thrusters import neutral_command
 from ..known_facts import KnownFacts
-from ..program.functions import Function
 from ..program.model_program import MOTION, Program, program_of
 from ..program.printer import identifier
+from ..program.symbols import Function
 from .base import Export, Given
 from .to_c import header
 

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import final
 
 from ..known_facts import remarks
-from ..program.array_language import ArrayLanguage
-from ..program.functions import Function
 from ..program.model_program import program_of
-from ..program.printer import identifier, wrapped
+from ..program.printer import ArrayLanguage, identifier, wrapped
+from ..program.symbols import Function
 from .base import Export, Given
 
 _HEAD = """\

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from ...physics.momentum_balance import Balance, BalanceTerm, balances
 from ...physics.vehicle import Vehicle
-from ..equations_told import UNITS, WIDE, exact, judged, letters, thrust_curve, within_factors
-from ..known_facts import KnownFacts, remarks
+from ..known_facts import UNITS, WIDE, KnownFacts, exact, judged, letters, remarks, thrust_curve, within_factors
 from .base import Export, Given
 
 _SPECIAL = {

@@ -7,13 +7,22 @@ document.
 from collections.abc import Mapping
 from pathlib import Path
 
-from ...physics.in_words import MINUS, unit_text
 from ...physics.momentum_balance import Balance, BalanceTerm, balances
+from ...physics.presentation import MINUS, unit_text
 from ...physics.vehicle import Vehicle
-from ..elements import Html, element, escaped, render, table
-from ..equations_told import UNITS, WIDE, exact, judged, letters, thrust_curve, within_factors
-from ..known_facts import CONVENTIONS, KnownFacts, KnownNumber
-from ..mathml import product, symbol
+from ..elements import Html, element, escaped, product, render, symbol, table
+from ..known_facts import (
+    CONVENTIONS,
+    UNITS,
+    WIDE,
+    KnownFacts,
+    KnownNumber,
+    exact,
+    judged,
+    letters,
+    thrust_curve,
+    within_factors,
+)
 from .base import Export, Given
 
 _HEAD = """\

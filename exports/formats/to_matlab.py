@@ -5,14 +5,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import final
 
-from ...physics.errors import RequestError
-from ...physics.printable import shown
+from ...physics.errors import RequestError, shown
 from ..known_facts import remarks
-from ..program.array_language import ArrayLanguage
-from ..program.functions import Function
 from ..program.model_program import program_of
-from ..program.printer import wrapped
-from ..program.symbols import COMPARED, INFIX
+from ..program.printer import ArrayLanguage, wrapped
+from ..program.symbols import COMPARED, INFIX, Function
 from .base import Export, Given
 
 _HEAD = """\

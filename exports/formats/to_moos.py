@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ...physics.forces import calm, held_acceleration
-from ...physics.frames import Array
+from ...physics.motion import Array
+from ..approximation import Sides, not_there, sides_of
 from ..known_facts import remarks
 from ..program.vectors import commands_of
-from ..straight_running import Sides, not_there, sides_of
 from .base import Export, Given
 
 _PERCENT = (-100, -80, -60, -40, -20, 0, 20, 40, 60, 80, 100)

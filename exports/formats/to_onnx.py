@@ -13,12 +13,11 @@ from typing import Any, final
 import numpy as np
 
 from ...physics.errors import RequestError
-from ...physics.extras import how_to_install
-from ...physics.frames import Array
-from ..network_operations import CorrectedProgram
-from ..program.functions import Function, Group, evaluate
+from ...physics.motion import Array
+from ...physics.registry_members import how_to_install
+from ..network_operations import Built, CorrectedProgram, Vector, VectorOperations
 from ..program.model_program import program_of
-from ..program.vector_operations import Built, Vector, VectorOperations
+from ..program.symbols import Function, Group, evaluate
 from .base import Export, Given
 
 _OPSET, _IR = 17, 8

@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import final
 
 from ..known_facts import remarks
-from ..program.array_language import ArrayLanguage
-from ..program.functions import Function
 from ..program.model_program import Program, program_of
-from ..program.printer import wrapped
+from ..program.printer import ArrayLanguage, wrapped
+from ..program.symbols import Function
 from .base import Export, Given
 
 _HEAD = '''\

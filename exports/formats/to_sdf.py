@@ -18,11 +18,11 @@ import numpy as np
 
 from ...physics.effects import PARAMETERS
 from ...physics.errors import RequestError
-from ...physics.frames import AXES, Array
-from ...physics.matrices import active_terms, mass_rows
+from ...physics.momentum_balance import active_terms, mass_rows
+from ...physics.motion import AXES, Array
 from ...physics.terms import parse_form
 from ...physics.vehicle import Vehicle
-from ..left_out import difference, told, total_thrust
+from ..approximation import difference, told, total_thrust
 from ..program.printer import identifier
 from ..program.vectors import commands_of
 from .base import Export, Given

@@ -6,7 +6,7 @@ from math import ceil, inf
 
 import numpy as np
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.thrusters import Thruster, command_of, neutral_command
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.manoeuvres import COMMAND_STEP, hold, thruster_commands

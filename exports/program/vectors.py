@@ -7,14 +7,13 @@ import numpy as np
 
 from ...physics.batch_rates import Flattened, Terms
 from ...physics.forces import current_at, thrust_left
-from ...physics.frames import Array, earth_to_body
+from ...physics.integration import Legs, rollouts
 from ...physics.laws.damping_power import Envelope
-from ...physics.motion import Motion
-from ...physics.simulation import Legs, rollouts
+from ...physics.motion import Array, Motion, earth_to_body
 from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
-from .functions import Function
 from .model_program import Program
+from .symbols import Function
 
 _HOLD = 1.0
 """Time from one random command to the next [s]; between them they are linear, as a record of a moving stick is."""

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...physics.errors import LogError
+from ...physics.errors import LogError, shown
 from ...physics.files import yaml_text
-from ...physics.frames import GRAVITY
-from ...physics.printable import shown
+from ...physics.motion import GRAVITY
 from ...physics.reading import read_yaml, reason
 from ...physics.thrusters import side_named
 from ..canonical import COMMAND_UNITS, UNITS, command_kind, is_canonical, unit_of

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...physics.errors import LogError
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..canonical import Channel, Lost
 from ..clock import APART, Clock
 from ..formats.base import Stream

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...physics.errors import LogError
-from ...physics.frames import Array, earth_to_body, heading_from_enu, heading_from_quaternion
+from ...physics.motion import Array, earth_to_body, heading_from_enu, heading_from_quaternion
 from ...physics.thrusters import side_named
 from ..canonical import PLACE, QUATERNION, RATES, UNITS, Channel, check_limits, command_kind
 from ..formats.base import Stream

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...physics.errors import LogError
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..canonical import PLACE, QUATERNION, RATES, Channel, command_kind, in_vehicle_file, unit_of
 from ..formats.base import Name, Stream
 from .channel_map import Entry

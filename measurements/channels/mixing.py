@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.thrusters import side_named
 from ..canonical import command_kind
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.errors import LogError
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..canonical import Output
 from ..vehicle_types import CraftTold
 from .text_header import TextHeader, read_header

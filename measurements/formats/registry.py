@@ -2,10 +2,8 @@
 
 from pathlib import Path
 
-from ...physics.errors import LogError
-from ...physics.extras import how_to_install
-from ...physics.printable import listed
-from ...physics.registry_members import objects_in
+from ...physics.errors import LogError, listed
+from ...physics.registry_members import how_to_install, objects_in
 from .. import formats
 from .base import EXPECTED, Format, Head, Recording, Request, in_file, read_head
 from .tables.tables import not_called_time, without_names

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 
 _SEPARATORS = (",", ";", "\t")
 _BLANKS = " "

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...physics.frames import Array
-from ...physics.in_words import listing
+from ...physics.motion import Array
+from ...physics.presentation import listing
 from ..canonical import Channel
 from .resampling import Span, gap_limit
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...physics.errors import LogError
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.thrusters import side_named
 from ...physics.vehicle import Vehicle
 from ..canonical import COMMAND_UNITS, Channel, command_kind, unit_of

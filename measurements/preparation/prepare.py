@@ -5,15 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...physics.averages import area_average, understated_noise
 from ...physics.errors import LogError, RequestError, expect
-from ...physics.frames import Array, body_to_earth, earth_to_body
-from ...physics.motion import RUN_UP, Motion
+from ...physics.motion import RUN_UP, Array, Motion, body_to_earth, earth_to_body
+from ...physics.sampled_series import area_average, understated_noise
 from ...physics.vehicle import Vehicle
 from ..canonical import Channel
 from ..log import Log
 from .dataset import PAPER, WEAK, DataSet, Recipe
-from .derive import smooth
 from .jumps import holes_of, in_words, jumps_of
 from .needs import command_channels, require
 from .resampling import (
@@ -26,6 +24,7 @@ from .resampling import (
     is_logged_on_change,
     samples,
     segments,
+    smooth,
 )
 
 __all__ = ["PAPER", "WEAK", "DataSet", "Recipe", "native_rate", "prepare", "usable_spans"]

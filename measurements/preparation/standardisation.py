@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ...physics.errors import RequestError
+from ...physics.errors import RequestError, shown
 from ...physics.files import write_text
-from ...physics.frames import Array
-from ...physics.motion import Motion
-from ...physics.printable import shown
+from ...physics.motion import Array, Motion
 from ...physics.reading import Plain, read_json, reason
-from .derive import feature_names, stacked
+from .resampling import feature_names, stacked
 
 SCHEMA = "undertow.standardisation/1"
 

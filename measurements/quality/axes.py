@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..canonical import Channel
 from ..log import Log
-from ..statistics.robust import CI
-from ..statistics.white_noise import noise_level
+from ..statistics.blocks import CI
+from ..statistics.signals import noise_level
 from .faults import OVERWHELMING, Size, size_of
 from .finding import Channels, Fix
 from .pieces import Ways, blocks_of_pieces, fit_ways, ways

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..canonical import command_kind
 from ..log import Log
-from ..statistics.robust import CI, robust_fit
-from ..statistics.white_noise import noise_level
+from ..statistics.blocks import CI, robust_fit
+from ..statistics.signals import noise_level
 from .axes import Mixed, mixed_axes, other_places
 from .pieces import courses
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ...physics.thrusters import Thruster, push_and_turn, side_named
 from ..canonical import command_kind
-from ..statistics.paired import BY_CHANCE, chance_of_no_more
+from ..statistics.blocks import BY_CHANCE, chance_of_no_more
 from .record import Record
 from .response import Answer, Trials, answers, trials
 

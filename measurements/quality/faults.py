@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.forces import modelled_acceleration
-from ...physics.frames import Array
-from ...physics.motion import Motion
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ..statistics.quantiles import student
 from .finding import Finding, Fix, Reach, Verdict

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..canonical import Channel
-from ..statistics.white_noise import noise_of_differences
+from ..statistics.signals import noise_of_differences
 from .finding import Channels
 
 LEAST = 20

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array
-from ..alignment import band_passed, drift_free
-from ..statistics.peak import turning_point
+from ...physics.motion import Array
+from ..clock import band_passed, drift_free
+from ..statistics.blocks import CI
 from ..statistics.quantiles import student
-from ..statistics.robust import CI
+from ..statistics.signals import turning_point
 from .faults import BLOCK, FEWEST, Size, size_of
 
 _FAR = (-5.0, 5.0)

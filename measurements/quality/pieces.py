@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array, body_to_earth
+from ...physics.motion import Array, body_to_earth
 from ..canonical import Channel
 from ..log import Log
-from ..statistics.robust import Fit, robust_fit
+from ..statistics.blocks import Fit, robust_fit
 from .faults import BLOCK
 
 _WINDOW = 4.0

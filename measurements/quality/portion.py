@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..canonical import Channel, command_kind
 from ..log import Log
 from ..preparation.resampling import Span

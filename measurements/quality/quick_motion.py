@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.forces import modelled_acceleration
-from ...physics.frames import Array
-from ...physics.motion import Motion
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
-from ..alignment import band_passed
-from ..statistics.white_noise import noise_level
+from ..clock import band_passed
+from ..statistics.signals import noise_level
 from .record import RATE, Record, Stretch
 from .resting import centre_of
 

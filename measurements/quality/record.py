@@ -6,10 +6,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ...physics.averages import area_average
 from ...physics.errors import LogError
-from ...physics.frames import Array
-from ...physics.motion import Motion
+from ...physics.motion import Array, Motion
+from ...physics.sampled_series import area_average
 from ...physics.vehicle import Vehicle
 from ..canonical import Channel, command_kind
 from ..log import Log

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array, earth_to_body
-from ..alignment import band_passed
+from ...physics.motion import Array, earth_to_body
 from ..canonical import command_kind
+from ..clock import band_passed
 from ..preparation.resampling import command_step
-from ..statistics.paired import surely_more
-from ..statistics.robust import CI, Fit, robust_fit
+from ..statistics.blocks import CI, Fit, robust_fit, surely_more
 from .faults import Size, size_of
 from .lags import FOLLOWS, Response, lag_anywhere
 from .record import RATE, Record, Stretch, shared

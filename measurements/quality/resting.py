@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from .record import RATE, Record, shared
 
 _SLOW = 0.1

@@ -1,10 +1,12 @@
-"""Quantiles of Student's t and of Fisher's F, from the incomplete beta function.
+"""Quantiles of Student's t and of Fisher's F, and a measured size weighed with what is usual.
 
 SciPy has both, but it takes longer to load than a log takes to read, for a few numbers an answer.
+
+A measured size beside what is usual: weighed by how sure each is, or not believed where both cannot be right.
 """
 
 from functools import cache
-from math import exp, lgamma, log, log1p, sqrt
+from math import exp, hypot, lgamma, log, log1p, sqrt
 
 _TERMS = 10_000
 """Most terms of the continued fraction: with a million degrees of freedom it takes some thousand."""
@@ -108,3 +110,34 @@ def _root(a: float, b: float, probability: float) -> float:
         if abs(x - last) <= _ROUNDING * x:
             break
     return x
+
+
+_APART = 3.0
+"""Standard deviations between the two from which the measurement is a poor fit, and not a rare boat: 3 in 1000."""
+
+
+def weighed(measured: float, error: float, usual: float, spread: float) -> tuple[float, float] | None:
+    """The size that both speak for, and the factor within which it is sure (95 %); None for one not to be believed.
+
+    Sizes are compared by their logarithms, for they differ by factors.
+
+    Parameters
+    ----------
+    measured : a positive size
+    error : its standard error as a share of it, what the model of the measurement does wrong included
+    usual : what is usual, positive
+    spread : standard deviation of the logarithm of what is usual
+
+    Examples
+    --------
+    >>> size, factor = weighed(40.0, 0.4, 20.0, 0.4)
+    >>> round(size, 1), round(factor, 1)
+    (28.3, 1.7)
+    >>> weighed(4000.0, 0.4, 20.0, 0.4) is None
+    True
+    """
+    apart = log(measured / usual)
+    if abs(apart) > _APART * hypot(error, spread):
+        return None
+    share = spread**2 / (spread**2 + error**2)
+    return usual * exp(share * apart), exp(1.96 * error * share**0.5)

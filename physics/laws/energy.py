@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from ..forces import actuation, held_thrust, through_water
-from ..frames import Array
-from ..matrices import mass_matrix, thruster_matrix
-from ..motion import Motion
+from ..momentum_balance import mass_matrix, thruster_matrix
+from ..motion import Array, Motion
 from ..thrusters import command_of
 from ..vehicle import Vehicle
 from .damping_power import Envelope

@@ -12,7 +12,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from ..errors import RequestError
-from ..frames import Array
+from ..motion import Array
 from ..thrusters import Thruster, command_of
 from ..vehicle import Vehicle
 

@@ -7,13 +7,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..binned_means import told_by
 from ..effects import EFFECTS, Effect, effect_named
 from ..errors import RequestError
 from ..forces import modelled_acceleration
-from ..frames import AXES, Array
-from ..matrices import mass_matrix
-from ..motion import Motion
+from ..momentum_balance import mass_matrix
+from ..motion import AXES, Array, Motion
+from ..sampled_series import told_by
 from ..vehicle import Vehicle, hull_of
 from .hidden_effects import apply_effects
 from .manoeuvres import COMMAND_STEP, programme

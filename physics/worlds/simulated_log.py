@@ -8,13 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..averages import area_average, understated_noise
 from ..errors import RequestError
-from ..extras import how_to_install
-from ..file_marks import in_stamps, parquet_data, remark
-from ..files import write_bytes
-from ..frames import Array, body_to_earth, wrap_angle
-from ..motion import Motion
+from ..files import in_stamps, parquet_data, remark, write_bytes
+from ..motion import Array, Motion, body_to_earth, wrap_angle
+from ..registry_members import how_to_install
+from ..sampled_series import area_average, understated_noise
 from ..vehicle import Vehicle
 
 ODOMETRY_FIELDS = ("x", "y", "psi", "u", "v", "r")
@@ -105,7 +103,7 @@ class SimulatedLog:
         Topic `odometry` has the fields x y psi u v r, topic `command` one field `<command>_<thruster>` each, and topic
         `anemometer`, if there is one, wind_u and wind_v. Gzip when the name ends in `.csv.gz`, Parquet when it ends in
         `.parquet`, CSV when it ends in `.csv` or has no ending. The same log gives the same bytes, with a mark of the
-        verb `simulate` (see `file_marks`).
+        verb `simulate` (see `files`).
 
         Raises
         ------

@@ -13,9 +13,8 @@ from math import pi
 import numpy as np
 
 from ..forces import actuation
-from ..frames import Array
 from ..integration import Around, Driven, integrate
-from ..motion import Motion
+from ..motion import Array, Motion
 from ..vehicle import Vehicle
 from .manoeuvres import COMMAND_STEP, hold, thruster_commands
 

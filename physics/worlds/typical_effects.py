@@ -7,10 +7,9 @@ import numpy as np
 
 from ..effects import Effect, Parameter, effect_named
 from ..errors import RequestError, VehicleError
-from ..frames import Array
-from ..matrices import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
-from ..motion import Motion
-from ..simulation import rollout, simulate_motion
+from ..integration import rollout, simulate_motion
+from ..momentum_balance import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
+from ..motion import Array, Motion
 from ..terms import parse_form
 from ..thrusters import Thruster, command_of
 from ..vehicle import Hull, Vehicle, lacking

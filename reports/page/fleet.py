@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from ...discovery.evidence.weighing import CERTAINLY
 from ...discovery.found_effects import FoundEffect
-from ...physics.in_words import listing, number, unit_text, words
+from ...physics.presentation import listing, number, unit_text, words
 from ..run_contents import RunFolder
 from ..sureness import FileNumber, file_numbers, odds, vehicle_value, verdict_word
 from ..wording import effect_words, interval

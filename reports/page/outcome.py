@@ -8,8 +8,8 @@ from ...comparison.facts import CORRECTED, NOMINAL, Comparison
 from ...comparison.recommendation import BASELINE
 from ...discovery.findings import Findings, Step
 from ...discovery.found_effects import FoundEffect
-from ...physics.frames import AXES
-from ...physics.in_words import listing, number, percent, share_removed, words
+from ...physics.motion import AXES
+from ...physics.presentation import listing, number, percent, share_removed, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ROLLOUT_UNITS
 from ..sureness import file_numbers, in_order, named, odds, with_odds

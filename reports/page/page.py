@@ -1,19 +1,31 @@
-"""The report: one self-contained HTML page, a pure function of the files in a run folder."""
+"""Pages of HTML: a run's and a comparison's, pure functions of the files in their folders.
+
+The report: one self-contained HTML page, a pure function of the files in a run folder.
+
+The page of a comparison: which model to trust, how errors grow, the motion as it was predicted, where that fails.
+"""
 
 from collections.abc import Sequence
+from pathlib import Path
 
-from ...measurements.statistics.second_processor import shared
-from ...physics.file_marks import at_end
+from ...measurements.statistics.processors import shared
+from ...physics.files import at_end
+from ...physics.presentation import listing, unit_text
 from ...physics.registry_members import objects_in
-from ..run_contents import RunFolder
+from ..run_contents import ComparisonFolder, RunFolder
+from ..wording import judged_rows
 from . import chapters
+from .chapters.agreement import motion
 from .chapters.base import Chapter, Section
+from .chapters.models import TITLE, models
 from .chapters.play import script_digest
-from .markup import NOTHING, Html, element, render
-from .style import CSS
+from .chapters.where_it_fails import TITLE as WHERE
+from .chapters.where_it_fails import failing
+from .figures.model_figures import growth
+from .markup import CSS, NOTHING, Html, element, figure, render
 
 VERB = "report"
-TITLE = "undertow: "
+TITLE_START = "undertow: "
 """How the title of every page begins."""
 WAVE = Html(
     '<svg viewBox="0 0 32 18" aria-hidden="true"><g fill="none" stroke-width="2.4" stroke-linecap="round">'
@@ -69,9 +81,47 @@ def document(title: str, subject: str, sections: Sequence[Html], contents: Html 
         "head",
         Html('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
         Html(f'<meta http-equiv="Content-Security-Policy" content="{policy}">'),
-        element("title", f"{TITLE}{title}"),
+        element("title", f"{TITLE_START}{title}"),
         element("style", Html(CSS)),
     )
     body = element("body", contents, element("main", brand, *sections))
     text = "<!doctype html>\n" + render(element("html", head, body, attributes={"lang": "en"})) + "\n"
     return at_end(verb, text.encode("utf-8")).decode("utf-8")
+
+
+GROWTH = (
+    "Root mean square over predictions from every half second, open loop from measured states: lower is better. A "
+    "dashed line is a guess that knows nothing of the boat: a model above it is of no use at that length."
+)
+
+MOST = 3  # logs that a line names before it counts them
+
+
+def comparison_page(folder: ComparisonFolder) -> str:
+    """The HTML text of the page."""
+    found = folder.comparison
+    ends = list(dict.fromkeys([found.models[0].name, *(one.model for one in found.structure)]))
+    verdict, _, why = found.best.sentence.partition(": ")
+    several = len(found.logs) > 1
+    logs = listing([Path(log).name for log in found.logs]) if len(found.logs) <= MOST else f"{len(found.logs)} logs"
+    rows = judged_rows(found.split)
+    fitted = [model.name for model in found.models if model.fitted_here]
+    not_counted = f" Marked, because fitted to rows that are judged: {listing(fitted)}." if fitted else ""
+    sections = [
+        *(element("p", unit_text(text), cls="card warning") for text in found.warnings),
+        element("h1", f"{verdict}." if why else verdict),
+        *[element("p", unit_text(f"{why[:1].upper()}{why[1:]}"), cls="lead")] * bool(why),
+        element("p", f"Judged on {rows} of {logs}.{not_counted}", cls="lead"),
+        element("h2", TITLE),
+        models(found.but(best=found.best.but(sentence=""))),
+        element("h2", "How the error grows"),
+        figure([growth(found.models, ends)], GROWTH, cls="wide"),
+        element("h2", "Measured against predicted"),
+        motion(folder.series, f"of {'one of the logs' if several else logs}", found, ends[-1]),
+        _folded(WHERE, failing(found, folder.series)),
+    ]
+    return document(logs, f"models compared on {logs}", sections)
+
+
+def _folded(title: str, body: Html) -> Html:
+    return element("section", element("details", element("summary", element("h2", title)), render(body), cls="folded"))

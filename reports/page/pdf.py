@@ -7,8 +7,7 @@ import tempfile
 from pathlib import Path
 
 from ...physics.errors import RequestError
-from ...physics.file_marks import at_end
-from ...physics.files import write_bytes
+from ...physics.files import at_end, write_bytes
 
 VERB = "report --pdf"
 VARIABLE = "CHROME"

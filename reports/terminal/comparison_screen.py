@@ -1,20 +1,30 @@
-"""What `compare` shows on the terminal: the model to trust, then all numbers, marked where they are no chance."""
+"""Screens of `compare` and `control`: the model to trust, all numbers, where models fail, and how near they steer.
+
+What `compare` shows on the terminal: the model to trust, then all numbers, marked where they are no chance.
+
+Where the models fail, on the terminal: the worst places with what removes them, and what the error is like.
+
+What `control` shows on the terminal: how near each model keeps the boat to its track, and at what price.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
 
-from rich.console import RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from ...comparison.differences import PairedRecord
 from ...comparison.facts import ComparedModel, Comparison, Domain, Held
-from ...physics.frames import AXES
-from ...physics.in_words import number, percent, unit_text
+from ...comparison.failing.failures import Structure
+from ...discovery.findings import FailingPlace
+from ...physics.motion import AXES
+from ...physics.presentation import number, percent, share_removed, unit_text, words
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, RolloutRecord
+from ...steering.closed_loop import PERFECT, ControlRecord, Tracking
 from ..band_words import held_words
 from ..wording import INTERVAL_HOLDS, held_shares, judged_rows
-from .layout import BAD, GOOD, Fitting, Prose, bullets, plain_table, section, stacked
+from .layout import BAD, FOUND, GOOD, Fitting, Prose, bullets, glossary, plain_table, section, stacked
 
 MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell": "?"}
 FITTED_HERE = "*"
@@ -190,3 +200,117 @@ def _ratio(domain: Domain, axis: str) -> str:
         math.nan if side.rmse is None else side.rmse.of(axis) for side in (domain.inside, domain.outside)
     )
     return percent(outside / inside) if inside > 0.0 else "n/a"
+
+
+_NEWS = {
+    *("slow force", "answer to commands", "slow, of unknown origin"),
+    *("early", "late"),
+    "depends on heading",
+    *("drifts", "grows", "shrinks"),
+}
+"""Verdicts of the looks at an error that are news."""
+
+
+def failures_table(places: Sequence[FailingPlace], whose: str = "") -> RenderableType:
+    """Where the models fail; `whose` says of which models that is told.
+
+    What removes the error stands in a column of its own where there is room, else below the place.
+    """
+    return Fitting([_failures_in(places, whose, beside) for beside in (True, False)])
+
+
+def structure_list(structure: Sequence[Structure]) -> RenderableType | None:
+    """What is plain about the error of the first model by frequency, lag, heading and time; None when nothing is."""
+    if not structure:
+        return None
+    first = structure[0]
+    looks = (first.frequency, first.lag, first.heading, first.drift)
+    pairs = [(axis, unit_text(told[axis].sentence)) for axis in AXES for told in looks if told[axis].verdict in _NEWS]
+    return section(f"What the error of the {first.model} model is like", glossary(pairs)) if pairs else None
+
+
+def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Table:
+    rows_of = {place.rows_of for place in places if place.rows_of is not None}
+    title = f"Where it fails ({', '.join(map(_rows_in_words, sorted(rows_of)))})" if rows_of else "Where it fails"
+    known = any(place.removed_by for place in places)
+    caption = "Removed by: adding it lowers the error there on held-out rows too." if known else ""
+    if any(one.share_removed > 1.0 for place in places for one in place.removed_by):
+        caption += " More than all: others, alone, would add to it."
+    caption = caption if places else "The error is spread evenly: no regime stands out."
+    table = plain_table(title, " ".join(filter(None, (whose, caption))))
+    table.show_header = bool(places)
+    table.add_column("model", no_wrap=True)
+    table.add_column("where")
+    table.add_column("axis", no_wrap=True)
+    table.add_column("share of\nerror", justify="right", no_wrap=True)
+    table.add_column("share of\ntime", justify="right", no_wrap=True)
+    table.add_column("error\nthere", justify="right", no_wrap=True)
+    if known and beside:
+        table.add_column("removed by", no_wrap=True)
+    for place in places:
+        removed = [f"{words(one.effect)} {share_removed(one.share_removed)}" for one in place.removed_by]
+        below = [] if beside or not removed else [f"removed by {', '.join(removed)}"]
+        if place.unlinked:
+            below.append(f"removed by: {place.unlinked}")
+        table.add_row(
+            Text(place.model),
+            Group(*map(Prose, [place.where, *below])),
+            Text(place.axis),
+            percent(place.share_of_error),
+            percent(place.share_of_rows, blank=""),
+            Text("" if place.rmse is None else f"{number(place.rmse, 2)} {unit_text(place.unit)}"),
+            *[Text("\n".join(removed))] * (known and beside),
+        )
+    return table
+
+
+def _rows_in_words(rows_of: str) -> str:
+    return {"all": "whole log", "test": "held-out part"}.get(rows_of, f"{rows_of} part")
+
+
+_MATTERS = 0.05
+"""Share by which an error must differ to be coloured: what gusts and noise change it by from seed to seed."""
+
+
+def control_tables(record: ControlRecord) -> RenderableType:
+    """A table for each track, and what its columns are."""
+    tracks = dict.fromkeys(result.track for result in record.results)
+    legend = (
+        "error: root mean square of the distance from the moving point. effort: of the commands, as a share of full. "
+        "off lane: share of the time farther from the point than it moves in a second. step: median of the "
+        f"controller's processor time. The model called {PERFECT} is the true boat itself."
+    )
+    return stacked([*(_table(record, track) for track in tracks), Prose(legend, "dim")])
+
+
+def _table(record: ControlRecord, track: str) -> RenderableType:
+    rows = [result for result in record.results if result.track == track]
+    table = plain_table(f"{track}, {record.controller} ({record.speed:.2f} m/s)")
+    table.add_column("model", no_wrap=True)
+    for name in ("error [m]", f"against {rows[0].model}", "effort", "off lane", "at limit", "step [ms]", "failures"):
+        table.add_column(name, justify="right")
+    for place, row in enumerate(rows):
+        figures = row.merit
+        table.add_row(
+            Text(row.model, style=FOUND if row.model == PERFECT else ""),
+            f"{figures.rmse:.3f}",
+            _against(row) if place else "",
+            f"{figures.effort:.2f}",
+            f"{100.0 * figures.off_lane:.0f} %",
+            f"{100.0 * figures.at_limit:.0f} %",
+            f"{figures.step:.1f}",
+            _failures(row),
+        )
+    return table
+
+
+def _against(row: Tracking) -> Text:
+    share = row.against_first
+    style = GOOD if share < -_MATTERS else BAD if share > _MATTERS else ""
+    return Text(f"{100.0 * share:+.0f} %", style=style)
+
+
+def _failures(row: Tracking) -> Text:
+    if row.merit.lost:
+        return Text("lost", style=BAD)
+    return Text(str(row.merit.unsolved) if row.merit.unsolved else "none", style=BAD if row.merit.unsolved else "")

@@ -10,9 +10,9 @@ from ...comparison.facts import Comparison
 from ...discovery.findings import Advice, Calibrated, Findings, Left, SensorError, Step
 from ...discovery.found_effects import FoundEffect, FoundTerm
 from ...discovery.lawful.price_of_law import Passivity
-from ...discovery.search.bootstrap import Interval
-from ...physics.frames import AXES
-from ...physics.in_words import listing, number, percent, unit_text, words
+from ...discovery.search.estimation import Interval
+from ...physics.motion import AXES
+from ...physics.presentation import listing, number, percent, unit_text, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
 from ..page.outcome import (

@@ -1,20 +1,77 @@
-"""An inspection as a screen: what would be done with the log, what to mind, what the boat did, and the channels."""
+"""Screens of `inspect` and `init`: what a log holds, what its checks found, and the vehicle that it shows.
+
+An inspection as a screen: what would be done with the log, what to mind, what the boat did, and the channels.
+
+What the checks of a log's quality found, as a table: the worst first, with what follows and what to do.
+
+What `init` shows on the terminal: the thrusters that the log shows, the hull, and what a person is to look at.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from ...measurements.activity import Excitation
-from ...measurements.canonical import command_kind
+from ...measurements.canonical import command_kind, unit_of
 from ...measurements.inspection import ChannelSummary, Inspection, Inspections
-from ...measurements.quality.finding import Verdict
-from ...physics.in_words import listing, number, percent, unit_text
+from ...measurements.quality.finding import Finding, Verdict
+from ...measurements.thrusters_in_log import FoundThruster
+from ...physics.presentation import listing, number, percent, unit_text
 from ...physics.vehicle import Vehicle
-from .layout import BAD, UNSURE, Fitting, Prose, bullets, plain_table, section, stacked
-from .quality_table import quality_parts, style_of
+from .layout import ASIDE, BAD, GOOD, UNSURE, Fitting, Prose, bullets, plain_table, section, stacked
+
+STYLES = {"defect": BAD, "warning": UNSURE, "note": "cyan", "cannot tell": ASIDE, "ok": GOOD}
+_TABLED = ("defect", "warning", "note")
+
+
+def quality_parts(findings: Sequence[Finding]) -> list[RenderableType]:
+    """Findings as sections: a table, what cannot be told, and what is fine."""
+    tabled = [item for verdict in _TABLED for item in findings if item.verdict == verdict]
+    parts: list[RenderableType] = []
+    if tabled:
+        parts.append(_table(tabled))
+    for verdict, title, style in (("cannot tell", "Cannot be told", ASIDE), ("ok", "Checked and sound", "")):
+        told = [f"{item.check}: {item.sentence}" for item in findings if item.verdict == verdict]
+        if told:
+            parts.append(section(title, bullets(told, style)))
+    return parts
+
+
+def style_of(findings: Sequence[Finding]) -> str:
+    """The style of the worst finding."""
+    verdicts = {item.verdict for item in findings}
+    return next((STYLES[verdict] for verdict in _TABLED[:2] if verdict in verdicts), STYLES["ok"])
+
+
+def _table(findings: Sequence[Finding]) -> Table:
+    table = plain_table("Quality", _caption(findings))
+    table.add_column("check", no_wrap=True)
+    table.add_column("what was found, what follows, and what to do")
+    for item in findings:
+        text = Table.grid()
+        text.add_row(Prose(item.told))
+        if item.remedy:
+            text.add_row(Prose(f"> {_remedy(item)}"))
+        table.add_row(_name(item), text, end_section=True)
+    return table
+
+
+def _name(item: Finding) -> Text:
+    return Text(f"{item.check}\n{item.verdict}", style=STYLES[item.verdict])
+
+
+def _remedy(item: Finding) -> str:
+    return item.cure + (" (--fix does it)" if item.fix else "")
+
+
+def _caption(findings: Sequence[Finding]) -> str:
+    count = sum(1 for item in findings if item.fix)
+    return f"inspect LOG --fix OUT.csv writes a log with {count} of these put right" if count else ""
+
 
 _MOST_UNUSED = 12
 _MOST_STRETCHES = 4
@@ -225,3 +282,58 @@ def _sentence(text: str) -> str:
     ('The yaw rate r is late.', 'u: 3 gaps')
     """
     return text if ":" in text.split(" ")[0] else text[:1].upper() + text[1:]
+
+
+_HULL = ("mass", "inertia_z", "X_udot", "Y_vdot", "N_rdot", "X_u", "Y_v", "N_r")
+_UNITS = {"mass": "kg", "inertia_z": "kg m^2"}
+
+
+def init_screen(vehicle: Vehicle, thrusters: Sequence[FoundThruster], doubts: Sequence[str]) -> list[RenderableType]:
+    """Thrusters, numbers of the hull with their sources, and what nobody told and no log shows."""
+    parts: list[RenderableType] = [_thrusters(vehicle, thrusters), _hull(vehicle)]
+    return [*parts, section("To look at", bullets(doubts), style=f"bold {UNSURE}")] if doubts else parts
+
+
+def _thrusters(vehicle: Vehicle, thrusters: Sequence[FoundThruster]) -> Table:
+    table = plain_table("Thrusters")
+    table.add_column("thruster", no_wrap=True)
+    table.add_column("side", no_wrap=True)
+    table.add_column("told by")
+    for title in ("full astern", "neutral", "full ahead"):
+        table.add_column(title, justify="right")
+    table.add_column("unit", no_wrap=True)
+    table.add_column("N ahead", justify="right")
+    for one, built in zip(thrusters, vehicle.thrusters, strict=True):
+        told = f"log; was {one.read_as}{', turned round' * one.turned}" if one.read_as != one.channel else "log"
+        if one.turned and one.read_as == one.channel:
+            told = "log; turned round"
+        ends = (one.output.astern, one.output.neutral, one.output.ahead)
+        full = built.curve.thrust(np.array([one.output.ahead]), built.command)
+        table.add_row(
+            one.name,
+            one.side or "?",
+            told if one.by_log else "name",
+            *(number(end, 4) for end in ends),
+            unit_text(unit_of(one.channel)),
+            number(float(full[0])),
+        )
+    return table
+
+
+def _hull(vehicle: Vehicle) -> Table:
+    table = plain_table("Hull")
+    table.add_column("", no_wrap=True)
+    table.add_column("value", justify="right")
+    table.add_column("unit", no_wrap=True)
+    table.add_column("where it is from")
+    for symbol in _HULL:
+        unit = _UNITS.get(symbol) or vehicle.parameter(symbol).unit
+        table.add_row(symbol, number(vehicle.value(symbol)), unit_text(unit), Prose(_source(vehicle, symbol)))
+    return table
+
+
+def _source(vehicle: Vehicle, symbol: str) -> str:
+    for entry in (vehicle.sources, vehicle.sources.get("added_mass"), vehicle.sources.get("damping")):
+        if isinstance(entry, dict) and symbol in entry:
+            return str(entry[symbol])
+    return str(vehicle.sources.get("all", ""))

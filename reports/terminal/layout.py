@@ -12,7 +12,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from ...physics.printable import printable, shortened
+from ...physics.errors import printable, shortened
 
 GOOD, BAD, UNSURE, FOUND, LIKELY, ASIDE = "green", "bold red", "yellow", "bold cyan", "cyan", "dim"
 """Colours by what they mean; without colours (`NO_COLOR`, a pipe) the words beside them say the same."""

@@ -1,19 +1,30 @@
-"""Progress of work that goes on: a bar with the time so far and the time left on a terminal, plain lines elsewhere."""
+"""Progress of work: a bar on a terminal, plain lines elsewhere, the pace of a step, and the epochs of a training.
 
+Progress of work that goes on: a bar with the time so far and the time left on a terminal, plain lines elsewhere.
+
+What is told of a step while it goes on: how many parts are done, and what time the others take at their pace.
+
+Progress of a training: in the bar on a terminal, a plain line every few epochs elsewhere.
+"""
+
+import math
 import os
 import shutil
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import wraps
-from typing import Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-from ...physics.errors import MOST_TOLD
-from ...physics.printable import one_line, shortened
+from ...physics.errors import MOST_TOLD, one_line, shortened
 from ...physics.stage import Course, Say, Stage
+
+if TYPE_CHECKING:
+    from ...residuals.training.history import Epoch
+
 
 _WORTH_TELLING = 2.0
 """Time from which a line tells how long the work took so far [s]: less is no wait."""
@@ -198,3 +209,98 @@ def _write(text: str) -> None:
 
 def _on_stderr(line: str) -> None:
     _write(f"{line}\n")
+
+
+T = TypeVar("T")
+
+FIRST = 2.0
+"""Time after which a step tells how far it is [s]: less is no wait."""
+SECONDS_A_LINE = 5.0
+"""Seconds between lines after that: often enough to see that it goes on, seldom enough for the log of a batch job."""
+_MEGABYTE = 1e6
+"""[B], in which lines tell of bytes."""
+_OFTEN = 0.1
+"""Seconds between two looks of a bar: more nobody sees."""
+
+
+class Pace:
+    """Lines about a step whose parts are counted.
+
+    Parameters
+    ----------
+    say : called with a line; None for nobody
+    step : its name, as the line begins
+    unit : of what is counted
+    even : whether the parts take equal times, so that the time left follows from those that are done
+    """
+
+    def __init__(self, say: Say | None, step: str, unit: str = "", even: bool = True) -> None:
+        self._say, self._step, self._unit, self._even = say, step, unit, even
+        self._begin()
+
+    def _begin(self) -> None:
+        self._begun = self._look = time.monotonic()
+        self._done, self._next = 0.0, self._begun + FIRST
+
+    def told(self, done: float, total: float) -> None:
+        """Take note of how much is done, and tell it: a bar at once, lines where the last one is long ago.
+
+        Fewer than before are those of another step of the same name, such as the next log.
+        """
+        if done < self._done:
+            self._begin()
+        self._done, now, ended = done, time.monotonic(), done >= total
+        left = (now - self._begun) * (total - done) / done if self._even and done > 0.0 else math.nan
+        line = f"{self._step}: {done:.0f} of {total:.0f}{self._unit}"
+        if isinstance(self._say, Progress):
+            if now < self._look and not ended:
+                return
+            self._look = now + _OFTEN
+            if self._say.counted(line, 1.0 if ended else done / total, left):
+                return
+        if self._say is not None and not ended and now >= self._next:
+            self._next = now + SECONDS_A_LINE
+            self._say(line if math.isnan(left) else f"{line}, {about(left)}")
+
+
+def megabytes(say: Say | None) -> Callable[[int, int], None]:
+    """Who is told of bytes that are read, of a large log after the other."""
+    pace = Pace(say, "reading", " MB")
+    return lambda done, total: pace.told(done / _MEGABYTE, total / _MEGABYTE)
+
+
+def paced(items: Sequence[T], step: str, say: Say | None, *, even: bool = True) -> Iterator[T]:
+    """The items of a step, with lines about it; see `Pace`."""
+    pace = Pace(say, step, even=even)
+    for done, item in enumerate(items):
+        pace.told(done, len(items))
+        yield item
+    pace.told(len(items), len(items))
+
+
+EPOCHS_A_LINE = 10
+"""Epochs between plain lines: thirty for a training of the usual 300."""
+
+
+def epochs_told(epochs: int, say: Say | None) -> "Callable[[Epoch], None]":
+    """A function that tells of an epoch; the time left is that of all epochs, which a training seldom needs."""
+    begun, first = time.monotonic(), [0]
+
+    def told(epoch: "Epoch") -> None:
+        first[0] = first[0] or epoch.number  # of a training that is resumed, not 1
+        of = f" of at most {epochs}" if epoch.number <= epochs else ", at states against the laws"
+        line = f"epoch {epoch.number}{of}: {epoch_words(epoch)}"
+        done = epoch.number - first[0] + 1
+        left = (time.monotonic() - begun) * (epochs - epoch.number) / done if done > 1 else math.nan
+        if isinstance(say, Progress) and say.counted(line, epoch.number / epochs, left, whole=True):
+            return
+        if say is not None and (epoch.number == 1 or epoch.number % EPOCHS_A_LINE == 0):
+            say(line)
+
+    return told
+
+
+def epoch_words(epoch: "Epoch") -> str:
+    """Loss, validation error and violating share of an epoch."""
+    loss = "none" if epoch.loss is None else f"{epoch.loss:.3g}"
+    return f"loss {loss}, validation error {epoch.rmse:.3f}, breaks the laws at {100 * epoch.violating:.1f} %"

@@ -1,4 +1,4 @@
-"""The band about a model's open-loop predictions, as `comparison.json` has it; see `residuals.prediction_band`."""
+"""The band about a model's open-loop predictions, as `comparison.json` has it; see `residuals.series`."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from ...physics.file_records import Number, Record, Whole
-from ...physics.frames import AXES, Array
-from ...physics.motion import Motion
+from ...physics.motion import AXES, Array, Motion
 from .interval import LEVEL
 
 PREDICTED_SECONDS = (0.5, *(float(k) for k in range(1, 11)))

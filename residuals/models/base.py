@@ -6,12 +6,10 @@ from typing import Literal, final
 
 import numpy as np
 
-from ...measurements.preparation.held_out import Fold
+from ...measurements.preparation.split import Fold
 from ...physics.forces import held_acceleration, modelled_acceleration
-from ...physics.frames import Array
-from ...physics.integration import Rollouts
-from ...physics.motion import Motion
-from ...physics.simulation import Legs, rollout, rollouts
+from ...physics.integration import Legs, Rollouts, rollout, rollouts
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from .band_record import PredictionBand
 from .network_inputs import network_inputs

@@ -5,9 +5,8 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...physics.frames import Array, body_to_earth, earth_to_body
 from ...physics.integration import Rollouts
-from ...physics.motion import Motion
+from ...physics.motion import Array, Motion, body_to_earth, earth_to_body
 from ...physics.vehicle import Vehicle
 from .base import Kind, Model
 

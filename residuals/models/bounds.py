@@ -13,10 +13,9 @@ from itertools import product
 import numpy as np
 from torch import nn
 
-from ...physics.cross_flow import power_bounds
-from ...physics.frames import Array
 from ...physics.laws.damping_power import Envelope
-from ...physics.matrices import active_terms, mass_matrix
+from ...physics.momentum_balance import active_terms, mass_matrix, power_bounds
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle, hull_of
 from .network_model import NetworkModel
 from .relaxations import Relaxation, relu_lines, tanh_lines

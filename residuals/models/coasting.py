@@ -12,7 +12,6 @@ import torch
 from torch import Tensor
 
 from ...physics.forces import ForceEquation, calm, held_thrust, relative_velocity, stated_push
-from ...physics.frames import Array
 from ...physics.laws.energy import (
     EXCESS_UNIT,
     INSIDE,
@@ -23,7 +22,8 @@ from ...physics.laws.energy import (
     full_power,
     let_pass,
 )
-from ...physics.matrices import mass_matrix
+from ...physics.momentum_balance import mass_matrix
+from ...physics.motion import Array
 from ...physics.thrusters import neutral_command
 from ...physics.vehicle import Vehicle
 from ..networks.base import Network

@@ -8,9 +8,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from ...physics.errors import RequestError
-from ...physics.frames import Array
-from ...physics.motion import Motion
-from ...physics.quantities import Number
+from ...physics.motion import Array, Motion
+from ...physics.reading import Number
 from ...physics.vehicle import Vehicle
 from .network_inputs import network_inputs
 

@@ -17,13 +17,23 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError
 
 from ...measurements.preparation.standardisation import Standardisation
-from ...physics.errors import RequestError, VehicleError
-from ...physics.file_marks import on_top, written_by
-from ...physics.files import strict_json, write_bytes, write_text, yaml_text
+from ...physics.errors import RequestError, VehicleError, listed, shown
+from ...physics.files import on_top, strict_json, write_bytes, write_text, written_by, yaml_text
 from ...physics.folders import finish, replace_folder
-from ...physics.printable import listed, shown
-from ...physics.quantities import Number, Positive, complaint, complaints, location, unknown_key
-from ...physics.reading import Plain, parse_json, parse_yaml, read_bytes, read_yaml, reason
+from ...physics.reading import (
+    Number,
+    Plain,
+    Positive,
+    complaint,
+    complaints,
+    location,
+    parse_json,
+    parse_yaml,
+    read_bytes,
+    read_yaml,
+    reason,
+    unknown_key,
+)
 from ...physics.vehicle import Vehicle, vehicle_from_dict
 from .interval import Interval
 from .network_inputs import input_names

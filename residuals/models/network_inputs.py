@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...physics.forces import Triple, actuation, relative_velocity
-from ...physics.frames import Array
-from ...physics.motion import Motion
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 
 

@@ -9,11 +9,9 @@ from torch import Tensor
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError
 from ...physics.forces import actuation, held_acceleration, held_thrust, modelled_acceleration
-from ...physics.frames import Array
-from ...physics.integration import Rollouts
-from ...physics.matrices import mass_matrix, thruster_matrix
-from ...physics.motion import Motion
-from ...physics.simulation import rollout
+from ...physics.integration import Rollouts, rollout
+from ...physics.momentum_balance import mass_matrix, thruster_matrix
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ..networks.base import Memory, Network, Scaling, through
 from ..networks.trust import Trust

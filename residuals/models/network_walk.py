@@ -5,7 +5,7 @@ from typing import final
 import numpy as np
 import torch
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..networks.base import Memory
 from .network_model import NetworkModel, numbers
 from .threads import one_thread

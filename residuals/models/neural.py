@@ -6,8 +6,8 @@ from importlib import import_module
 from pathlib import Path
 
 from ...physics.errors import RequestError
-from ...physics.extras import how_to_install
 from ...physics.reading import read_bytes
+from ...physics.registry_members import how_to_install
 
 SCHEMA = "undertow.network/1"
 SETTINGS, WEIGHTS = "model.yaml", "weights.safetensors"

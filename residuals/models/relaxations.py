@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 
 Line = tuple[Array, Array]
 """Slope, never below zero, and offset of a line for each interval."""

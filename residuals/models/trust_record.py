@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from ...physics.errors import RequestError
-from ...physics.quantities import Number, Positive
+from ...physics.reading import Number, Positive
 
 if TYPE_CHECKING:
     from ..networks.trust import Trust

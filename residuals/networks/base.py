@@ -15,7 +15,7 @@ import torch
 from torch import Tensor, nn
 
 from ...measurements.preparation.standardisation import Standardisation
-from ...physics.frames import Array
+from ...physics.motion import Array
 from .trust import Gain, Trust
 
 Memory = tuple[Tensor, ...]

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from ...physics.errors import RequestError
-from ...physics.frames import Array
+from ...physics.motion import Array
 from .base import Memory, Network, Scaling, hidden_layers, quiet_head
 from .mlp import MLP
 

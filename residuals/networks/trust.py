@@ -21,7 +21,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 
 NARROW = 0.5
 """The least of the reaches, each twice the one before [deviations]: closer, and rounding of a log is a distance."""

@@ -7,9 +7,9 @@ import torch
 from torch import Tensor
 
 from ...measurements.preparation.dataset import DataSet
-from ...measurements.statistics.white_noise import noise_on_rows
+from ...measurements.statistics.signals import noise_on_rows
 from ...physics.errors import RequestError
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.typical_effects import random_hull
 from .training_settings import Augmentation, TrainingSettings

@@ -10,9 +10,8 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 from torch import Tensor
 
-from ...physics.errors import RequestError
+from ...physics.errors import RequestError, shown
 from ...physics.files import write_bytes
-from ...physics.printable import shown
 from ...physics.reading import parse_json
 from ..models.neural import CHECKPOINT
 from .history import Epoch

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from ...measurements.preparation.dataset import DataSet
 from ...physics.errors import RequestError
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..models.base import Model, VehicleModel
 from ..models.network_model import NetworkModel
 from ..scores import rollout_errors

@@ -13,7 +13,7 @@ import torch
 
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..models.network_model import NetworkModel
 from ..models.neural import CHECKPOINT

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..networks.base import Network
 from ..networks.gaussian_process import GaussianProcess
 from ..networks.trees import Trees

@@ -19,10 +19,10 @@ import torch
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.spatial.distance import cdist
 
-from ...measurements.statistics.single_threaded import single_threaded
+from ...measurements.statistics.processors import single_threaded
 from ...physics.errors import RequestError
-from ...physics.extras import how_to_install
-from ...physics.frames import Array
+from ...physics.motion import Array
+from ...physics.registry_members import how_to_install
 from ..networks.gaussian_process import GaussianProcess
 
 _SAMPLE = 400

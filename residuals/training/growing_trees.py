@@ -6,8 +6,8 @@ import numpy as np
 import torch
 
 from ...physics.errors import RequestError
-from ...physics.extras import how_to_install
-from ...physics.frames import Array
+from ...physics.motion import Array
+from ...physics.registry_members import how_to_install
 from ..networks.trees import Nodes, Trees
 
 _RATE, _DEPTH = 0.15, 6

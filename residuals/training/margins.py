@@ -6,7 +6,7 @@ import numpy as np
 
 from ...measurements.preparation.dataset import DataSet
 from ...measurements.preparation.split import Split
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ..models.base import VehicleModel
 from ..models.interval import LEVEL, Interval, calibrated, least_known, sizes, widening
 from ..models.network_model import NetworkModel

@@ -8,15 +8,14 @@ import numpy as np
 import torch
 
 from ...measurements.preparation.dataset import DataSet
-from ...measurements.preparation.derive import accelerations
+from ...measurements.preparation.resampling import accelerations
 from ...measurements.preparation.split import Split
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError
-from ...physics.frames import Array
 from ...physics.laws.damping_power import envelope_of
 from ...physics.laws.energy import coasting_states
-from ...physics.matrices import thruster_matrix
-from ...physics.motion import Motion
+from ...physics.momentum_balance import thruster_matrix
+from ...physics.motion import Array, Motion
 from ...physics.thrusters import neutral_command
 from ...physics.vehicle import Vehicle
 from ..models.coasting import Coasting

@@ -6,12 +6,12 @@ import numpy as np
 import torch
 
 from ...measurements.preparation.dataset import DataSet
-from ...physics.frames import Array
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..models.coasting import Coasting
 from ..models.network_inputs import network_inputs
 from ..networks.base import Network, through
-from ..residual import same_filter
+from ..scores import same_filter
 from .windows import target_acceleration
 
 

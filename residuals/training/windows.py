@@ -6,16 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...measurements.preparation.dataset import DataSet, Recipe
-from ...measurements.preparation.derive import accelerations, low_pass
+from ...measurements.preparation.resampling import accelerations, low_pass
 from ...physics.errors import RequestError
 from ...physics.forces import actuation, memory_states, modelled_acceleration, stated_push
-from ...physics.frames import Array
 from ...physics.laws.damping_power import damping_power
 from ...physics.laws.energy import INSIDE, allowed_power, thrust_power
-from ...physics.motion import Motion
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ..models.network_inputs import network_inputs
-from ..residual import same_filter
+from ..scores import same_filter
 
 _LEAST_TAP = 1e-3
 """Taps of the filter's impulse response below this are cut off."""

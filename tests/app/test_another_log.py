@@ -18,7 +18,7 @@ from undertow.app.desk import Desk
 from undertow.app.file_names import FileNames
 from undertow.app.shown import OnLog
 from undertow.app.views import headline as says
-from undertow.workflows.tried_log import UNSEEN
+from undertow.workflows.opened_log import UNSEEN
 from undertow.workflows.workbench_facts import Searched, Source, Stand
 
 DEMO_LOG, NOMINAL = ROOT / "data" / "gazebo_blueboat.csv.gz", ROOT / "data" / "demo.yaml"

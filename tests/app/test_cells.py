@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from undertow.app.cells import common_command, sort_rows
+from undertow.app.plots.error_map import common_command, sort_rows
 
 RNG = np.random.default_rng(4)
 U, R = RNG.uniform(-1.0, 2.0, 5000), RNG.uniform(-0.5, 0.5, 5000)

@@ -10,7 +10,7 @@ from verbs import done
 
 from undertow.app.desk import Desk
 from undertow.app.file_names import FileNames
-from undertow.app.views.networks import _beside
+from undertow.app.views.side_by_side import _beside
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.workflows.run_folder.run_files import own_run

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from undertow.app.plots.level_of_detail import BLOCK, TORN, Levels, thinned
-from undertow.physics.frames import Array
+from undertow.physics.motion import Array
 
 ROWS = 4000
 TIME: Array = (0.1 * np.arange(ROWS)).astype(np.float64)

@@ -18,8 +18,16 @@ from nicegui.events import GenericEventArguments
 from nicegui.page import page
 
 from undertow.app.plots.error_map import Cells, ErrorMap, told
-from undertow.app.plots.messages import rounded, sent_number
-from undertow.app.plots.thinned_paths import Path, joined, nearest, thinned_by_length, thinned_by_rows, within
+from undertow.app.plots.level_of_detail import (
+    Path,
+    joined,
+    nearest,
+    rounded,
+    sent_number,
+    thinned_by_length,
+    thinned_by_rows,
+    within,
+)
 from undertow.app.plots.time_plots import Line, Panel, TimePlots
 from undertow.app.plots.track import Track
 

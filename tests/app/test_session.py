@@ -17,10 +17,9 @@ from verbs import done
 
 from undertow.app import worker
 from undertow.app.errands import LOST
-from undertow.app.same_commands import same_commands
 from undertow.app.session import Session
-from undertow.app.undo import History, Step
-from undertow.app.views.log_files import stored_as
+from undertow.app.steps import History, Step, same_commands
+from undertow.app.views.opening import stored_as
 from undertow.workflows.init import Doubt
 from undertow.workflows.opened_log import OpenedLog
 from undertow.workflows.workbench import Workbench

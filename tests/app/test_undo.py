@@ -1,6 +1,6 @@
 """Steps back and forth: what is forgotten, what stays, and what is no step."""
 
-from undertow.app.undo import _KEPT, History, Step
+from undertow.app.steps import _KEPT, History, Step
 from undertow.workflows.workbench_facts import Source
 
 FIRST, SECOND = "surge_quadratic_damping", "yaw_quadratic_damping"

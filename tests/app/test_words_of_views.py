@@ -9,18 +9,16 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the workbench needs nicegui: pip install '.[app]'")
 
-from undertow.app.audience import Audience
-from undertow.app.errands import Errands
+from undertow.app.errands import Audience, Errands, Work
 from undertow.app.file_names import FileNames
 from undertow.app.shown import OnLog, Shown
-from undertow.app.undo import History, Step
+from undertow.app.steps import History, Step
 from undertow.app.vehicle_numbers import assumed_of, form_of
 from undertow.app.views.headline import found, headline, how_well, leans_on, stair_name
-from undertow.app.views.log_notes import worst
+from undertow.app.views.hero import worst
 from undertow.app.views.words import in_a_line
-from undertow.app.work import Work
 from undertow.physics.vehicle import load_vehicle, shipped_vehicles
-from undertow.workflows.thrusters_put_right import put_right
+from undertow.workflows.first_vehicle import put_right
 from undertow.workflows.workbench_facts import Assumed, Check, Fit, Opened, Searched, Source, Stand, Value
 
 DRAG, LIFT = "surge_quadratic_damping", "sway_lift"

@@ -13,7 +13,7 @@ from places import ROOT
 from undertow.discovery.findings import SensorError
 from undertow.physics.effects import BY_NAME, COMMAND_OFFSET
 from undertow.physics.forces import ForceEquation, relative_velocity
-from undertow.physics.matrices import thruster_matrix
+from undertow.physics.momentum_balance import thruster_matrix
 from undertow.physics.vehicle import load_vehicle
 
 

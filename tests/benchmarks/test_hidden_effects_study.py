@@ -79,7 +79,7 @@ def test_an_autopilot_reacts_to_what_its_log_says(study: ModuleType, tmp_path: P
     assert np.abs(apart).max() < 1e-9
     log = read_log(clean.write(tmp_path / "log.csv"))
     assert {"u", "v", "r", *(unit.channel for unit in boat.thrusters)} <= set(log.channels)
-    again = importlib.import_module("undertow.physics.simulation").simulate_motion(boat, clean.motion(0.02))
+    again = importlib.import_module("undertow.physics.integration").simulate_motion(boat, clean.motion(0.02))
     assert np.abs(again.velocity - clean.motion(0.02).velocity).max() < 0.02, "it drives by the commands of its log"
 
 

@@ -12,7 +12,7 @@ import pytest
 import yaml
 from places import ROOT, shared
 
-from undertow.physics.frames import AXES
+from undertow.physics.motion import AXES
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.compare import compare

@@ -14,7 +14,7 @@ from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.reports.terminal import pace
+from undertow.reports.terminal import progress as pace
 from undertow.reports.terminal.progress import Progress
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.read import read_run_inputs
@@ -97,7 +97,7 @@ def test_a_run_of_an_earlier_version_has_no_namespace(tmp_path):
 def test_reading_a_large_log_is_told_in_lines_or_in_a_bar(monkeypatch, capsys):
     said = []
     monkeypatch.setattr(pace, "FIRST", 0.0)
-    monkeypatch.setattr(pace, "EVERY", 0.0)
+    monkeypatch.setattr(pace, "SECONDS_A_LINE", 0.0)
     told = pace.megabytes(said.append)
     for done_bytes in (10, 60_000_000, 120_000_000):
         told(done_bytes, 120_000_000)

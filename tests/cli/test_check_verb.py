@@ -18,7 +18,7 @@ from undertow.physics.errors import RequestError
 from undertow.physics.laws.damping_power import Envelope, envelope_of
 from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.models.base import VehicleModel
-from undertow.residuals.models.onnx_model import onnx_model
+from undertow.residuals.models.foreign import onnx_model
 
 HULL = load_vehicle("blueboat")
 HAS_ONNX = importlib.util.find_spec("onnxruntime") is not None

@@ -18,7 +18,7 @@ from verbs import SCRIPT, call, done, files, inspected, process, refused, strict
 import undertow
 from undertow.__main__ import main
 from undertow.cli import console
-from undertow.physics import in_words
+from undertow.physics import presentation as in_words
 from undertow.physics.stage import Stage
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.terminal import progress

@@ -7,7 +7,7 @@ from typer.main import get_command
 from verbs import done
 
 from undertow.__main__ import app
-from undertow.cli.examples import EXAMPLES
+from undertow.cli.options import EXAMPLES
 
 VERBS = {command.name or command.callback.__name__: command for command in app.registered_commands if command.callback}
 

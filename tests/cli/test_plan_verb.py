@@ -8,7 +8,7 @@ from verbs import call, done
 
 import undertow
 from undertow.discovery.experiment import optimal_manoeuvre
-from undertow.workflows.mission_folder import own_mission
+from undertow.workflows.plan import own_mission
 
 PAIR = ("surge_quadratic_damping", "surge_linear_damping")
 FILES = {"mission.csv", "mission.json", "mission.lua", "mission.waypoints", "mission_node.py"}

@@ -13,14 +13,14 @@ import pytest
 from sample_run import edit, write_sample
 from verbs import call, done, refused
 
-from undertow.measurements.log_digests import log_digests
+from undertow.measurements.collection import log_digests
 from undertow.measurements.log_options import Reading
 from undertow.physics.errors import RequestError
-from undertow.physics.file_marks import remark
+from undertow.physics.files import remark
 from undertow.reports.page.fleet import Relation, SharedNumber, shared_numbers
 from undertow.reports.page.fleet_page import fleet_page
 from undertow.reports.page.pdf import find_browser, print_pdf
-from undertow.workflows.run_folder.provenance import command, versions
+from undertow.workflows.run_folder.moved_files import command, versions
 from undertow.workflows.run_folder.read import read_run
 
 

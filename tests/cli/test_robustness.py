@@ -115,7 +115,7 @@ def test_what_ignores_a_signal_goes_on_ignoring_it() -> None:
         [
             sys.executable,
             "-c",
-            "import os, signal\nfrom undertow.cli.interruption import listen\n"
+            "import os, signal\nfrom undertow.cli.console import listen\n"
             "signal.signal(signal.SIGHUP, signal.SIG_IGN)\nlisten()\nos.kill(os.getpid(), signal.SIGHUP)\nprint('on')",
         ],
         capture_output=True,

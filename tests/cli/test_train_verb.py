@@ -14,8 +14,7 @@ from undertow.comparison.models_by_name import load_model
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.reports.terminal.progress import Progress
-from undertow.reports.terminal.training_progress import epoch_words, epochs_told
+from undertow.reports.terminal.progress import Progress, epoch_words, epochs_told
 from undertow.residuals.models.model_files import load_network
 from undertow.residuals.training.history import Epoch
 from undertow.workflows.inputs import read_inputs

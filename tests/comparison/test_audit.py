@@ -10,7 +10,6 @@ from judging import BOX, HULL, formula, judged, pushed
 
 from undertow.comparison.audit import audit, witness_of
 from undertow.physics.errors import RequestError
-from undertow.physics.frames import Array
 from undertow.physics.laws.audit.base import finite
 from undertow.physics.laws.audit.bounded import BoundedSpeed
 from undertow.physics.laws.audit.coriolis import CoriolisWork
@@ -23,14 +22,15 @@ from undertow.physics.laws.audit.symmetry import mirror_pairs
 from undertow.physics.laws.audit.thrust import PowerUnderThrust
 from undertow.physics.laws.audit.trial import possible_commands, reachable, rolled
 from undertow.physics.laws.damping_power import Envelope
-from undertow.physics.matrices import coriolis_matrix, mass_matrix, thruster_matrix
+from undertow.physics.momentum_balance import coriolis_matrix, mass_matrix, thruster_matrix
+from undertow.physics.motion import Array
 from undertow.physics.thrusters import neutral_command
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.foreign import FunctionModel, load_function
 from undertow.workflows.check import check
-from undertow.workflows.run_folder.sizes import check_bounds
+from undertow.workflows.run_folder.read import check_bounds
 
 MOTION = simulate_world(HULL, {}, duration=30.0, noise="clean", seed=2).motion(0.1)
 

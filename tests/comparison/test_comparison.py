@@ -30,13 +30,12 @@ from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.preparation.dataset import WEAK, DataSet
 from undertow.measurements.prepared_logs import ALL, Inputs, Parts
 from undertow.physics.errors import RequestError
-from undertow.physics.frames import Array
-from undertow.physics.in_words import percent
 from undertow.physics.integration import Rollouts
-from undertow.physics.motion import Motion
+from undertow.physics.motion import Array, Motion
+from undertow.physics.presentation import percent
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.reports.terminal.failures_screen import failures_table
+from undertow.reports.terminal.comparison_screen import failures_table
 from undertow.reports.wording import risen, told_of
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.baselines import HoldVelocity, ZeroAcceleration, baselines

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from undertow.comparison.error_limits import Limits, limits_from_dict, load_limits, with_margin
+from undertow.comparison.error_limits import Limits, held, limits_from_dict, load_limits, with_margin
 from undertow.comparison.facts import ComparedModel
-from undertow.comparison.held_limits import held
 from undertow.physics.errors import RequestError
 from undertow.physics.reading import parse_yaml
 from undertow.residuals.scores import AccelerationRecord, ByAxis, RolloutRecord

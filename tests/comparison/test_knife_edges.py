@@ -5,7 +5,6 @@ import pytest
 from judging import BOX, HULL, formula, judged, pushed
 
 from undertow.comparison.audit import audit, witness_of
-from undertow.physics.frames import Array
 from undertow.physics.laws.audit.bounded import BoundedSpeed
 from undertow.physics.laws.audit.coriolis import CoriolisWork
 from undertow.physics.laws.audit.damping import PositiveDamping
@@ -15,7 +14,8 @@ from undertow.physics.laws.audit.mass import PositiveMass
 from undertow.physics.laws.audit.rest import Rest
 from undertow.physics.laws.audit.symmetry import SHARE, MirrorSymmetry
 from undertow.physics.laws.audit.thrust import PowerUnderThrust
-from undertow.physics.matrices import coriolis_matrix, mass_matrix, thruster_matrix
+from undertow.physics.momentum_balance import coriolis_matrix, mass_matrix, thruster_matrix
+from undertow.physics.motion import Array
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.foreign import FunctionModel

@@ -10,8 +10,7 @@ import pytest
 from rich.console import Console
 
 from undertow.comparison.facts import Comparison
-from undertow.comparison.models_by_name import load_model
-from undertow.comparison.overlap import fitted_notes, fitted_to
+from undertow.comparison.models_by_name import fitted_notes, fitted_to, load_model
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import RequestError
 from undertow.physics.sources import with_sources

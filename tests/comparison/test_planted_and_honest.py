@@ -12,7 +12,7 @@ from places import ROOT
 
 from undertow.comparison.audit import witness_of
 from undertow.physics.laws.audit.dissipation import Dissipation
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.momentum_balance import mass_matrix
 
 BENCHMARKS = ROOT / "benchmarks"
 

@@ -15,8 +15,8 @@ from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.findings import OtherForm
 from undertow.discovery.judgement import REASONS, features
 from undertow.discovery.reason import Reason
-from undertow.discovery.search.bootstrap import Interval
-from undertow.discovery.search.chance import Chance
+from undertow.discovery.search.estimation import Interval
+from undertow.discovery.search.surrogates import Chance
 from undertow.physics.vehicle import Vehicle, load_vehicle
 
 HULL = load_vehicle("blueboat")

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery.add_effects import add_effects
+from undertow.discovery.add_effects import Bench, add_effects
 from undertow.discovery.balance.sensor_errors import misalignment, nuisances
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import unexplained
-from undertow.discovery.by_hand import Bench
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
 from undertow.discovery.findings import Step
@@ -19,9 +18,8 @@ from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.compass import Compass, compass_of, corrected
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import apparent_wind
-from undertow.physics.frames import body_to_earth
-from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
+from undertow.physics.integration import simulate_motion
+from undertow.physics.motion import Motion, body_to_earth
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.residuals.scores import ByAxis
 

@@ -18,7 +18,7 @@ from undertow.discovery.search.floating import Search
 from undertow.discovery.search.gram import GramScores
 from undertow.discovery.search.unseen_fold import WithoutFold
 from undertow.discovery.settings import DiscoverySettings
-from undertow.measurements.preparation.held_out import folds_of
+from undertow.measurements.preparation.split import folds_of
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

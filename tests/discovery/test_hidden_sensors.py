@@ -10,13 +10,12 @@ import pytest
 from undertow.discovery import hidden_sensors, selection
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import find_missing
-from undertow.discovery.hidden_errors import HiddenErrors
+from undertow.discovery.hidden_sensors import HiddenErrors
 from undertow.discovery.search.floating import Search
 from undertow.discovery.selection import Selection
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log import read_log
-from undertow.physics.frames import body_to_earth, earth_to_body
-from undertow.physics.motion import Motion
+from undertow.physics.motion import Motion, body_to_earth, earth_to_body
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.typical_effects import random_hull, typical_effect
 from undertow.physics.worlds.world import simulate_world

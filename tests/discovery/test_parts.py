@@ -16,14 +16,14 @@ from undertow.discovery.found_effects import FoundEffect
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.reason import Reason
-from undertow.discovery.search import bootstrap
-from undertow.discovery.search.bootstrap import block_bootstrap
+from undertow.discovery.search import estimation as bootstrap
+from undertow.discovery.search.estimation import block_bootstrap
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
+from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery import selected, selection
+from undertow.discovery import kept_effects as selected
+from undertow.discovery import selection
 from undertow.discovery.balance.rollout_test import rollouts_part
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import beside_few, choose
@@ -13,17 +14,17 @@ from undertow.discovery.candidates.candidate import Kind, candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.inclusion import inclusion
-from undertow.discovery.search.bootstrap import profile_interval
-from undertow.discovery.search.equivalent_thruster_scales import in_plain_words, same_model
+from undertow.discovery.evidence.unexplained import inclusion
+from undertow.discovery.search.estimation import profile_interval
 from undertow.discovery.search.floating import Search, SearchSettings, State
 from undertow.discovery.search.gram import GramScores
+from undertow.discovery.search.thruster_scales import in_plain_words, same_model
 from undertow.discovery.selection import Selection
 from undertow.discovery.settings import DiscoverySettings
-from undertow.measurements.statistics.white_noise import sensor_noise
+from undertow.measurements.statistics.signals import sensor_noise
 from undertow.physics.effects import PARAMETERS
+from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
 from undertow.physics.stage import Say
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.typical_effects import random_hull, typical_effect

@@ -10,8 +10,8 @@ from node import run_script
 
 from undertow.exports.javascript import FUNCTION, force_equation, vehicle_data
 from undertow.physics.effects import EFFECTS
+from undertow.physics.integration import rollout
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout
 from undertow.physics.thrusters import neutral_command
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from exported import facts
 
+from undertow.exports.approximation import told, total_thrust
 from undertow.exports.formats.base import Given
 from undertow.exports.formats.registry import format_named
-from undertow.exports.left_out import told, total_thrust
 from undertow.physics.laws.damping_power import Envelope
-from undertow.physics.stated_values import stated
+from undertow.physics.momentum_balance import stated
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.residuals.models.base import VehicleModel
 from undertow.workflows.export import known_facts

@@ -20,9 +20,8 @@ from undertow.measurements.preparation.split import PARTS
 from undertow.physics.forces import modelled_force
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
-from undertow.residuals.residual import same_filter
-from undertow.residuals.series import stretches
-from undertow.residuals.series_table import SeriesTable
+from undertow.residuals.scores import same_filter
+from undertow.residuals.series import SeriesTable, stretches
 from undertow.workflows.run_folder.run_files import VIEWED
 
 BOAT = undertow.load_vehicle("blueboat")

@@ -12,7 +12,7 @@ from verbs import done
 
 import undertow
 from undertow.exports.viewer_layouts import FOXGLOVE, PLOTJUGGLER, plotjuggler_layout, views
-from undertow.residuals.series_table import SeriesTable
+from undertow.residuals.series import SeriesTable
 
 EFFECTS = ["surge_quadratic_damping", "thruster_asymmetry"]
 

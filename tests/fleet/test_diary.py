@@ -11,17 +11,26 @@ import pytest
 from matplotlib.backends.backend_agg import RendererAgg
 from verbs import done, refused
 
-import undertow.fleet.read_fleet as reading
-import undertow.fleet.rehearsed_widening as rehearsed
+import undertow.fleet.hull_changes as rehearsed
+import undertow.fleet.parameter_estimates as reading
 from undertow.fleet.diary import diary_of
-from undertow.fleet.hull_estimates import Fleet, HullEstimate
+from undertow.fleet.parameter_estimates import Fleet, HullEstimate
 from undertow.physics.errors import RequestError
-from undertow.physics.in_words import NARROW
-from undertow.reports.diary_facts import Band, Cause, ChangeRecord, DiaryFacts, Moved
-from undertow.reports.diary_words import boat_sentences, caution, change_sentence, verdict
-from undertow.reports.page.diary_page import diary_page
-from undertow.reports.page.figures import diary_figures
-from undertow.reports.page.figures.diary_figures import strip
+from undertow.physics.presentation import NARROW
+from undertow.reports.hull_diary import (
+    Band,
+    Cause,
+    ChangeRecord,
+    DiaryFacts,
+    Moved,
+    boat_sentences,
+    caution,
+    change_sentence,
+    verdict,
+)
+from undertow.reports.page.figures import fleet_figures as diary_figures
+from undertow.reports.page.figures.fleet_figures import strip
+from undertow.reports.page.fleet_page import diary_page
 
 PARAMETERS = ("X_u", "X_uu", "thrusters.port.scale", "thrusters.stbd.scale", "mass")
 NOMINAL = np.array([-15.0, -8.0, 1.0, 1.0, 30.0])

@@ -10,9 +10,8 @@ import pytest
 
 import undertow
 from undertow.fleet.build_fleet import build_fleet
-from undertow.fleet.fleet_folder import read_index
-from undertow.fleet.merging import merge_fleets
-from undertow.fleet.read_fleet import read_fleet
+from undertow.fleet.fleet_folder import merge_fleets, read_index
+from undertow.fleet.parameter_estimates import read_fleet
 from undertow.fleet.workers import Engine
 from undertow.physics.worlds.world import simulate_world
 

@@ -5,17 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import undertow.fleet.rehearsed_widening as rehearsed
-from undertow.fleet.boat_days import DAY, BoatDays, boat_days
-from undertow.fleet.causes import rays, stories
-from undertow.fleet.day_scatter import day_scatter
-from undertow.fleet.hull_changes import WatchSettings, alarms, detector, watched
-from undertow.fleet.hull_estimates import Fleet, HullEstimate
-from undertow.fleet.names_of_changes import changes
-from undertow.fleet.odd_days import odd_day, taken_back
-from undertow.fleet.rehearsed_widening import rehearsed_widening
+import undertow.fleet.hull_changes as rehearsed
+from undertow.fleet.boat_days import DAY, BoatDays, boat_days, day_scatter
+from undertow.fleet.causes import changes, rays, stories
+from undertow.fleet.hull_changes import (
+    WatchSettings,
+    alarms,
+    detector,
+    odd_day,
+    rehearsed_widening,
+    taken_back,
+    watched,
+)
+from undertow.fleet.parameter_estimates import Fleet, HullEstimate
 from undertow.physics.errors import RequestError
-from undertow.reports.diary_facts import Cause
+from undertow.reports.hull_diary import Cause
 
 PARAMETERS = ("X_u", "X_uu", "Y_vv", "N_rr", "thrusters.port.scale", "thrusters.stbd.scale", "mass")
 SCATTER = 0.03

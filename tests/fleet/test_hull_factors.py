@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import undertow
-from undertow.fleet.hull_factors import MOST_BLOCKS, followed_by_default, hull_factors
-from undertow.fleet.hull_factors_file import from_bytes, to_bytes
+from undertow.fleet.hull_factors import MOST_BLOCKS, followed_by_default, from_bytes, hull_factors, to_bytes
 from undertow.fleet.parameter_estimates import estimated
 from undertow.physics.worlds.world import NOISE, World
 

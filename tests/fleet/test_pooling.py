@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from undertow.fleet.pooling import odd, pool
+from undertow.fleet.boat_days import odd, pool
 
 
 def test_without_noise_the_mean_has_the_interval_of_students_t():

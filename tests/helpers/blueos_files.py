@@ -13,7 +13,7 @@ import numpy as np
 from dataflash_files import SERVOS
 from mcap.writer import CompressionType, Writer
 
-from undertow.physics.frames import body_to_earth, wrap_angle
+from undertow.physics.motion import body_to_earth, wrap_angle
 from undertow.physics.worlds.simulated_log import SimulatedLog
 
 BOOT = 1_780_000_000_000_000_000

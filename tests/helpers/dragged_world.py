@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.integration import rollout
+from undertow.physics.momentum_balance import mass_matrix
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import Vehicle
 from undertow.physics.worlds.world import FINE_STEP, World
 

@@ -13,8 +13,8 @@ import pytest
 from undertow.exports.formats.base import Choices, Given
 from undertow.exports.formats.registry import format_named
 from undertow.exports.known_facts import KnownFacts, KnownNumber
-from undertow.exports.program.functions import Function
 from undertow.exports.program.model_program import Program, program_of
+from undertow.exports.program.symbols import Function
 from undertow.exports.program.vectors import drawn, driven, error
 from undertow.physics.laws.audit.trial import possible_commands, reachable
 from undertow.physics.laws.damping_power import Envelope

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from undertow.comparison.audit import witness_of
-from undertow.physics.frames import Array
 from undertow.physics.laws.audit.base import Law, Ruling
 from undertow.physics.laws.damping_power import Envelope
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.momentum_balance import mass_matrix
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.foreign import FunctionModel

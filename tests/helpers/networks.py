@@ -9,7 +9,7 @@ from exported import EXACT, facts
 
 from undertow.exports.formats.base import Given
 from undertow.exports.formats.registry import format_named
-from undertow.exports.program.vector_operations import Built
+from undertow.exports.network_operations import Built
 from undertow.exports.program.vectors import error
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.forces import actuation

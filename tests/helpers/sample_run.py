@@ -14,7 +14,7 @@ from undertow.comparison.failing.places import failures
 from undertow.comparison.failing.rows import scene
 from undertow.comparison.failing.segments import segments
 from undertow.discovery.findings import Removal
-from undertow.residuals.series_table import SeriesTable
+from undertow.residuals.series import SeriesTable
 
 RATE = 10
 LIKELY = "sway_quadratic_damping"

@@ -14,7 +14,7 @@ import yaml
 from log_samples import broken, small_world
 from sample_run import compare_many, edit, law, write_sample
 
-from undertow.measurements.log_digests import log_digests
+from undertow.measurements.collection import log_digests
 from undertow.measurements.log_options import Reading
 from undertow.physics.vehicle import load_vehicle
 
@@ -173,7 +173,7 @@ def _run(name: str, folder: Path) -> Path:
 
 def _use_run(path: Path) -> None:
     """As report, add --run, check RUN, compare --model RUN and explain RUN read it."""
-    from undertow.comparison import overlap as fitted_on
+    from undertow.comparison import models_by_name as fitted_on
     from undertow.comparison.models_by_name import load_model
     from undertow.physics.errors import RequestError, VehicleError
     from undertow.reports.page.fleet_page import fleet_page
@@ -214,7 +214,7 @@ def _network(folder: Path) -> Path:
 
 
 def _use_network(path: Path) -> None:
-    from undertow.comparison import overlap as fitted_on
+    from undertow.comparison import models_by_name as fitted_on
     from undertow.comparison.models_by_name import load_model
 
     fitted_on.logs_of(path.parent, load_model("blueboat"))
@@ -297,8 +297,7 @@ KINDS: dict[str, Kind] = {
 
 def judged(kind: Kind, path: Path, sound: bytes, seed: int) -> str:
     """Use a spoilt file: "read", "clear error", or what went wrong."""
-    from undertow.physics.errors import LogError, RequestError, VehicleError
-    from undertow.physics.printable import MOST_SHOWN
+    from undertow.physics.errors import MOST_SHOWN, LogError, RequestError, VehicleError
 
     path.write_bytes(kind.spoil(sound, seed))
     try:

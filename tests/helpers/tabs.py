@@ -1,7 +1,7 @@
 """A tab's work without a browser: the demo opened on a worker of its own."""
 
 from undertow.app.session import Session
-from undertow.app.undo import History
+from undertow.app.steps import History
 from undertow.app.worker import Worker
 from undertow.workflows.workbench_facts import Fit, Source
 

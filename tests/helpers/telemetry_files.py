@@ -7,7 +7,7 @@ import numpy as np
 from dataflash_files import SERVOS
 from pymavlink.dialects.v20 import ardupilotmega
 
-from undertow.physics.frames import body_to_earth, wrap_angle
+from undertow.physics.motion import body_to_earth, wrap_angle
 from undertow.physics.worlds.simulated_log import SimulatedLog
 
 BOOT = 1_700_000_000_000_000

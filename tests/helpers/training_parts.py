@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from undertow.measurements.preparation.dataset import PAPER, DataSet
-from undertow.measurements.preparation.derive import smooth
+from undertow.measurements.preparation.resampling import smooth
 from undertow.measurements.preparation.split import Split, split
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.vehicle import Vehicle, load_vehicle

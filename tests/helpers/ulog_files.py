@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from undertow.physics.frames import body_to_earth
+from undertow.physics.motion import body_to_earth
 from undertow.physics.worlds.simulated_log import SimulatedLog
 
 FORMATS = {

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from places import shared
 
-from undertow.measurements.alignment import align
 from undertow.measurements.canonical import Channel
+from undertow.measurements.clock import align
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.statistics.white_noise import noise_level
+from undertow.measurements.statistics.signals import noise_level
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

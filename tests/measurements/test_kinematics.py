@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from undertow.measurements.compass import compass_of
-from undertow.measurements.kinematic_errors import corrected_for
-from undertow.measurements.kinematics import compass_shown, kinematics_of
+from undertow.measurements.kinematics import compass_shown, corrected_for, kinematics_of
 from undertow.physics.forces import apparent_wind
-from undertow.physics.frames import body_to_earth, earth_to_body
-from undertow.physics.motion import Motion
+from undertow.physics.motion import Motion, body_to_earth, earth_to_body
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

@@ -14,8 +14,8 @@ from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.forces import apparent_wind, modelled_force
+from undertow.physics.integration import rollout
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world

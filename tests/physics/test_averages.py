@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.physics.averages import area_average, understated_noise
+from undertow.physics.sampled_series import area_average, understated_noise
 
 
 @pytest.mark.parametrize("hold", [True, False])

@@ -6,7 +6,7 @@ import pytest
 from undertow.physics.batch_rates import Flattened, Terms
 from undertow.physics.effects import EFFECTS
 from undertow.physics.forces import ForceEquation, relative_velocity
-from undertow.physics.frames import body_to_earth
+from undertow.physics.motion import body_to_earth
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.typical_effects import with_hull
 

@@ -12,8 +12,8 @@ from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.discover import find_missing
 from undertow.physics.errors import VehicleError
 from undertow.physics.forces import modelled_acceleration, modelled_force
+from undertow.physics.integration import rollout, simulate_motion
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout, simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world

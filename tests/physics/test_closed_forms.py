@@ -7,10 +7,9 @@ import pytest
 from scipy.linalg import expm
 
 from undertow.physics.forces import ForceEquation, modelled_acceleration, modelled_force
-from undertow.physics.frames import body_to_earth, earth_to_body
-from undertow.physics.matrices import mass_matrix
-from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
+from undertow.physics.integration import simulate_motion
+from undertow.physics.momentum_balance import mass_matrix
+from undertow.physics.motion import Motion, body_to_earth, earth_to_body
 from undertow.physics.vehicle import Vehicle, vehicle_from_dict
 
 STEP = 0.02

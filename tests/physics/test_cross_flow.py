@@ -8,14 +8,20 @@ import numpy as np
 import pytest
 import yaml
 
-from undertow.physics.cross_flow import DENSITY, STRIPS, cross_flow_forces, cross_flow_matrix, power_bounds
 from undertow.physics.effects import BY_NAME
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.forces import modelled_force
+from undertow.physics.integration import simulate_motion
 from undertow.physics.laws.damping_power import damping_power
-from undertow.physics.matrices import damping_matrix
+from undertow.physics.momentum_balance import (
+    DENSITY,
+    STRIPS,
+    cross_flow_forces,
+    cross_flow_matrix,
+    damping_matrix,
+    power_bounds,
+)
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Vehicle, hull_of, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.typical_effects import typical_effect, with_hull

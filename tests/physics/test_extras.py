@@ -8,7 +8,7 @@ import pytest
 from places import ROOT
 from sources import source_files
 
-from undertow.physics.extras import how_to_install
+from undertow.physics.registry_members import how_to_install
 
 
 def test_from_a_wheel_the_package_is_named(tmp_path: Path) -> None:
@@ -32,4 +32,4 @@ def test_here_is_a_clone() -> None:
 
 def test_no_other_file_says_how_to_install_an_extra() -> None:
     saying = {str(p) for p in source_files() if re.search(r"undertow\[\w+\]'", (ROOT / p).read_text("utf-8"))}
-    assert saying == {"physics/extras.py"}
+    assert saying == {"physics/registry_members.py"}

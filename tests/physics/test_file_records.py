@@ -12,7 +12,7 @@ from undertow.comparison.facts import Comparison, MadeFrom, RulingRecord
 from undertow.discovery.findings import Advice, Calibrated, Findings, FoundTerm, LogFacts
 from undertow.discovery.identifiability.visible import Excitation, Identifiability
 from undertow.discovery.lawful.price_of_law import Binding, MostPower, Passivity
-from undertow.discovery.search.bootstrap import Interval
+from undertow.discovery.search.estimation import Interval
 from undertow.physics.errors import RequestError
 from undertow.physics.file_records import Record
 from undertow.physics.files import strict_json

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from undertow.physics import files
-from undertow.physics.frames import body_to_earth, earth_to_body, heading_from_enu, heading_from_quaternion, wrap_angle
+from undertow.physics.motion import body_to_earth, earth_to_body, heading_from_enu, heading_from_quaternion, wrap_angle
 
 
 def test_north_is_to_port_of_a_boat_that_heads_east() -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from undertow.physics import freed_memory
-from undertow.physics.freed_memory import hand_back
+from undertow.physics import stage as freed_memory
+from undertow.physics.stage import hand_back
 
 
 def resident() -> int:

@@ -10,7 +10,7 @@ from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.files import yaml_text
 from undertow.physics.forces import modelled_acceleration
 from undertow.physics.laws.audit.symmetry import mirror_pairs
-from undertow.physics.matrices import thruster_matrix
+from undertow.physics.momentum_balance import thruster_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.thrusters import push_and_turn
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict

@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from undertow.physics.forces import ForceEquation, apparent_wind, relative_velocity
-from undertow.physics.matrices import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
-from undertow.physics.momentum_balance import balances, beside_the_balance
+from undertow.physics.momentum_balance import (
+    balances,
+    beside_the_balance,
+    coriolis_matrix,
+    damping_matrix,
+    mass_matrix,
+    thruster_matrix,
+)
 from undertow.physics.vehicle import load_vehicle
 
 FULL = {

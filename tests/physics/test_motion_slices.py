@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from undertow.measurements.compass import Compass, corrected
-from undertow.measurements.kinematic_errors import corrected_for
+from undertow.measurements.kinematics import corrected_for
 from undertow.physics.errors import LogError
 from undertow.physics.forces import memory_states
 from undertow.physics.motion import RUN_UP, Motion

@@ -14,8 +14,8 @@ from verbs import call
 
 from undertow.cli.console import fail, progress, prose, say, show
 from undertow.measurements.channels.channel_map import Entry, map_text, read_channel_map
+from undertow.physics.errors import one_line, printable, shortened, shown
 from undertow.physics.files import yaml_text
-from undertow.physics.printable import one_line, printable, shortened, shown
 from undertow.physics.reading import parse_yaml
 from undertow.physics.sources import with_sources
 from undertow.physics.vehicle import load_vehicle

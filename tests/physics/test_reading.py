@@ -11,8 +11,7 @@ import pytest
 from verbs import call
 
 from undertow.measurements.channels.channel_map import read_channel_map
-from undertow.physics.errors import LogError, RequestError, VehicleError
-from undertow.physics.printable import MOST_SHOWN
+from undertow.physics.errors import MOST_SHOWN, LogError, RequestError, VehicleError
 from undertow.physics.reading import parse_json, parse_yaml, read_text
 from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
 from undertow.residuals.models.neural import is_network_folder

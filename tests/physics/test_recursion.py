@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.physics.delays_and_lags import recursion
+from undertow.physics.sampled_series import recursion
 
 
 @pytest.mark.parametrize("rows", [1, 2, 31, 32, 33, 1_024, 1_025, 5_000])

@@ -9,9 +9,8 @@ from undertow.physics.batch_rates import Flattened
 from undertow.physics.effects import EFFECTS, Effect
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.forces import modelled_acceleration
-from undertow.physics.integration import SPEED_LIMIT, Driven, integrate
+from undertow.physics.integration import SPEED_LIMIT, Driven, Legs, integrate, rollout, rollouts, simulate_motion
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import Legs, rollout, rollouts, simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.typical_effects import with_hull
 

@@ -10,9 +10,8 @@ from verbs import refused
 
 import undertow
 from undertow.measurements.formats.base import in_file
-from undertow.physics.cards import Card
-from undertow.physics.errors import LogError, RequestError
-from undertow.physics.spoken import in_python
+from undertow.physics.errors import LogError, RequestError, in_python
+from undertow.physics.presentation import Card
 
 HELD = "t,x,y,psi,u,v,r\n" + "".join(f"{0.1 * k:.1f},{0.1 * k},0,0,1,0,0\n" for k in range(300))
 

@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 from places import ROOT
 
-from undertow.physics.sources import with_sources
-from undertow.physics.stale_sources import stale_sources
+from undertow.physics.sources import stale_sources, with_sources
 from undertow.physics.vehicle import load_vehicle, shipped_vehicles
 from undertow.workflows.check import check
 

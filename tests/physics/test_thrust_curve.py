@@ -15,7 +15,7 @@ from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.effects import BY_NAME
 from undertow.physics.errors import RequestError, VehicleError
-from undertow.physics.simulation import simulate_motion
+from undertow.physics.integration import simulate_motion
 from undertow.physics.thrusters import GAINS, PropellerCurve, TableCurve, Thruster
 from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import apply_effects, parse_effect

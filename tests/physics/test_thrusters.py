@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from undertow.physics.averages import area_average
-from undertow.physics.delays_and_lags import first_order_lag
 from undertow.physics.errors import VehicleError
 from undertow.physics.forces import held_thrust
+from undertow.physics.sampled_series import area_average, first_order_lag
 from undertow.physics.thrusters import (
     CommandKind,
     PropellerCurve,

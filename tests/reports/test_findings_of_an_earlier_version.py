@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 from sample_run import as_first_version, write_sample
 
-from undertow.physics.in_words import NARROW
+from undertow.physics.presentation import NARROW
 from undertow.reports.page.fleet_page import fleet_page
 from undertow.reports.page.page import page
 from undertow.reports.run_contents import RunFolder

@@ -6,8 +6,8 @@ import pytest
 
 from undertow.discovery.findings import Calibrated, Findings
 from undertow.discovery.found_effects import FoundEffect, FoundTerm
-from undertow.discovery.search.bootstrap import Interval
-from undertow.physics.in_words import MINUS, NARROW
+from undertow.discovery.search.estimation import Interval
+from undertow.physics.presentation import MINUS, NARROW
 from undertow.physics.sources import with_sources
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.sureness import comes_back, file_numbers, in_order, odds, source_marks, with_odds

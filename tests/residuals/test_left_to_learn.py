@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from undertow.measurements.preparation.dataset import PAPER, DataSet
-from undertow.measurements.preparation.derive import smooth
-from undertow.physics.simulation import rollout
+from undertow.measurements.preparation.resampling import smooth
+from undertow.physics.integration import rollout
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world

@@ -7,17 +7,15 @@ import pytest
 from pydantic import ValidationError
 
 from undertow.measurements.preparation.dataset import WEAK, DataSet
-from undertow.measurements.preparation.held_out import Fold
-from undertow.physics.frames import Array
-from undertow.physics.motion import Motion
+from undertow.measurements.preparation.split import Fold
+from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.reports.band_words import held_words
 from undertow.residuals.models.band_record import QUANTITIES, PredictionBand
 from undertow.residuals.models.base import VehicleModel
-from undertow.residuals.prediction_band import LEAST_LEVEL, ROOM, held_predictions, prediction_band
-from undertow.residuals.prediction_band import _independent as independent
-from undertow.residuals.series import half_widths, restarted
+from undertow.residuals.series import LEAST_LEVEL, ROOM, half_widths, held_predictions, prediction_band, restarted
+from undertow.residuals.series import _independent as independent
 
 HULL = load_vehicle("blueboat")
 LACKING = HULL.with_values({"X_u": 0.5 * HULL.value("X_u")})

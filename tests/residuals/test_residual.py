@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from undertow.measurements.preparation.dataset import WEAK, DataSet, Recipe
-from undertow.measurements.preparation.derive import low_pass, smooth
-from undertow.physics.matrices import mass_matrix
+from undertow.measurements.preparation.resampling import low_pass, smooth
+from undertow.physics.integration import simulate_motion
+from undertow.physics.momentum_balance import mass_matrix
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
-from undertow.residuals.residual import residual
-from undertow.residuals.scores import acceleration_score, rollout_scores, speed_noise
+from undertow.residuals.scores import acceleration_score, residual, rollout_scores, speed_noise
 
 HULL = load_vehicle("blueboat")
 MODEL = VehicleModel(HULL, "truth")

@@ -5,7 +5,7 @@ from io import BytesIO
 import numpy as np
 import pandas as pd
 
-from undertow.residuals.series_table import SeriesTable
+from undertow.residuals.series import SeriesTable
 
 TABLE = SeriesTable(
     {

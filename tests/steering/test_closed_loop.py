@@ -4,18 +4,15 @@ import numpy as np
 import pytest
 from exported import boat
 
+from undertow.physics.integration import rollout
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import FINE_STEP
 from undertow.residuals.models.base import VehicleModel
-from undertow.steering.closed_loop import CONTROLLERS, Passage, drive
-from undertow.steering.figures_of_merit import merit
-from undertow.steering.known_model import PERIOD, KnownModel, known_model
-from undertow.steering.observer import Observer
+from undertow.steering.closed_loop import CONTROLLERS, Passage, Surroundings, TrueBoat, drive, merit
+from undertow.steering.known_model import PERIOD, KnownModel, Observer, known_model
 from undertow.steering.tracks import Leg, Track, drawn, pace_of
-from undertow.steering.true_boat import Surroundings, TrueBoat
 
 pytest.importorskip("casadi", reason="what controllers plan with: pip install '.[export]'")
 NOMINAL = load_vehicle("blueboat")

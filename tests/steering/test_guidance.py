@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.steering.guidance import LOOKAHEAD, line_of_sight
+from undertow.steering.controllers import LOOKAHEAD, line_of_sight
 from undertow.steering.tracks import Pace
 
 PACE = Pace(1.5, 0.4)

@@ -12,10 +12,9 @@ from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
 from undertow.residuals.networks.registry import build
-from undertow.steering.closed_loop import CONTROLLERS, Passage, drive
+from undertow.steering.closed_loop import CONTROLLERS, Passage, Surroundings, drive
 from undertow.steering.known_model import known_model
 from undertow.steering.tracks import Leg, drawn, pace_of
-from undertow.steering.true_boat import Surroundings
 
 pytest.importorskip("casadi", reason="what controllers plan with: pip install '.[export]'")
 HULL = load_vehicle("blueboat")

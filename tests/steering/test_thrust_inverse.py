@@ -6,7 +6,7 @@ from exported import BOATS, boat
 
 from undertow.physics.forces import ForceEquation, held_acceleration
 from undertow.physics.vehicle import load_vehicle
-from undertow.steering.thrust_inverse import in_newtons, thrust_inverse
+from undertow.steering.known_model import in_newtons, thrust_inverse
 
 
 @pytest.mark.parametrize("name", BOATS)

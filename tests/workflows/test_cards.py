@@ -7,7 +7,7 @@ import pytest
 
 import undertow
 from undertow.measurements.quality.finding import Finding, Fix
-from undertow.physics.cards import Card, each
+from undertow.physics.presentation import Card, each
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

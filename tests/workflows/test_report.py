@@ -7,7 +7,7 @@ import pytest
 
 import undertow.workflows.report as module
 from undertow.physics.errors import RequestError
-from undertow.physics.file_system import exchange
+from undertow.physics.folders import exchange
 
 
 def two_runs(tmp_path: Path) -> tuple[Path, Path]:

@@ -8,7 +8,7 @@ import pytest
 
 from undertow.discovery.basis import choose
 from undertow.discovery.candidates.candidate import Kind
-from undertow.discovery.hidden_errors import ARM, COMPASS, HiddenErrors
+from undertow.discovery.hidden_sensors import ARM, COMPASS, HiddenErrors
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log_options import Reading
 from undertow.physics.effects import COMMAND_OFFSET

@@ -12,9 +12,9 @@ import pytest
 from verbs import done
 
 import undertow
-from undertow.app.undo import Step
+from undertow.app.steps import Step
 from undertow.discovery.findings import Step as ScoredStep
-from undertow.discovery.hidden_errors import HiddenErrors
+from undertow.discovery.hidden_sensors import HiddenErrors
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world

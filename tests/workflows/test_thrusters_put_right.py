@@ -12,7 +12,7 @@ from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.workflows.thrusters_put_right import check_wires, placed, put_right, rewired, wires_of, write_rewired
+from undertow.workflows.first_vehicle import check_wires, placed, put_right, rewired, wires_of, write_rewired
 from undertow.workflows.workbench_facts import Place, Wire
 
 OTTER = load_vehicle("otter")

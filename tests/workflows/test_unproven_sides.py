@@ -6,7 +6,7 @@ from undertow.measurements.inspection import Inspection, inspect_log
 from undertow.measurements.log import read_log
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.workflows.soundness import likely_misplaced, sound
+from undertow.workflows.inputs import likely_misplaced, sound
 
 HULL = load_vehicle("blueboat")
 PLACES = ("direction", "sides")

@@ -14,8 +14,7 @@ from undertow.residuals.training.training_settings import TrainingSettings
 from undertow.workflows.compare import compare_run
 from undertow.workflows.discover_and_add import add
 from undertow.workflows.inputs import read_inputs
-from undertow.workflows.run_folder.run import Run
-from undertow.workflows.run_folder.write import write_run
+from undertow.workflows.run_folder.write import Run, write_run
 from undertow.workflows.train import write_network
 from undertow.workflows.whole_answer import NETWORK, check_kind, network_of, with_network
 

@@ -22,8 +22,7 @@ from undertow.workflows import discover_and_add
 from undertow.workflows.discover_and_add import MATERIAL, References, assess, references
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.read import read_record
-from undertow.workflows.run_folder.run import Run
-from undertow.workflows.run_folder.write import write_run
+from undertow.workflows.run_folder.write import Run, write_run
 
 HULL = load_vehicle("blueboat")
 SETTINGS = DiscoverySettings()

@@ -1,4 +1,9 @@
-"""Read a run folder whole, and say clearly what is wrong with it when it cannot be shown."""
+"""Reading of a run folder, whole, with sizes that are sensible, and what is wrong with it said clearly.
+
+Read a run folder whole, and say clearly what is wrong with it when it cannot be shown.
+
+What is asked of the JSON files of a run folder beyond their records: numbers, texts and lists of sensible size.
+"""
 
 import hashlib
 import math
@@ -12,16 +17,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...comparison.facts import AuditRecord, Comparison, MadeFrom
 from ...discovery.findings import Findings
-from ...discovery.fold_findings import FoldRecord
+from ...discovery.found_effects import FoldRecord
 from ...discovery.run_models import values_of_step
 from ...discovery.settings import DiscoverySettings
 from ...measurements.inspection import Inspections
 from ...measurements.log_options import Reading
 from ...measurements.prepared_logs import FOLDS, Inputs, PathLike
-from ...physics.errors import RequestError, VehicleError
+from ...physics.errors import RequestError, VehicleError, listed, shortened, shown
 from ...physics.file_records import Record
 from ...physics.folders import finish
-from ...physics.printable import listed, shortened, shown
 from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, read_json, reason, text_of
 from ...physics.stage import Say
 from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
@@ -29,10 +33,45 @@ from ...reports.run_contents import ComparisonFolder, RunFolder
 from ...reports.terminal.progress import SHOWN
 from ...residuals.models.neural import is_network_folder
 from .moved_files import UNMOVED, Moved, logs_now, made_logs, made_map, map_now
-from .sizes import LARGEST, check_bounds
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+LARGEST = 1e15
+"""No quantity of a boat or its log is larger, in SI units; drawings end in overflow far above."""
+_LONGEST = 20_000
+"""Letters of one text: a page has 3,000 a screen."""
+_MOST = 20_000
+"""Entries of one list: a year of logs has fewer."""
+
+
+def check_bounds(content: Any) -> None:
+    """Refuse a number, a text or a list of a size that no file of undertow has, wherever in a file it stands.
+
+    Raises
+    ------
+    ValueError
+        naming the place, what was expected there, and what came.
+    """
+    rest: list[tuple[str, Any]] = [("", content)]
+    while rest:
+        where, value = rest.pop()
+        if isinstance(value, str) and len(value) > _LONGEST:
+            raise ValueError(_told(where, f"a text of at most {_LONGEST} letters", value))
+        if isinstance(value, int | float) and not (math.isfinite(value) and abs(value) <= LARGEST):
+            raise ValueError(_told(where, f"a number of at most {LARGEST:g}", value))
+        if isinstance(value, list | dict) and len(value) > _MOST:
+            raise ValueError(f"expected at most {_MOST} entries in {where or 'the file'}, got {len(value)}")
+        if isinstance(value, list):
+            rest += [(f"{where}[{index}]", part) for index, part in enumerate(value)]
+        elif isinstance(value, dict):
+            rest += [(f"{where}.{shown(key, 60)[1:-1]}".lstrip("."), part) for key, part in value.items()]
+
+
+def _told(where: str, expected: str, value: object) -> str:
+    return f"expected {expected} in {where or 'the file'}, got {shown(value)}"
+
 
 MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
 SERIES_COLUMNS = (
@@ -88,7 +127,7 @@ class RunRecord:
         LogError, VehicleError, RequestError
             when one cannot be used any more; see `read_inputs`.
         """
-        from ..inputs import read_inputs  # here, because a page needs no log
+        from ..inputs import read_inputs
 
         return read_inputs(self.logs, self.vehicle, self.reading, judge=self.judge, progress=progress)
 

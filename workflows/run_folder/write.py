@@ -1,36 +1,91 @@
-"""The folder of a run, or of a comparison, is written whole or not at all."""
+"""Writing of a run folder: a finished job, written whole or not at all.
+
+The folder of a run, or of a comparison, is written whole or not at all.
+
+A finished main job, before it is written.
+"""
 
 import json
 import os
-from collections.abc import Callable
-from dataclasses import asdict, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ...comparison.audit import Audit
 from ...comparison.facts import Comparison
 from ...discovery.candidates.effect_forces import found_forces
 from ...discovery.candidates.nuisance import holds_guesses
+from ...discovery.discover import Discovery
+from ...discovery.findings import Findings
+from ...discovery.settings import DiscoverySettings
 from ...exports.mcap_series import Prediction, mcap_installed, write_series
 from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections
 from ...measurements.preparation.standardisation import Standardisation
 from ...measurements.prepared_logs import Inputs
-from ...measurements.statistics.second_processor import beside
+from ...measurements.statistics.processors import beside
 from ...physics.errors import RequestError, expect
 from ...physics.files import write_json, write_text, writing
 from ...physics.folders import replace_folder
-from ...physics.freed_memory import hand_back
-from ...physics.stage import WRITING, Say, Stage
-from ...reports.terminal.pace import Pace
-from ...reports.terminal.progress import SHOWN, showing
-from ...residuals.series_table import SeriesTable
-from .moved_files import paths_from
-from .provenance import command, seen_from, versions
+from ...physics.presentation import Card
+from ...physics.stage import WRITING, Say, Stage, hand_back
+from ...physics.vehicle import Vehicle
+from ...reports.terminal.progress import SHOWN, Pace, showing
+from ...residuals.series import SeriesTable
+from .moved_files import command, paths_from, seen_from, versions
 from .read import read_comparison, read_run
-from .run import Run
-from .run_files import COMPARE, DATA, PAGE, RUN_SCHEMA, is_comparison, own_run, seal
-from .targets import check_page, check_target
+from .run_files import COMPARE, DATA, PAGE, RUN_SCHEMA, check_page, check_target, is_comparison, own_run, seal
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from ...reports.page.figures.plots import Plots
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Run(Card):
+    """A finished main job, before it is written.
+
+    `audit` is of the corrected model, `verb` what asked for the run, `calibrated` the nominal model with its own
+    numbers fitted, where it could be fitted.
+    """
+
+    inputs: Inputs
+    discovery: Discovery
+    findings: Findings
+    comparison: Comparison
+    table: SeriesTable
+    settings: DiscoverySettings
+    audit: Audit
+    verb: tuple[str, ...] = ("discover",)
+    calibrated: Vehicle | None = None
+
+    @property
+    def series(self) -> "pd.DataFrame":
+        """Measured and predicted motion, as `series.csv` holds it: SI units, one row per time step (10 Hz)."""
+        return self.table.frame()
+
+    @property
+    def plot(self) -> "Plots":
+        """Plots of the run, as matplotlib axes."""
+        from ...reports.page.figures.plots import Plots
+
+        ends = self.discovery.nominal, self.discovery.corrected
+        return Plots(self.findings, self.series, *ends, self.comparison.best.horizon)
+
+    def drawings(self) -> Mapping[str, str]:
+        """See `Card`."""
+        from ...reports.page.figures.plots import of_run
+
+        return of_run(self.findings, self.series, self.discovery.nominal)
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        both = dict.fromkeys([*self.findings.card(), *self.comparison.card()])  # the same warnings once
+        return [("logs", self.inputs.log_names), *both]
+
 
 _NAMING = ("findings.json", "comparison.json", "audit.json", "inspection.json", "model.yaml", "nominal.yaml")
 """Files that tell of logs by their names."""
@@ -217,7 +272,6 @@ def page_of(folder: Path) -> str:
     RequestError
         see `write_page`.
     """
-    from ...reports.page.comparison_page import comparison_page  # here, because figures take half a second
-    from ...reports.page.page import page
+    from ...reports.page.page import comparison_page, page
 
     return comparison_page(read_comparison(folder)) if is_comparison(folder) else page(read_run(folder))

@@ -10,8 +10,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from undertow.physics.errors import VehicleError
+from undertow.physics.integration import rollout
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import Vehicle
 
 from ..foreign_sensors import CHANNELS, NOISES, Record, Sense, Truth, recorded, write

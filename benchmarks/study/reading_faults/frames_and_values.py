@@ -14,7 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega
 from telemetry_files import BOOT, Writer
 
 from undertow.measurements.canonical import command_kind
-from undertow.physics.frames import Array, body_to_earth
+from undertow.physics.motion import Array, body_to_earth
 
 from .kind import Bullet, Kind, Sound, Spoil, Spoilt, changed
 

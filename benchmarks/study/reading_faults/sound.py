@@ -18,7 +18,7 @@ from ulog_files import PARAMETERS, Writer, ulog_of
 
 from undertow.measurements.canonical import command_kind
 from undertow.measurements.log import Log, read_log
-from undertow.physics.frames import Array
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import simulate_world
 

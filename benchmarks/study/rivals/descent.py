@@ -13,7 +13,7 @@ from torch import Tensor, nn
 from undertow.measurements.preparation.dataset import DataSet
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.forces import through_water
-from undertow.physics.frames import Array
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import NetworkModel, scaling_of

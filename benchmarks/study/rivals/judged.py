@@ -10,7 +10,7 @@ import numpy as np
 
 from undertow.physics.errors import LogError, RequestError, VehicleError
 from undertow.physics.files import write_json
-from undertow.physics.frames import AXES, Array
+from undertow.physics.motion import AXES, Array
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model
 from undertow.residuals.scores import evaluate

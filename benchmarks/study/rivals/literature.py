@@ -5,7 +5,7 @@ import torch
 from torch import Tensor, nn
 
 from undertow.physics.forces import ForceEquation
-from undertow.physics.matrices import mass_matrix, thruster_matrix
+from undertow.physics.momentum_balance import mass_matrix, thruster_matrix
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model, VehicleModel
 

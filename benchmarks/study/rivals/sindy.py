@@ -8,7 +8,7 @@ import pysindy
 
 from undertow.measurements.preparation.dataset import DataSet
 from undertow.physics.forces import held_thrust
-from undertow.physics.frames import Array
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model
 from undertow.residuals.models.foreign import FunctionModel

@@ -7,14 +7,11 @@ import numpy as np
 
 from undertow.measurements.preparation.dataset import DataSet
 from undertow.physics.forces import actuation, held_thrust
-from undertow.physics.frames import Array, body_to_earth
-from undertow.physics.integration import SPEED_LIMIT, Rollouts
-from undertow.physics.motion import Motion
-from undertow.physics.simulation import check_starts
+from undertow.physics.integration import SPEED_LIMIT, Rollouts, check_starts
+from undertow.physics.motion import Array, Motion, body_to_earth
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Kind, Model
-from undertow.residuals.residual import same_filter
-from undertow.residuals.scores import rollout_scores
+from undertow.residuals.scores import rollout_scores, same_filter
 
 Lift = Callable[[Array], Array]
 _HORIZONS = (10.0, 2.0)

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from ....physics.errors import LogError
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ...geodesy import local_metres
 from ...vehicle_types import by_firmware
 from ..base import Recording, Request, Stream

@@ -10,7 +10,7 @@ from io import StringIO
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.frames import Array, earth_to_body
+from ....physics.motion import Array, earth_to_body
 from ...canonical import LIMITS, Output, auxiliary_unit, is_canonical
 from ...vehicle_types import CraftTold
 from ..base import Name, Recording, Request, Stream

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ..base import EVERY, Format, Head, Recording, Request, torn
 from . import ardupilot
 from .autopilot import Table, numbers

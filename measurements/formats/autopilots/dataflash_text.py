@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ..base import EVERY, Format, Head, Recording, Request
 from . import ardupilot
 from .autopilot import Table

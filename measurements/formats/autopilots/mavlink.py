@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ..base import EVERY, Request, torn
 
 _MARK = re.compile(rb"[\xfd\xfe]")

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ..base import Request
 from .autopilot import raw_names
 from .mavlink import MOTION, NEEDED, Definition, Key, definition_of, known_messages

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ....physics.errors import LogError
-from ....physics.frames import GRAVITY, Array
+from ....physics.motion import GRAVITY, Array
 from ...geodesy import local_metres
 from ...vehicle_types import CraftTold, by_firmware, by_mav_type
 from ..base import Format, Head, Name, Recording, Request, Stream

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ....physics.errors import LogError
-from ....physics.frames import Array, heading_from_quaternion
+from ....physics.motion import Array, heading_from_quaternion
 from ...canonical import Output
 from ...vehicle_types import CraftTold, by_mav_type, by_px4_status
 from ..base import DEEPEST, EVERY, Format, Head, Name, Recording, Request, Stream, torn

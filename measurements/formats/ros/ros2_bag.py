@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from ....physics.errors import LogError
-from ....physics.printable import listed
+from ....physics.errors import LogError, listed
 from ....physics.reading import BLOCK, parse_yaml, read_bytes
 from ..base import Format, Head, Recording, Request, check_pointer, in_file
 from ..unpacking import ZSTD_MAGIC, Allowance, zstd

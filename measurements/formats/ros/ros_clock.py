@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ..base import from_first
 
 OTHER_CLOCK = 5.0

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.frames import Array
-from ....physics.printable import shown
+from ....physics.errors import shown
+from ....physics.motion import Array
 from ..base import Head, in_file
 from ..time_columns import TimeColumn
 from .tables import LAST, Stamps, Words, is_long

@@ -11,8 +11,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ....physics.errors import LogError, RequestError
-from ....physics.printable import shown
+from ....physics.errors import LogError, RequestError, shown
 from ..base import EXPECTED, Stream
 from ..text_header import read_header
 from ..time_columns import EPOCH, TimeColumn, find_time

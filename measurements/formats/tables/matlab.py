@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ....physics.errors import LogError
-from ....physics.frames import Array
-from ....physics.printable import listed
+from ....physics.errors import LogError, listed
+from ....physics.motion import Array
 from ....physics.reading import Plain
 from ..base import DEEPEST, Format, Head, Recording, Request, Stream, in_file
 from ..time_columns import TimeColumn, find_time

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.errors import LogError
-from ....physics.frames import Array
-from ....physics.printable import shown
+from ....physics.errors import LogError, shown
+from ....physics.motion import Array
 from ..base import EXPECTED, Head, Request, in_file
 from ..time_columns import TimeColumn
 from ..unpacking import TableText, check_table

@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ....physics.errors import LogError
-from ....physics.frames import Array
-from ....physics.printable import listed
+from ....physics.errors import LogError, listed
+from ....physics.motion import Array
 from ..base import EXPECTED, Format, Head, Name, Recording, Request, in_file
 from ..time_columns import find_time
 from ..unpacking import check_unpacked, most_held

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ....physics.errors import LogError
 from ....physics.files import yaml_text
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ..base import Name, Recording, Stream
 from ..time_columns import EPOCH, TimeColumn
 

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ....physics.file_marks import is_mark
+from ....physics.files import is_mark
 from ..base import Head, Recording, Request
 from .arrow_part import small_table
 from .pandas_part import text_parts

@@ -6,9 +6,9 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ...canonical import Channel
-from ...statistics.robust import CI
+from ...statistics.blocks import CI
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick

@@ -10,8 +10,8 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.in_words import percent
 from ....physics.motion import Motion
+from ....physics.presentation import percent
 from ....physics.thrusters import TableCurve, Thruster, command_of
 from ....physics.vehicle import Vehicle
 from ..faults import OVERWHELMING, Altered, Size, size_by_model

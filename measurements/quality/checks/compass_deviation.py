@@ -7,8 +7,8 @@ import numpy as np
 
 from ....physics.motion import Motion
 from ...compass import compass_of
-from ...preparation.derive import smooth
-from ...statistics.robust import CI
+from ...preparation.resampling import smooth
+from ...statistics.blocks import CI
 from ..faults import OVERWHELMING, Share, blocks_of, ratio_by_blocks, squared_held_out
 from ..finding import Check, Finding
 from ..record import Record

@@ -12,10 +12,10 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.frames import Array
-from ....physics.matrices import mass_matrix, push_of
+from ....physics.momentum_balance import mass_matrix, push_of
+from ....physics.motion import Array
 from ....physics.thrusters import Thruster, command_of, resting_commands
-from ...alignment import band_passed
+from ...clock import band_passed
 from ..expected_answers import explained_as_expected, side_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
 from ..finding import Check, Finding

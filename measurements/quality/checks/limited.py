@@ -13,7 +13,7 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ...statistics.quantiles import student
 from ..faults import BLOCK, FEWEST, Fault, Kind, Share, Size, blocks_of, ratio_by_blocks, size_of
 from ..finding import Check, Finding

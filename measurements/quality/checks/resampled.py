@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ...canonical import Channel, command_kind
 from ..finding import Channels, Check, Finding, Fix
 from ..record import Record

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from typing import ClassVar, final
 
-from ...kinematic_errors import Kinematics
-from ...kinematics import kinematics_of
+from ...kinematics import Kinematics, kinematics_of
 from ..finding import Check, Finding
 from ..record import Record, shared
 

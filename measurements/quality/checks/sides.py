@@ -6,9 +6,9 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...alignment import LEAST_CORRELATION, band_passed
 from ...canonical import command_kind
-from ...statistics.robust import CI
+from ...clock import LEAST_CORRELATION, band_passed
+from ...statistics.blocks import CI
 from ..axes import surveyed
 from ..expected_answers import SIDE, Expected, as_expected, expected_of, side_of, told_of
 from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model

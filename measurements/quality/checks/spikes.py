@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ...canonical import Channel
 from ..faults import BLOCK, Fault, Kind, Share, Size, size_of
 from ..finding import Channels, Check, Finding, Fix

@@ -5,7 +5,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ...canonical import Channel
 from ...log import Log
 from ..axes import track_of

@@ -6,10 +6,10 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ....physics.thrusters import push_and_turn, side_named
-from ...alignment import band_passed
 from ...canonical import Channel, command_kind
+from ...clock import band_passed
 from ..axes import track_of
 from ..faults import BLOCK, Fault, Kind, Size, blocks_of, size_of
 from ..finding import Channels, Check, Finding, Fix

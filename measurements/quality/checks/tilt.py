@@ -5,8 +5,8 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.frames import GRAVITY
-from ...statistics.robust import robust_fit
+from ....physics.motion import GRAVITY
+from ...statistics.blocks import robust_fit
 from ..finding import Check, Finding
 from ..record import RATE, Record
 from .clocks import on_grid

@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ...canonical import Channel
 from ...channels.channel_map import TIME, Entry, map_text
 from ...formats.time_columns import PER_SECOND

@@ -11,10 +11,10 @@ from typing import ClassVar, NamedTuple, final
 import numpy as np
 
 from ....physics.forces import modelled_acceleration
-from ....physics.frames import Array
+from ....physics.motion import Array
 from ...canonical import Channel
 from ...log import Log
-from ...statistics.robust import robust_fit
+from ...statistics.blocks import robust_fit
 from ..axes import LENGTHS, SPEEDS, Track, mixed_up, surveyed, track_of
 from ..course import contradicts, course_of, off_course
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of

@@ -1,15 +1,263 @@
-"""What a law says of a model (a `Ruling`), and what every law is."""
+"""Laws and witnesses: what a law says of a model (a `Ruling`), and what it sees of one (a `Witness`).
+
+What a law says of a model (a `Ruling`), and what every law is.
+
+What a law sees of a model: a `Witness`.
+
+A witness answers for velocities relative to the water, with the wind and trim that its vehicle file states taken out:
+they are forces from outside, and no model breaks a law by feeling them.
+"""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import ClassVar, Literal
 
 import numpy as np
 
-from ...frames import Array
+from ...errors import RequestError
+from ...forces import ForceEquation, calm, relative_velocity, stated_push
+from ...integration import Rollouts
+from ...momentum_balance import coriolis_matrix, mass_matrix
+from ...motion import Array, Motion
 from ...reading import Plain
-from ..damping_power import state_in_words
-from .witness import Witness
+from ...thrusters import neutral_command
+from ...vehicle import Vehicle
+from ..damping_power import Envelope, state_in_words
+from ..energy import CRAWL, TOLERANCE, coasting_power, full_force, full_power
+from .search import Box, spiked, spread
+
+Settled = Callable[[Array, Array, Array], Array]
+"""Acceleration over ground (n, 3) of lasting velocities over ground (n, 3), headings (n,), commands (n, thrusters)."""
+
+EXACT = 1e-8
+"""Share of the boat's own scale that is let pass of a model in closed form: rounding."""
+TOLD = 1e-6
+"""Share of full thrust's power from which a gain within the tolerance is told; less is single precision."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proof:
+    """What a proof of dissipation came to.
+
+    Attributes
+    ----------
+    how : its name; None where nothing is proved
+    against : a state u, v, r (3,) that breaks the law, where the proof met one
+    """
+
+    how: str | None = None
+    against: Array | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answers:
+    """What a model answers to the laws.
+
+    Attributes
+    ----------
+    settled : acceleration over ground in states that have lasted
+    along : acceleration over ground along a motion
+    rollout : open-loop rollouts along a motion, of a model that knows one rate; None where `settled` is integrated
+    exact : whether the model is a formula, judged to rounding
+    own_mass : whether the mass is the model's, or only that of the vehicle by which its power is counted
+    prove : tries to prove that over an envelope no more than a power [W] is gained, and a force (3,) for each speed
+    coriolis : its Coriolis matrix; None where that cannot be told from other forces
+    """
+
+    settled: Settled
+    along: Callable[[Motion], Array]
+    rollout: Callable[[Motion, np.ndarray, int], Rollouts] | None
+    exact: bool
+    own_mass: bool
+    prove: Callable[[Envelope, float, Array], Proof]
+    coriolis: Callable[[Array], Array] | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scope:
+    """Where a model is judged, and how thoroughly.
+
+    Attributes
+    ----------
+    envelope : velocities relative to the water
+    commands : (m, thrusters) commands that it may meet
+    time_step : of rollouts [s]
+    motions : measured
+    dense : states more that are asked, for a model that answers fast
+    seed : of the search
+    samples : states of the search
+    """
+
+    envelope: Envelope
+    commands: Array
+    time_step: float
+    motions: tuple[Motion, ...]
+    dense: int
+    seed: int
+    samples: int = 8192
+
+
+class Witness:
+    """A model as the laws see it.
+
+    Parameters
+    ----------
+    vehicle : whose mass, thrusters, water, wind and trim are taken as stated
+    answers : what the model says, which stand here under their own names
+    scope : where it is judged, as well
+    """
+
+    def __init__(self, vehicle: Vehicle, answers: Answers, scope: Scope) -> None:
+        self.vehicle = vehicle
+        self.along, self.rollout, self.coriolis = answers.along, answers.rollout, answers.coriolis
+        self.exact, self.own_mass = answers.exact, answers.own_mass
+        self.envelope, self.commands, self.time_step = scope.envelope, scope.commands, scope.time_step
+        self.motions, self.samples, self.dense, self.seed = scope.motions, scope.samples, scope.dense, scope.seed
+        self.mass = mass_matrix(vehicle)
+        self._settled, self._prove = answers.settled, answers.prove
+
+    @property
+    def tolerance(self) -> float:
+        """Share of the boat's own scale that is no violation."""
+        return EXACT if self.exact else TOLERANCE
+
+    @cached_property
+    def reach(self) -> Array:
+        """Fastest motion of the envelope on each axis (3,)."""
+        return np.maximum(-np.array(self.envelope.lower), np.array(self.envelope.upper))
+
+    @cached_property
+    def states(self) -> Array:
+        """Quasi-random states u, v, r, psi of the envelope (samples, 4)."""
+        return spread(self.box(), self.samples, self.seed)
+
+    @cached_property
+    def coasting(self) -> Array:
+        """Acceleration without thrust at `states` (samples, 3)."""
+        return self.relative(self.states)
+
+    @cached_property
+    def powers(self) -> Array:
+        """Power without thrust at `states` [W]."""
+        return coasting_power(self.mass, self.states[:, :3], self.coasting)
+
+    @cached_property
+    def turns(self) -> bool:
+        """Whether the answer depends on the heading, as far as some of `states` tell; all of them, of a fast model."""
+        some = self.states.copy() if self.dense else self.states[:256].copy()
+        some[:, 3] += 0.5 * np.pi
+        gap = np.abs(self.relative(some) - self.coasting[: some.shape[0]]).max()
+        return bool(gap > 1e-9 * max(float(np.abs(self.coasting).max()), 1e-9))
+
+    @cached_property
+    def power_scale(self) -> float:
+        """Typical power without thrust [W]: the median of its size, which a violation in a corner does not move."""
+        return max(float(np.median(np.abs(self.powers))), 1e-9)
+
+    @cached_property
+    def full_force(self) -> Array:
+        """Force of full thrust on each axis (3,) [N, N, N m], see `energy.full_force`."""
+        return full_force(self.vehicle)
+
+    @cached_property
+    def neutral(self) -> Array:
+        """The command of each thruster at which it does not push (thrusters,)."""
+        return np.array([neutral_command(t) for t in self.vehicle.thrusters])
+
+    def full_power(self, states: Array) -> Array:
+        """Power of full thrust along all axes at the velocities of states (n, >= 3) [W]."""
+        return full_power(self.full_force, states[:, :3])
+
+    def allowed(self, states: Array) -> Array:
+        """Gain [W] without thrust that is no violation at states, see `energy.let_pass`; of a formula, rounding."""
+        return self.tolerance * self.full_power(states)
+
+    def ascended(self, stretch: float = 1.0) -> Box:
+        """The box of ascent: `box`, with one heading only where the answer does not depend on it."""
+        found = self.box(stretch)
+        return found if self.turns else Box(np.append(found.low[:3], 0.0), np.append(found.high[:3], 0.0))
+
+    def box(self, stretch: float = 1.0) -> Box:
+        """The envelope, stretched, and all headings."""
+        low, high = (stretch * np.array(ends) for ends in (self.envelope.lower, self.envelope.upper))
+        return Box(np.append(low, -np.pi), np.append(high, np.pi))
+
+    def densely(self, stretch: float = 1.0, commands: Box | None = None) -> Array:
+        """States (n, 4 [+ thrusters]) more of the stretched envelope: half evenly, half at its ends and at rest.
+
+        Parameters
+        ----------
+        commands : their box, where they are part of the state
+        """
+        box, neutral = self.box(stretch), np.array([0.0, 0.0, 0.0, np.nan])
+        if commands is not None:
+            box = Box(np.append(box.low, commands.low), np.append(box.high, commands.high))
+            neutral = np.append(neutral, np.clip(self.neutral, commands.low, commands.high))
+        if not self.dense:
+            return np.empty((0, neutral.size))
+        return np.concatenate([spread(box, self.dense, self.seed + 1), spiked(box, neutral, self.dense, self.seed + 2)])
+
+    def prove(self, stretch: float = 1.0) -> Proof:
+        """Try to prove that over the stretched envelope at most what is `allowed` is gained without thrust."""
+        low, high = (tuple(stretch * x for x in ends) for ends in (self.envelope.lower, self.envelope.upper))
+        force = self.tolerance * self.full_force
+        return self._prove(Envelope(low, high), CRAWL * float(force[0]), force)  # type: ignore[arg-type]
+
+    def relative(self, states: Array, commands: Array | None = None) -> Array:
+        """Acceleration relative to the water (n, 3) at states (n, 4), stated wind and trim taken out.
+
+        Parameters
+        ----------
+        commands : (n, thrusters); without: no thrust
+
+        Raises
+        ------
+        RequestError
+            when the model answers with numbers that are not finite, or too few.
+        """
+        nu, psi = states[:, :3], states[:, 3]
+        still = ForceEquation(self.vehicle)
+        drift = np.stack(relative_velocity(self.vehicle, psi, (0.0 * psi, 0.0 * psi, 0.0 * psi)), axis=-1)
+        velocity = nu - drift
+        asked = np.broadcast_to(self.neutral, (psi.size, self.neutral.size)) if commands is None else commands
+        said = np.asarray(self._settled(velocity, psi, asked), dtype=float)
+        if said.shape != nu.shape:
+            raise RequestError(f"model: expected accelerations of shape {nu.shape}, got {said.shape}")
+        if not np.isfinite(said).all():
+            k = int(np.flatnonzero(~np.isfinite(said).all(axis=1))[0])
+            u, v, r = (float(x) for x in nu[k])
+            raise RequestError(
+                f"model: expected finite accelerations, got {said[k].tolist()} at {state_in_words((u, v, r))}"
+            )
+        nothing = (0.0 * psi, 0.0 * psi, 0.0 * psi)
+        turn = np.stack(still.acceleration(nothing, tuple(nu.T), tuple(velocity.T), psi), axis=-1)
+        if calm(self.vehicle) == self.vehicle:
+            return said - turn
+        push = stated_push(self.vehicle, psi, tuple(nu.T))
+        return said - turn - push @ np.linalg.inv(self.mass).T
+
+    def power(self, states: Array) -> Array:
+        """Power nu^T M nu_dot [W] that the model puts into the motion without thrust, (n,)."""
+        return coasting_power(self.mass, states[:, :3], self.relative(states))
+
+    def drag(self, states: Array) -> Array:
+        """Force without thrust and without the vehicle's Coriolis force (n, 3) [N, N, N m]."""
+        nu = states[:, :3]
+        turning = np.einsum("nij,nj->ni", coriolis_matrix(self.vehicle, nu), nu)
+        return self.relative(states) @ self.mass.T + turning
+
+    def place(self, state: Array) -> dict[str, float]:
+        """A state by name; the heading only where the answer depends on it."""
+        found = {name: float(x) for name, x in zip("uvr", state, strict=False)}
+        turned = np.repeat(state[None], 4, axis=0)
+        turned[:, 3] += np.arange(4) * np.pi / 2
+        said = self.relative(turned)
+        if np.ptp(said, axis=0).max() > 1e-6 * max(float(np.abs(said).max()), 1e-9):
+            found["psi"] = float(state[3])
+        return found
+
 
 Verdict = Literal["pass", "fail", "not applicable"]
 

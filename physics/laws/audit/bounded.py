@@ -4,11 +4,10 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...frames import Array
+from ...motion import Array
 from ..energy import coasting_power
-from .base import Law, Ruling, finite
+from .base import EXACT, Law, Ruling, Witness, finite
 from .trial import SECONDS, STEPS, rolled, settling, trial_commands, trial_motion
-from .witness import EXACT, Witness
 
 MOST = 3.0
 """Multiple of the speed and yaw rate in question that no rollout may exceed: drag that grows linearly lets a thrust

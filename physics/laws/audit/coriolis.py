@@ -5,8 +5,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from .base import Law, Ruling, in_words, let_pass
-from .witness import Witness
+from .base import Law, Ruling, Witness, in_words, let_pass
 
 _FEW = 256
 """States that a black box is asked at, in eight ways each: 2048 answers, as many as a network gives at once."""

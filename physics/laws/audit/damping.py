@@ -4,9 +4,8 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...frames import Array
-from .base import Law, Ruling, in_words, let_pass
-from .witness import TOLD, Witness
+from ...motion import Array
+from .base import TOLD, Law, Ruling, Witness, in_words, let_pass
 
 _COUNT = 201
 """Speeds on each axis: steps of half a per cent of the envelope."""

@@ -5,11 +5,10 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...frames import Array
-from .base import Law, Ruling, in_words, let_pass
+from ...motion import Array
+from .base import TOLD, Law, Proof, Ruling, Witness, in_words, let_pass
 from .gain import Gains, asked, hunted, joined
 from .search import rays
-from .witness import TOLD, Proof, Witness
 
 _SKIN = 1.0 + 1e-9
 """How far beyond the border a state is moved, as a multiple of its distance: rounding leaves none inside."""

@@ -5,11 +5,9 @@ from typing import ClassVar, final
 import numpy as np
 
 from ...forces import ForceEquation, memory_states, stated_push, through_water
-from ...frames import Array
-from ...motion import Motion
+from ...motion import Array, Motion
 from ..energy import MARGIN, TOLERANCE, coasting_power, thrust_power
-from .base import Law, Ruling, in_words, let_pass
-from .witness import EXACT, Witness
+from .base import EXACT, Law, Ruling, Witness, in_words, let_pass
 
 WINDOW = 5.0
 """Length of the stretches over which energy is counted [s]: noise is averaged out, and a gain is still that of one

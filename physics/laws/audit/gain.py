@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...frames import Array
+from ...motion import Array
+from .base import Witness
 from .search import Box, SearchSettings, climb
-from .witness import Witness
 
 _MOVING = 0.05
 """Where nothing is gained, the state told is the closest to a gain at least this share of the envelope from rest: at

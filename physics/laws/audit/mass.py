@@ -5,12 +5,11 @@ from typing import ClassVar, final
 import numpy as np
 
 from ...forces import held_thrust
-from ...matrices import thruster_matrix
+from ...momentum_balance import thruster_matrix
 from ..damping_power import mass_margin
 from ..energy import TOLERANCE
-from .base import Law, Ruling
+from .base import Law, Ruling, Witness
 from .trial import possible_commands
-from .witness import Witness
 
 _FEW = 512
 """Commands with which a boat at rest is pushed, of those that are possible: nearly all of four thrusters (625)."""

@@ -6,8 +6,7 @@ import numpy as np
 
 from ...forces import calm
 from ..energy import TOLERANCE
-from .base import Law, Ruling
-from .witness import TOLD, Witness
+from .base import TOLD, Law, Ruling, Witness
 
 _HEADINGS = (72, 2880)
 """Headings that are asked: a network with a memory, and a model that answers fast, whose windows may be narrow."""

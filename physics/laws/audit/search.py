@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...frames import Array
+from ...motion import Array
 
 Value = Callable[[Array], Array]
 

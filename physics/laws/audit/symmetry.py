@@ -5,8 +5,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from ...vehicle import Vehicle
-from .base import Law, Ruling, in_words
-from .witness import Witness
+from .base import Law, Ruling, Witness, in_words
 
 SHARE = 0.1
 """Difference between the sides, as a share of full thrust, from which a boat is called lopsided: chosen and not

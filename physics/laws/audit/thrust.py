@@ -7,13 +7,12 @@ from typing import ClassVar, final
 import numpy as np
 
 from ...forces import held_thrust
-from ...frames import Array
-from ...matrices import thruster_matrix
+from ...momentum_balance import thruster_matrix
+from ...motion import Array
 from ..energy import coasting_power, most_driven
-from .base import Law, Ruling, in_words
+from .base import EXACT, TOLD, Law, Ruling, Witness, in_words
 from .gain import asked, hunted, joined
 from .search import Box
-from .witness import EXACT, TOLD, Witness
 
 _SLOW = 0.02
 """Speed at which a push at rest is tried, as a share of the envelope: fast enough for a power, and drag is still

@@ -8,11 +8,9 @@ import numpy as np
 
 from ...batch_rates import Flattened, Terms
 from ...forces import calm, held_thrust
-from ...frames import Array
-from ...integration import Rollouts
-from ...matrices import mass_matrix
-from ...motion import Motion
-from ...stiff_simulation import Answer, integrate_stiff
+from ...integration import Answer, Rollouts, integrate_stiff
+from ...momentum_balance import mass_matrix
+from ...motion import Array, Motion
 from ...thrusters import command_of
 from ...vehicle import Vehicle
 from ..damping_power import Envelope, envelope_of, mass_margin

@@ -3,15 +3,15 @@
 import pandas as pd
 
 from ....comparison.facts import Comparison
-from ....physics.frames import AXES
-from ....physics.in_words import unit_text
+from ....physics.motion import AXES
+from ....physics.presentation import unit_text
 from ....residuals.scores import ACCELERATION_UNITS
 from ...band_words import band_words, held_words
 from ...run_contents import RunFolder
 from ...wording import goodness, ordinal, typeset
-from ..figures.agreement_figures import histogram, scatter, scatter_stride
-from ..figures.figure_data import MODELS, held_out_rows, liveliest_stretch
+from ..figures.error_figures import histogram, scatter, scatter_stride
 from ..figures.figures import speeds, track
+from ..judged_pieces import MODELS, held_out_rows, liveliest_stretch
 from ..markup import Html, figure, render
 from .base import Chapter, Section
 from .verdict import legend

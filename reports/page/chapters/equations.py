@@ -2,17 +2,15 @@
 
 from collections.abc import Mapping
 
-from ....exports import mathml
-from ....exports.equations_told import UNITS, letters
+from ....exports import elements as mathml
+from ....exports.known_facts import UNITS, letters
 from ....physics.effects import EFFECTS, PARAMETERS
-from ....physics.in_words import MINUS, listing, unit_text
-from ....physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance
-from ....physics.stated_values import values_of
+from ....physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance, values_of
+from ....physics.presentation import MINUS, listing, unit_text
 from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ...run_contents import RunFolder
-from ...sureness import vehicle_value
+from ...sureness import coefficient_rows, vehicle_value
 from ...wording import interval, trimmed
-from ..coefficients import coefficient_rows
 from ..markup import Html, element, render, table
 from .base import Chapter, Section
 

@@ -1,6 +1,6 @@
 """How the page was made: demands on an effect, versions, command, and digests of what it was made from."""
 
-from ....physics.in_words import words
+from ....physics.presentation import words
 from ...run_contents import RunFolder
 from ..markup import Html, element, render, table
 from .base import Chapter, Section

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 from ....discovery.findings import Advice
 from ....discovery.identifiability.visible import Identifiability
-from ....physics.in_words import listing, words
+from ....physics.presentation import listing, words
 from ...run_contents import RunFolder
 from ...wording import typeset
-from ..figures.excitation_figure import excitation
+from ..figures.effect_figures import excitation
 from ..markup import Html, element, figure, render
 from .base import Chapter, Section
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from ....comparison.facts import Amount, AuditRecord, RulingRecord
-from ....physics.in_words import listing, number, unit_text
+from ....physics.presentation import listing, number, unit_text
 from ...run_contents import RunFolder
 from ...wording import typeset
 from ..markup import Html, element, render, table

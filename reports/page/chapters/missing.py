@@ -3,12 +3,21 @@
 from collections.abc import Sequence
 
 from ....discovery.found_effects import FoundEffect, FoundTerm
-from ....physics.in_words import listing, percent, share_removed, unit_text
+from ....physics.presentation import listing, percent, share_removed, unit_text
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
-from ...sureness import BACK, COMES_BACK, comes_back, file_numbers, in_order, odds, sure_caption, verdict_word
+from ...sureness import (
+    BACK,
+    COMES_BACK,
+    coefficient_rows,
+    comes_back,
+    file_numbers,
+    in_order,
+    odds,
+    sure_caption,
+    verdict_word,
+)
 from ...wording import effect_words, interval, risen, twins, within
-from ..coefficients import coefficient_rows
 from ..figures.figures import coefficients, ranked_effects
 from ..markup import Html, element, figure, folded, lines, render, table
 from ..outcome import hero, section_title

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from ....comparison.differences import PairedRecord
 from ....comparison.facts import AuditRecord, ComparedModel, Comparison, Domain
-from ....physics.frames import AXES
-from ....physics.in_words import unit_text
+from ....physics.motion import AXES
+from ....physics.presentation import unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
 from ...wording import INTERVAL_HOLDS, OWN_NUMBERS, goodness, held_shares, interval, judged_rows, typeset, within
 from ..figures.model_figures import trust

@@ -5,7 +5,7 @@ from typing import Any
 
 from ....measurements.inspection import Inspection
 from ....physics.errors import VehicleError
-from ....physics.in_words import MINUS, listing, number, unit_text, words
+from ....physics.presentation import MINUS, listing, number, unit_text, words
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
 from ...wording import energy_lines, energy_verdict, interval, trimmed

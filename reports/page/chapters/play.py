@@ -14,7 +14,7 @@ import pandas as pd
 
 from ....exports.javascript import force_equation, vehicle_data
 from ....physics.effects import COMMAND_OFFSET, EFFECTS
-from ....physics.in_words import unit_text, words
+from ....physics.presentation import unit_text, words
 from ....physics.vehicle import Vehicle
 from ....residuals.scores import SPACING
 from ...run_contents import RunFolder

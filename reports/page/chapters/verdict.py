@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from ....physics.frames import AXES
-from ....physics.in_words import percent, unit_text
+from ....physics.motion import AXES
+from ....physics.presentation import percent, unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ...run_contents import RunFolder
 from ...wording import risen, step_words, typeset

@@ -1,7 +1,7 @@
 """The section of the report page that shows the missing force itself, and the law that was added for it."""
 
 from ...run_contents import RunFolder
-from ..figures.missing_force import convincing, force_drawings
+from ..figures.effect_figures import convincing, force_drawings
 from ..markup import figure
 from .base import Chapter, Section
 

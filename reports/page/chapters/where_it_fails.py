@@ -10,17 +10,16 @@ from ....comparison.failing.failures import Structure
 from ....comparison.failing.rows import scene
 from ....comparison.failing.segments import FailingSeconds
 from ....discovery.findings import FailingPlace
-from ....physics.frames import AXES
-from ....physics.in_words import NARROW, percent, share_removed, unit_text, words
+from ....physics.motion import AXES
+from ....physics.presentation import NARROW, percent, share_removed, unit_text, words
 from ....residuals.scores import ACCELERATION_UNITS
-from ....residuals.series_table import SeriesTable
+from ....residuals.series import SeriesTable
 from ...run_contents import RunFolder
 from ...wording import told_of, typeset
-from ..figures.failure_figures import by_heading, error_map, heat_steps, local_error, spectra
-from ..figures.figure_data import regime_rows
+from ..figures.error_figures import by_heading, error_map, heat_steps, local_error, regime_table, spectra
 from ..figures.figures import regime_bars
-from ..figures.regimes import regime_table
 from ..figures.svg import HEAT
+from ..judged_pieces import regime_rows
 from ..markup import Html, element, enlargeable, figure, lines, render, table
 from .base import Chapter, Section
 from .verdict import legend

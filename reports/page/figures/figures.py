@@ -10,11 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from ....discovery.found_effects import FoundEffect
-from ....physics.in_words import MINUS, finite, number, percent, unit_text, words
-from ...sureness import BACK, comes_back, odds, worth
-from ..coefficients import CoefficientRow
+from ....physics.presentation import MINUS, finite, number, percent, unit_text, words
+from ...sureness import BACK, CoefficientRow, comes_back, odds, worth
+from ..judged_pieces import rollouts
 from ..markup import Html
-from .figure_data import rollouts
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 
 SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))

@@ -1,13 +1,27 @@
-"""The drawing that puts all models side by side: how wrong they are, and which laws of a hull they break."""
+"""Drawings of models side by side: errors and laws, errors that grow with the horizon, and tracks.
 
+The drawing that puts all models side by side: how wrong they are, and which laws of a hull they break.
+
+The drawing of how the error of predictions grows with their length, a line a model.
+
+The tracks of all models over each other: where each took the boat, beside where it was to go.
+"""
+
+import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
 
-from ....physics.in_words import MINUS, number
+from ....comparison.facts import ComparedModel
+from ....physics.presentation import MINUS, number
+from ....steering.closed_loop import PERFECT, ControlRecord, Passage
+from ....steering.tracks import TRACKS
 from ..markup import Html
 from ..rivals import Rival
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel
@@ -133,3 +147,123 @@ def _laws(axes: Axes, rivals: Sequence[Rival], laws: Sequence[str]) -> None:
                 axes.plot(column, row, "o", ms=6, color=ROLES["after"])
             elif verdict is not None:
                 axes.plot(column, row, "_", ms=7, color=ROLES["muted"], mew=1.5)
+
+
+GROWTH_WIDTH, GROWTH_HEIGHT, GROWTH_LEFT, GROWTH_RIGHT = 980, 360, 60, 250
+"""Of the figure, and left of the lines and right of them, where their names stand [px]."""
+GROWTH_LINE = 20
+"""Least distance between two names [px]."""
+LONGEST_LABEL = 22  # letters that fit beside the lines, with the last error
+
+
+def growth(models: Sequence[ComparedModel], ends: Sequence[str]) -> Html:
+    """Position error by the length of predictions, both logarithmic: straight lines of one slope grow alike.
+
+    Parameters
+    ----------
+    models : of which each has errors by horizon; an error that is not finite is left out
+    ends : names of the model in the colour of *before* and of the one in that of *after*; the others are grey
+    """
+    colours = dict(zip(ends, (ROLES["before"], ROLES["after"]), strict=False))
+    lines = []
+    for model in models:
+        found = [(float(key), model.rollout[key].position) for key in sorted(model.rollout, key=float)]
+        known = [(seconds, error) for seconds, error in found if np.isfinite(error) and error > 0.0]
+        lines += [(model, np.array(known).T)] if known else []
+    lines.sort(key=lambda line: -line[1][1][-1])
+    with matplotlib.rc_context(STYLE):
+        figure = canvas(GROWTH_WIDTH, GROWTH_HEIGHT)
+        axes = panel(figure, GROWTH_LEFT, 12, GROWTH_WIDTH - GROWTH_LEFT - GROWTH_RIGHT, GROWTH_HEIGHT - 60)
+        for model, (seconds, error) in lines:
+            own = model.name in colours
+            style = "-" if own else "--" if model.kind == "baseline" else ":"
+            colour = colours.get(model.name, ROLES["muted"])
+            axes.plot(seconds, error, style, color=colour, marker="o", ms=6, lw=2.5 if own else 1.5, zorder=2 + own)
+        axes.set(xscale="log", yscale="log", xlabel="length of the prediction [s]", ylabel="position error [m]")
+        ticks = sorted({seconds for _, line in lines for seconds in line[0]})
+        axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axes.minorticks_off()
+        tall = GROWTH_HEIGHT - 60
+        at = [tall * float(axes.transAxes.inverted().transform(axes.transData.transform((s[-1], e[-1])))[1])
+              for _, (s, e) in lines]  # fmt: skip
+        for (model, (_, error)), place in zip(lines, _apart(at, tall), strict=True):
+            name = model.name
+            name = name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}\N{HORIZONTAL ELLIPSIS}"
+            text, colour = f"{name}, {number(error[-1], 2, minus=MINUS)} m", colours.get(model.name, ROLES["muted"])
+            axes.annotate(text, (1.0, place / tall), (12, 0), xycoords="axes fraction",
+                          textcoords="offset points", va="center", color=colour,
+                          weight="bold" if model.name in colours else "normal")  # fmt: skip
+        return drawn(figure, "position error of each model by the length of its predictions")
+
+
+def _apart(places: Sequence[float], tall: float) -> list[float]:
+    """Heights from the top down that are `LINE` apart at least, each as near to its place as those above leave it."""
+    found: list[float] = []
+    for place in places:
+        found.append(min(place, found[-1] - GROWTH_LINE) if found else place)
+    lift = max(0.0, -min(found, default=0.0))
+    return [min(place + lift, tall) for place in found] if len(found) * GROWTH_LINE <= tall else found
+
+
+_LOOK: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "undertow control",
+    "font.size": 10.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+}
+_WANTED, _FIRST, _PERFECT = "0.8", "tab:red", "0.15"
+"""Colours of what was wanted, of the first model and of the perfect one, as in the plots of a run."""
+_OTHERS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown")
+_SIDE = 4.6
+"""Width and height of a track [inch]: three of them beside each other fit a page."""
+_ABREAST = 3
+"""Tracks beside each other."""
+_STRAIGHT = 1e-6
+"""Turn of a track below which its plan says nothing [rad]: its error is then drawn over time."""
+
+
+def track_figure(record: ControlRecord, passages: Mapping[tuple[str, str], Passage]) -> str:
+    """The figure as SVG.
+
+    Parameters
+    ----------
+    passages : by track and model
+    """
+    tracks = list(dict.fromkeys(result.track for result in record.results))
+    wide = min(len(tracks), _ABREAST)
+    tall = -(-len(tracks) // _ABREAST)
+    with matplotlib.rc_context(_LOOK):
+        figure = Figure(figsize=(_SIDE * wide, (_SIDE + 0.9) * tall), layout="constrained")
+        FigureCanvasSVG(figure)
+        for place, track in enumerate(tracks):
+            _draw(figure.add_subplot(tall, wide, place + 1), record, track, passages)
+        stream = io.StringIO()
+        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": "undertow control"})
+    return stream.getvalue()
+
+
+def _draw(axes: Axes, record: ControlRecord, track: str, passages: Mapping[tuple[str, str], Passage]) -> None:
+    rows = [result for result in record.results if result.track == track]
+    points = passages[track, rows[0].model].track.at(passages[track, rows[0].model].time)
+    plan = np.ptp(points[:, 2]) > _STRAIGHT
+    if plan:
+        axes.plot(points[:, 1], points[:, 0], color=_WANTED, lw=7.0, solid_capstyle="round", label="wanted")
+    colours = iter(_OTHERS * len(rows))
+    for place, row in enumerate(rows):
+        done = passages[track, row.model]
+        last = row.model == PERFECT
+        colour = _FIRST if place == 0 else _PERFECT if last else next(colours)
+        label = f"{row.model}: {row.merit.rmse:.2f} m"
+        style = {"color": colour, "lw": 1.0 if last else 1.8, "ls": "--" if last else "-", "label": label}
+        if plan:
+            axes.plot(done.motion[:, 1], done.motion[:, 0], **style)
+        else:
+            axes.plot(done.time, np.hypot(*(done.motion[:, :2] - points[:, :2]).T), **style)
+    axes.set_title(f"{track}: {TRACKS[track].about}", loc="left", fontsize=10.5)
+    if plan:
+        axes.set(xlabel="east [m]", ylabel="north [m]", aspect="equal", adjustable="datalim")
+    else:
+        axes.set(xlabel="time [s]", ylabel="distance from the wanted place [m]", ylim=(0.0, None))
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), frameon=False, ncols=2, title="RMS distance from it")

@@ -1,32 +1,47 @@
-"""Plots of a run for a notebook: matplotlib axes that a person can go on with.
+"""Plots of a run for a notebook: axes that a person can go on with, and a slider that predicts anew.
+
+Plots of a run for a notebook: matplotlib axes that a person can go on with.
 
 They show what the page shows, in plain colours and on axes of the caller's choice.
+
+A slider in a notebook: one number that a run found, and predictions anew wherever it is put.
+
+What a notebook shows of findings beside their words: numbers with their intervals, and the force that lacks.
 """
 
-from collections.abc import Sequence
+import io
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from importlib.util import find_spec
+from typing import Any
 
+import matplotlib
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from ....discovery.findings import Findings
+from ....discovery.found_effects import FoundTerm
 from ....physics.effects import BY_NAME
 from ....physics.errors import RequestError
-from ....physics.frames import AXES, FORCE_UNITS
-from ....physics.in_words import listing, unit_text
+from ....physics.integration import rollout
+from ....physics.motion import AXES, FORCE_UNITS, Array, Motion
+from ....physics.presentation import Card, listing, number, unit_text
+from ....physics.registry_members import how_to_install
 from ....physics.vehicle import Vehicle
-from ....residuals.series import RESTART
+from ....residuals.models.base import VehicleModel
+from ....residuals.scores import ROLLOUT_UNITS, SPACING
+from ....residuals.series import BANDS, RESTART, restarted
 from ...run_contents import RunFolder
-from ..coefficients import coefficient_rows
-from .figure_data import liveliest_stretch, rollouts
-from .missing_force import SIGNALS, MissingForce, means, missing_force, signals
+from ...sureness import coefficient_rows
+from ..chapters.play import STATES, Knob
+from ..judged_pieces import JudgedPieces, Piece, liveliest_stretch, rollouts
+from ..markup import LIGHT, NOTHING, Html, element
+from .effect_figures import SIGNALS, MissingForce, means, missing_force, signals
 from .record_plots import AFTER, BEFORE, MEASURED, Drawings, FindingsPlots, draw_coefficients, new_axes
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from .prediction_slider import PredictionSlider
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -118,7 +133,6 @@ class Plots(Drawings):
         from ..chapters.play import knobs_of
         from ..judged_pieces import JudgedPieces
         from ..outcome import hero
-        from .prediction_slider import PredictionSlider
 
         knobs = knobs_of(self.nominal, self.corrected)
         knob = next((one for one in knobs if symbol in ("", one.symbol)), None)
@@ -191,3 +205,183 @@ def of_folder(run: RunFolder) -> Plots:
 
 def _named(ending: str) -> str:
     return {"": "measured", "_before": "nominal", "_after": "corrected"}[ending]
+
+
+_PREDICTED = ("north", "east", "psi", "u", "v", "r")
+"""The states of a prediction."""
+_STEPS = 200
+"""Places of the slider between its ends, as on the page."""
+_LOOK: dict[Any, Any] = {"svg.fonttype": "none", "svg.hashsalt": "undertow slider"}
+"""Letters stay letters, and one value has one picture, byte for byte."""
+_HOW = f"a slider stands here where ipywidgets is: {how_to_install('notebook')}"
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class PredictionSlider(Card):
+    """Predictions with one number moved: a slider in a notebook with ipywidgets, a card without.
+
+    The error is that of the run's headline, counted alike: each part of the logs is predicted by the model that was
+    fitted without it, and each of these models takes the share of its change that the slider says. A run without such
+    models has its error on rows that its one model saw, and says so.
+
+    Attributes
+    ----------
+    told, drawn : stretches that the error counts, and those that are drawn
+    horizon, metric : of the predictions whose error is told [s], and the quantity
+    draw : draws measured and predicted speeds of a series on three axes
+    knobs : all numbers that the run changed
+    knob : the one that is moved, with its values before and after
+    value : where it is put, in the unit of the vehicle file
+    """
+
+    told: JudgedPieces
+    drawn: JudgedPieces
+    horizon: str
+    metric: str
+    draw: Callable[[pd.DataFrame, Sequence[Axes]], object]
+    knobs: Sequence[Knob]
+    knob: Knob
+    value: float
+
+    def at(self, value: float) -> "PredictionSlider":
+        """The same with the number put elsewhere."""
+        return replace(self, value=float(value))
+
+    @property
+    def error(self) -> float:
+        """Root mean square error of the predictions that the run's headline tells of."""
+        columns = [_PREDICTED.index(name) for name in STATES[self.metric]]
+        squares = []
+        for vehicle, motion, _ in self._moved(self.told):
+            steps, every = round(float(self.horizon) / motion.time_step), max(1, round(SPACING / motion.time_step))
+            starts = np.arange(0, motion.time.size - steps, every)
+            ahead = np.arange(1, steps + 1)
+            states = rollout(vehicle, motion, starts, steps).states[:, ahead]
+            off = (states - _states(motion)[starts[:, None] + ahead])[..., columns]
+            squares.append((off**2).sum(axis=-1).mean(axis=1))
+        return float(np.sqrt(np.concatenate(squares).mean())) if squares else float("nan")
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        unit = unit_text(self.knob.unit)
+        ends = f"before {number(self.knob.before, 3)}, after {number(self.knob.after, 3)}"
+        what = f"{self.knob.symbol} = {number(self.value, 3)} {unit}".rstrip()
+        what_error = f"{self.metric} error of {self.horizon} s predictions{self.told.some}"
+        told = f"{what_error}: {number(self.error, 2)} {ROLLOUT_UNITS[self.metric]}"
+        how = [] if find_spec("ipywidgets") else [("slider", _HOW)]
+        return [("number", f"{what} ({self.knob.what}; {ends})"), ("error", told), *how]
+
+    def drawings(self) -> Mapping[str, str]:
+        """See `Card`."""
+        return {"predictions": self.picture()}
+
+    def picture(self) -> Html:
+        """Measured speeds, those of the nominal model, and those with the number where it is put."""
+        moved = []
+        for vehicle, motion, piece in self._moved(self.drawn):
+            states = restarted([VehicleModel(vehicle, "moved")], [motion])[0][0]
+            rows = piece.rows.drop(columns=BANDS, errors="ignore")  # no band of a model that is moved by hand
+            predicted = {f"{name}_after": column for name, column in zip(_PREDICTED, states.T, strict=True)}
+            moved.append(rows.assign(**predicted))
+        stream = io.StringIO()
+        with matplotlib.rc_context(_LOOK):
+            figure = Figure(figsize=(9.0, 5.0), layout="constrained")
+            FigureCanvasAgg(figure)
+            self.draw(pd.concat(moved), list(figure.subplots(3, 1, sharex=True)))
+            figure.savefig(stream, format="svg", metadata={"Date": None})
+        return Html(stream.getvalue()[stream.getvalue().index("<svg") :])
+
+    def widget(self) -> Any:
+        """The slider of ipywidgets over the card, which is drawn anew wherever it is let go.
+
+        Raises
+        ------
+        ImportError
+            where ipywidgets is not installed.
+        """
+        import ipywidgets  # pyright: ignore[reportMissingImports]
+
+        slider = ipywidgets.FloatSlider(
+            value=self.value,
+            min=self.knob.low,
+            max=self.knob.high,
+            step=(self.knob.high - self.knob.low) / _STEPS,
+            description=self.knob.symbol,
+            continuous_update=False,
+            readout_format=".3g",
+        )
+        shown = ipywidgets.HTML(self._repr_html_())
+        slider.observe(lambda change: setattr(shown, "value", self.at(change["new"])._repr_html_()), "value")
+        return ipywidgets.VBox([slider, shown])
+
+    def _repr_mimebundle_(self, **asked: object) -> Mapping[str, object]:
+        """What a notebook takes: the slider, or the card where ipywidgets is not installed."""
+        try:
+            return self.widget()._repr_mimebundle_(**asked)
+        except ImportError:
+            return {"text/plain": repr(self), "text/html": self._repr_html_()}
+
+    def _moved(self, judged: JudgedPieces) -> Iterator[tuple[Vehicle, Motion, Piece]]:
+        """The model that predicts each stretch, with the number where it is put, and the stretch as a motion."""
+        share = (self.value - self.knob.before) / (self.knob.after - self.knob.before)
+        models = judged.moved({knob.symbol: 1.0 for knob in self.knobs} | {self.knob.symbol: share})
+        for piece in judged.pieces:
+            yield models[piece.model], _motion(piece, models[piece.model]), piece
+
+
+def _motion(piece: Piece, vehicle: Vehicle) -> Motion:
+    """Rows of the series as a motion."""
+    rows, time = piece.rows, piece.rows["time"].to_numpy()
+    step = float(np.median(np.diff(time)))
+    return Motion(
+        time=time[0] + step * np.arange(time.size),
+        position=rows[["north", "east"]].to_numpy(),
+        heading=rows["psi"].to_numpy(),
+        velocity=rows[["u", "v", "r"]].to_numpy(),
+        commands=rows[[thruster.channel for thruster in vehicle.thrusters]].to_numpy(),
+        thrusters=tuple(thruster.name for thruster in vehicle.thrusters),
+        minutes=piece.begins + step / 60.0 * np.arange(time.size),
+    )
+
+
+def _states(motion: Motion) -> Array:
+    return np.column_stack([motion.position, motion.heading, motion.velocity])
+
+
+_WIDTH, _HEIGHT, _MARGIN = 180.0, 14.0, 6.0
+"""Size of an interval's drawing, and room for its marks at both ends [px]: a line of a table."""
+
+
+def of_findings(findings: Findings) -> dict[str, str]:
+    """The numbers of a card, each over its 95 % interval, by the label of its line."""
+    label, terms = findings.in_play
+    rows = [
+        element("tr", element("td", term.in_words), element("td", interval_bar(term, null))) for term, null in terms
+    ]
+    return {label: element("table", *rows)} if rows else {}
+
+
+def of_run(findings: Findings, series: "pd.DataFrame", nominal: Vehicle) -> dict[str, str]:
+    """The same, and the force that the model lacks, where what was added explains it, as the page has it."""
+    from .effect_figures import convincing, force_drawings
+
+    best = force_drawings(convincing(findings, series, nominal)[:1])
+    paper = {"style": f"{' '.join(LIGHT.split())} --font: sans-serif; background: var(--card); width: 320px"}
+    return of_findings(findings) | ({"force": element("div", *best, attributes=paper)} if best else {})
+
+
+def interval_bar(term: FoundTerm, null: float) -> Html:
+    """Draw a number as a disc on its 95 % interval, beside a tick where nothing would be missing."""
+    ends = (term.value, term.value) if term.ci95 is None else (term.ci95.lower, term.ci95.upper)
+    marks = [term.value, *ends, null]
+    if not all(math.isfinite(mark) for mark in marks):
+        return NOTHING
+    least, span = min(marks), (max(marks) - min(marks)) or 1.0
+    at, low, high, absent = (f"{_MARGIN + (_WIDTH - 2 * _MARGIN) * (mark - least) / span:.1f}" for mark in marks)
+    middle = f"{_HEIGHT / 2:g}"
+    wide = {"x1": low, "x2": high, "y1": middle, "y2": middle, "stroke": "#0072b2", "stroke-width": "3"}
+    tick = {"x1": absent, "x2": absent, "y1": "1", "y2": f"{_HEIGHT - 1:g}", "stroke": "#d55e00", "stroke-width": "2"}
+    disc = {"cx": at, "cy": middle, "r": "4", "fill": "#0072b2"}
+    size = {"width": f"{_WIDTH:g}", "height": f"{_HEIGHT:g}", "role": "img", "aria-label": term.in_words}
+    drawn = [element("line", attributes=tick), element("line", attributes=wide), element("circle", attributes=disc)]
+    return element("svg", *drawn, attributes=size)

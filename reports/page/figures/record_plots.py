@@ -9,12 +9,11 @@ import numpy as np
 
 from ....comparison.facts import Comparison
 from ....discovery.findings import FailingPlace, Findings
-from ....physics.cards import Card
 from ....physics.errors import RequestError
-from ....physics.in_words import unit_text, words
+from ....physics.presentation import Card, unit_text, words
 from ....residuals.scores import ROLLOUT_UNITS, RolloutRecord
+from ...sureness import CoefficientRow
 from ...wording import pick_horizon
-from ..coefficients import CoefficientRow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from ....physics.printable import printable
+from ....physics.errors import printable
 from ..markup import Html, escaped
 
 Look = dict[str, Any]

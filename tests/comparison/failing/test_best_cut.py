@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.comparison.failing.best_cut import best_cut
+from undertow.comparison.failing.places import best_cut
 
 
 def left_over(column: np.ndarray, target: np.ndarray, threshold: float) -> float:

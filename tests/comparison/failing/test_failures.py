@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from undertow.comparison.failing import attribution
-from undertow.comparison.failing.attribution import Along, contributions
-from undertow.comparison.failing.failures import Structure, judged_rows, where_they_fail
+from undertow.comparison.failing import failures as attribution
+from undertow.comparison.failing.failures import Along, Structure, contributions, judged_rows, where_they_fail
 from undertow.comparison.failing.rows import scene
 from undertow.discovery.findings import FailingPlace
 from undertow.measurements.prepared_logs import Inputs
@@ -18,8 +17,7 @@ from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
-from undertow.residuals.series import series
-from undertow.residuals.series_table import SeriesTable
+from undertow.residuals.series import SeriesTable, series
 from undertow.workflows.inputs import read_inputs
 
 HULL = load_vehicle("blueboat")

@@ -5,15 +5,13 @@ import pandas as pd
 import pytest
 
 from undertow.comparison.failing.block_fit import fit_beside
-from undertow.comparison.failing.drift import over_time
 from undertow.comparison.failing.features import doing, features, merged
-from undertow.comparison.failing.frequency import against_frequency
+from undertow.comparison.failing.frequency import against_frequency, against_lag
 from undertow.comparison.failing.heading import against_heading
-from undertow.comparison.failing.lag import against_lag
 from undertow.comparison.failing.places import failures, worst_places
 from undertow.comparison.failing.rows import EDGE, Scene, scene
-from undertow.comparison.failing.segments import segments
-from undertow.residuals.series_table import SeriesTable
+from undertow.comparison.failing.segments import over_time, segments
+from undertow.residuals.series import SeriesTable
 
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
 

@@ -8,7 +8,7 @@ import pytest
 from undertow.discovery.balance.column_cache import Remembered
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.physics.forces import modelled_acceleration, modelled_force, relative_velocity
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.momentum_balance import mass_matrix
 from undertow.physics.vehicle import Hull, load_vehicle
 from undertow.physics.worlds.world import simulate_world, with_hull
 

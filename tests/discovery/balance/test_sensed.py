@@ -7,8 +7,8 @@ import pytest
 
 from undertow.discovery.balance.shooting import Shooting
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.search.noise_copies import REHEARSALS, NoiseCopies
-from undertow.measurements.statistics.white_noise import drawn_noise
+from undertow.discovery.search.surrogates import REHEARSALS, NoiseCopies
+from undertow.measurements.statistics.signals import drawn_noise
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

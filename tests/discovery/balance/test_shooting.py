@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
-from undertow.discovery.search.output_error import polish
+from undertow.discovery.search.estimation import polish
 from undertow.physics.errors import RequestError
+from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Hull, Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

@@ -12,9 +12,9 @@ from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Linearisation, Option
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores, bounded_solve
-from undertow.measurements.statistics.white_noise import drawn_noise, sensor_noise
+from undertow.measurements.statistics.signals import drawn_noise, sensor_noise
 from undertow.physics.errors import RequestError
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.momentum_balance import mass_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

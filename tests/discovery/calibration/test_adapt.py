@@ -7,14 +7,14 @@ import pytest
 
 import undertow
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.calibration.adapt import Adapted, AdaptSettings, adapt
+from undertow.discovery.calibration.following import Adapted, AdaptSettings, adapt
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Linearisation
 from undertow.discovery.identifiability.rehearsal import plausible_amounts, rehearse
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.errors import RequestError
+from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import NOISE, World
 

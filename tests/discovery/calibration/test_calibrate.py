@@ -13,9 +13,9 @@ from undertow.discovery.identifiability.identifiable_parameters import identifie
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
+from undertow.physics.integration import simulate_motion
 from undertow.physics.laws.damping_power import envelope_of, mass_margin, worst_dissipation
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import random_hull, simulate_world
 

@@ -7,16 +7,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from undertow.discovery.calibration.adapt import adapt
-from undertow.discovery.calibration.change_watch import AlarmSettings, ChangeWatch, Detector, scattered
-from undertow.discovery.calibration.followed_effects import followed, followed_by_default
-from undertow.discovery.calibration.following import Beforehand, Follower, Update, known_beforehand, watch_from
+from undertow.discovery.calibration.change_watch import (
+    AlarmSettings,
+    ChangeWatch,
+    Detector,
+    rehearsed_widening,
+    scattered,
+)
+from undertow.discovery.calibration.following import (
+    Beforehand,
+    Follower,
+    Update,
+    adapt,
+    followed,
+    followed_by_default,
+    known_beforehand,
+    watch_from,
+)
 from undertow.discovery.calibration.forgetting_fit import AdaptSettings
-from undertow.discovery.calibration.rehearsed_alarms import rehearsed_widening
 from undertow.discovery.lawful.certify import certify
 from undertow.physics.errors import RequestError
-from undertow.physics.frames import Array
-from undertow.physics.motion import Motion
+from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import NOISE, World
 

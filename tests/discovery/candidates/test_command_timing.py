@@ -12,7 +12,7 @@ from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.limits import in_step
 from undertow.discovery.evidence.record_errors import record_errors
 from undertow.discovery.evidence.weighing import Evidence
-from undertow.discovery.search.bootstrap import Interval
+from undertow.discovery.search.estimation import Interval
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.canonical import Channel
 from undertow.measurements.kinematics import gyro_lateness
@@ -20,9 +20,9 @@ from undertow.measurements.log import read_log
 from undertow.measurements.preparation.dataset import WEAK
 from undertow.measurements.preparation.prepare import prepare
 from undertow.measurements.preparation.resampling import command_step
-from undertow.physics.averages import area_average
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.motion import Motion
+from undertow.physics.sampled_series import area_average
 from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import parse_effect
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP

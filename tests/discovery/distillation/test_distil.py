@@ -12,17 +12,16 @@ from scipy.ndimage import gaussian_filter1d
 import undertow
 from undertow.discovery.distillation.distil import distil_model
 from undertow.discovery.distillation.distilled import AxisShare, Distilled
-from undertow.measurements.preparation.derive import smooth
-from undertow.physics.delays_and_lags import first_order_lag
+from undertow.measurements.preparation.resampling import smooth
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import modelled_acceleration
-from undertow.physics.frames import Array
 from undertow.physics.integration import Rollouts
-from undertow.physics.matrices import mass_matrix
-from undertow.physics.motion import Motion
+from undertow.physics.momentum_balance import mass_matrix
+from undertow.physics.motion import Array, Motion
+from undertow.physics.sampled_series import first_order_lag
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import apply_effects, simulate_world
-from undertow.reports.terminal.distillation_screen import distilled_table
+from undertow.reports.terminal.effects_screen import distilled_table
 from undertow.residuals.models.base import Model, VehicleModel
 
 HULL = load_vehicle("blueboat")

@@ -1,7 +1,7 @@
 """Where all thrusters push harder than a file says, that is told, and not as an asymmetry alone."""
 
 from undertow.discovery.add_effects import add_effects
-from undertow.discovery.evidence.all_thrusters import all_thrusters
+from undertow.discovery.search.thruster_scales import all_thrusters
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

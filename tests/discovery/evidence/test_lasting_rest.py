@@ -10,7 +10,7 @@ from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.lasting_rest import lasting_rests
+from undertow.discovery.evidence.unexplained import lasting_rests
 from undertow.discovery.findings import LastingRest
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings

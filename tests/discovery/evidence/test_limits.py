@@ -11,7 +11,7 @@ from undertow.discovery.evidence.limits import at_limits
 from undertow.discovery.identifiability.visible import Identifiability
 from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.reason import Reason
-from undertow.discovery.search.bootstrap import Interval
+from undertow.discovery.search.estimation import Interval
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

@@ -5,7 +5,7 @@ import pytest
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates, part_by_sight
-from undertow.discovery.evidence.unjudged_rivals import beside_unjudged
+from undertow.discovery.evidence.limits import beside_unjudged
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
 from undertow.physics.vehicle import load_vehicle

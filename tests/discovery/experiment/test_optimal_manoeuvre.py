@@ -12,9 +12,17 @@ from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.weighing import CERTAINLY, TELL_APART
 from undertow.discovery.experiment import optimal_manoeuvre
-from undertow.discovery.experiment.changed_steps import Bounds, Limit, kept
-from undertow.discovery.experiment.open_question import OpenQuestion, Rehearsed, ask
-from undertow.discovery.experiment.optimal_manoeuvre import ENOUGH, LEAST_SECONDS, Driven, chance, shortest
+from undertow.discovery.experiment.optimal_manoeuvre import (
+    ENOUGH,
+    LEAST_SECONDS,
+    Bounds,
+    Driven,
+    Limit,
+    chance,
+    kept,
+    shortest,
+)
+from undertow.discovery.experiment.separation import OpenQuestion, Rehearsed, ask
 from undertow.discovery.identifiability.rehearsal import plausible_amounts, rehearse
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.errors import RequestError

@@ -6,9 +6,16 @@ import numpy as np
 import pysindy
 import pytest
 
-from undertow.discovery.factors.factors import Column, Factors, compress, triangular
-from undertow.discovery.factors.factors_file import read_factors, write_factors
-from undertow.discovery.factors.sparse import ensemble, forward
+from undertow.discovery.factors.factors import (
+    Column,
+    Factors,
+    compress,
+    ensemble,
+    forward,
+    read_factors,
+    triangular,
+    write_factors,
+)
 from undertow.measurements.statistics.blocks import block_draws
 from undertow.physics.errors import RequestError
 

@@ -19,8 +19,8 @@ from undertow.discovery.identifiability.rehearsal import PLAUSIBLE, plausible_am
 from undertow.discovery.identifiability.visible import Identifiability
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.files import strict_json
+from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.trials import TRIALS, drive
 from undertow.physics.worlds.world import simulate_world

@@ -8,15 +8,18 @@ from envelopes import encloses
 
 from undertow.discovery.lawful.certify import certify
 from undertow.physics.errors import RequestError
-from undertow.physics.laws.certificate import basis, control_matrices, vehicle_degree, vehicle_power
 from undertow.physics.laws.damping_power import (
     Envelope,
+    basis,
+    control_matrices,
     damping_power,
     envelope_of,
     mass_margin,
+    vehicle_degree,
+    vehicle_power,
     worst_dissipation,
 )
-from undertow.physics.matrices import damping_matrix
+from undertow.physics.momentum_balance import damping_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.terms import monomials
 from undertow.physics.vehicle import Hull, Vehicle, load_vehicle

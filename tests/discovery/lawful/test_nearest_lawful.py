@@ -7,8 +7,8 @@ from undertow.discovery.lawful.certify import certify
 from undertow.discovery.lawful.convex_program import solve_refit
 from undertow.discovery.lawful.nearest_lawful import LawfulSet
 from undertow.discovery.lawful.program_data import Shape
-from undertow.physics.frames import Array
 from undertow.physics.laws.damping_power import Envelope, mass_margin
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle, load_vehicle
 
 HULL = load_vehicle("blueboat")

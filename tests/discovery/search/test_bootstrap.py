@@ -7,7 +7,7 @@ from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import Kind
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.discover import find_missing
-from undertow.discovery.search.bootstrap import Interval, block_bootstrap
+from undertow.discovery.search.estimation import Interval, block_bootstrap
 from undertow.discovery.search.gram import GramScores
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

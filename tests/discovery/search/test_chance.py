@@ -5,10 +5,10 @@ import pytest
 
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import find_missing
-from undertow.discovery.search.chance import REHEARSALS, Chance, Rehearsals
 from undertow.discovery.search.floating import Search
+from undertow.discovery.search.surrogates import REHEARSALS, Chance, Rehearsals
 from undertow.discovery.settings import DiscoverySettings
-from undertow.measurements.statistics.single_threaded import single_threaded
+from undertow.measurements.statistics.processors import single_threaded
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

@@ -9,8 +9,8 @@ from undertow.discovery.balance.base import Balance, WeakSettings
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.discover import find_missing
-from undertow.discovery.hidden_errors import HiddenErrors
-from undertow.discovery.search.command_resolution import coarse_records
+from undertow.discovery.hidden_sensors import HiddenErrors
+from undertow.discovery.search.record_errors_in_search import coarse_records
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.typical_effects import typical_effect

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from exported import facts
 
+from undertow.exports.approximation import sides_of
 from undertow.exports.formats import to_ardupilot
 from undertow.exports.formats.base import Given
 from undertow.exports.formats.registry import format_named
-from undertow.exports.straight_running import sides_of
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import calm
+from undertow.physics.integration import Legs, rollouts
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import Legs, rollouts
 from undertow.physics.thrusters import PropellerCurve, TableCurve, Thruster, command_of
 from undertow.physics.vehicle import Vehicle, load_vehicle
 

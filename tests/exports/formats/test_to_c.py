@@ -20,7 +20,7 @@ from exported import (
     written,
 )
 
-from undertow.exports.program.functions import Function
+from undertow.exports.program.symbols import Function
 
 STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
 COMPILERS = {"gcc": "package gcc", "clang": "package clang"}

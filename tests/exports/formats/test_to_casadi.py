@@ -13,9 +13,8 @@ from networks import NETWORKS, compare_network, exported, learnt
 
 from undertow.exports.formats import to_casadi
 from undertow.exports.formats.base import Given
-from undertow.exports.network_operations import CorrectedProgram
-from undertow.exports.program.functions import Function
-from undertow.exports.program.vector_operations import Built
+from undertow.exports.network_operations import Built, CorrectedProgram
+from undertow.exports.program.symbols import Function
 from undertow.physics.errors import RequestError
 
 casadi = pytest.importorskip("casadi", reason="what exports to CasADi: pip install '.[export]'")

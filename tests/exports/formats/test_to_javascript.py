@@ -8,7 +8,7 @@ import pytest
 from exported import BOATS, compare_rollouts, compare_states, program, trips, written
 from node import run_script
 
-from undertow.exports.program.functions import Function
+from undertow.exports.program.symbols import Function
 
 
 def arguments(function: Function, row: str, skipped: int = 0) -> str:

@@ -13,8 +13,8 @@ from undertow.exports.formats.base import Given
 from undertow.exports.formats.to_latex import term as in_latex
 from undertow.exports.formats.to_mathml import EXPORT
 from undertow.exports.known_facts import KnownNumber
-from undertow.physics.in_words import MINUS
 from undertow.physics.momentum_balance import balances
+from undertow.physics.presentation import MINUS
 
 HTML, MATH = "{http://www.w3.org/1999/xhtml}", "{http://www.w3.org/1998/Math/MathML}"
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from exported import BOATS, STATES, compare_rollouts, compare_states, envelope, needed, program, run, trips, written
 
-from undertow.exports.program.functions import Function
+from undertow.exports.program.symbols import Function
 from undertow.exports.program.vectors import drawn
 from undertow.physics.errors import RequestError
 

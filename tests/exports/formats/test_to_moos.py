@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from exported import facts
 
+from undertow.exports.approximation import sides_of
 from undertow.exports.formats import to_moos
 from undertow.exports.formats.base import Given
-from undertow.exports.straight_running import sides_of
 from undertow.physics.vehicle import load_vehicle
 
 

@@ -7,9 +7,8 @@ import pytest
 from exported import BOATS, SINGLE, compare_rollouts, compare_states, facts, stepped, written
 from networks import NETWORKS, compare_network, exported, learnt
 
-from undertow.exports.network_operations import CorrectedProgram
-from undertow.exports.program.functions import Function
-from undertow.exports.program.vector_operations import Built
+from undertow.exports.network_operations import Built, CorrectedProgram
+from undertow.exports.program.symbols import Function
 
 onnx = pytest.importorskip("onnx", reason="what exports to ONNX: pip install '.[export]'")
 runtime = pytest.importorskip("onnxruntime", reason="what runs ONNX: pip install '.[export]'")

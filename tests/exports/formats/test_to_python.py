@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from exported import BOATS, EXACT, compare_rollouts, compare_states, program, stepped, trips, written
 
-from undertow.exports.program.functions import Function
+from undertow.exports.program.symbols import Function
 from undertow.exports.program.vectors import error
 
 

@@ -13,7 +13,7 @@ from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.needs import problems
 from undertow.measurements.preparation.prepare import prepare
-from undertow.physics.frames import body_to_earth
+from undertow.physics.motion import body_to_earth
 from undertow.physics.vehicle import load_vehicle
 
 TIME = np.arange(0.0, 40.0, 0.2)

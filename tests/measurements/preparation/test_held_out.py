@@ -5,11 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.measurements.preparation import held_out
+from undertow.measurements.preparation import split as held_out
 from undertow.measurements.preparation.dataset import PAPER, DataSet
-from undertow.measurements.preparation.held_out import cut, folds_of
-from undertow.measurements.preparation.idle import IDLE
-from undertow.measurements.preparation.split import Split
+from undertow.measurements.preparation.split import IDLE, Split, cut, folds_of
 from undertow.measurements.prepared_logs import FOLDS, Inputs, Parts
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle

@@ -25,8 +25,8 @@ from undertow.measurements.quality.lags import Response, lag_of
 from undertow.measurements.quality.record import Record
 from undertow.measurements.quality.registry import CHECKS
 from undertow.measurements.quality.response import Answer, Trial, Trials, answers
-from undertow.measurements.statistics.robust import robust_fit
-from undertow.physics.frames import body_to_earth
+from undertow.measurements.statistics.blocks import robust_fit
+from undertow.physics.motion import body_to_earth
 from undertow.workflows.inputs import _alignment_notes
 
 BENCHMARKS = ROOT / "benchmarks"

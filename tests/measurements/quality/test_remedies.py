@@ -18,15 +18,14 @@ from undertow.measurements.quality.checks.neutral import Neutral
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.record import Record
-from undertow.measurements.statistics.paired import surely_more
+from undertow.measurements.statistics.blocks import surely_more
 from undertow.physics.errors import LogError, VehicleError
 from undertow.physics.thrusters import resting_commands
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.simulated_log import SimulatedLog
 from undertow.physics.worlds.world import simulate_world
-from undertow.workflows.inputs import read_inputs
-from undertow.workflows.soundness import sound
+from undertow.workflows.inputs import read_inputs, sound
 
 BENCHMARKS = ROOT / "benchmarks"
 DATA = ROOT / "tests" / "data"

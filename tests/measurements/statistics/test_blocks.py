@@ -3,10 +3,15 @@
 import numpy as np
 import pytest
 
-from undertow.measurements.statistics.blocks import block_draws, block_scores, sandwich, share_of_draws
-from undertow.measurements.statistics.peak import turning_point
-from undertow.measurements.statistics.robust import robust_squares, spread
-from undertow.measurements.statistics.white_noise import noise_of_differences
+from undertow.measurements.statistics.blocks import (
+    block_draws,
+    block_scores,
+    robust_squares,
+    sandwich,
+    share_of_draws,
+    spread,
+)
+from undertow.measurements.statistics.signals import noise_of_differences, turning_point
 
 RNG = np.random.default_rng(4)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from places import ROOT
 
-from undertow.measurements.statistics.paired import block_length, paired_difference, paired_ratio
+from undertow.measurements.statistics.blocks import block_length, paired_difference, paired_ratio
 
 RNG = np.random.default_rng(7)
 SPEC = importlib.util.spec_from_file_location("paired_benchmark", ROOT / "benchmarks" / "paired.py")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import median_filter, uniform_filter1d
 
-from undertow.measurements.statistics.running import running_mean, running_median
+from undertow.measurements.statistics.signals import running_mean, running_median
 
 SERIES = np.random.default_rng(3).normal(size=(100, 3))
 

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from undertow.measurements.statistics import second_processor
-from undertow.measurements.statistics.second_processor import beside, shared, steps_beside
+from undertow.measurements.statistics import processors as second_processor
+from undertow.measurements.statistics.processors import beside, shared, steps_beside
 from undertow.physics.errors import RequestError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems do not fork here")
@@ -126,7 +126,7 @@ def test_a_result_that_is_cut_off_is_made_here() -> None:
 def test_nothing_goes_on_after_a_process_that_ends_at_once(end: str) -> None:
     code = (
         "import multiprocessing, os, signal, time\n"
-        "from undertow.measurements.statistics.second_processor import beside\n"
+        "from undertow.measurements.statistics.processors import beside\n"
         "os.sched_getaffinity = lambda process: {0, 1}\n"
         "with beside(lambda: time.sleep(600.0)):\n"
         "    time.sleep(0.3)\n"

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.measurements.preparation.derive import low_pass
-from undertow.measurements.statistics.white_noise import drawn_noise, filtered_noise
-from undertow.physics.frames import Array
+from undertow.measurements.preparation.resampling import low_pass
+from undertow.measurements.statistics.signals import drawn_noise, filtered_noise
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

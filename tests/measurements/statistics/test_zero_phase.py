@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from undertow.measurements.statistics.zero_phase import band_pass, low_pass
+from undertow.measurements.statistics.signals import band_pass, low_pass
 
 STEP, PADDING = 0.05, 60
 

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from undertow.physics import effects, matrices
+from undertow.physics import effects
+from undertow.physics import momentum_balance as matrices
 from undertow.physics.effects import EFFECTS, Effect, Parameter
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion

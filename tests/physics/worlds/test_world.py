@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 from undertow.physics.errors import RequestError
-from undertow.physics.frames import body_to_earth
-from undertow.physics.simulation import simulate_motion
+from undertow.physics.integration import simulate_motion
+from undertow.physics.motion import body_to_earth
 from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from undertow.physics.worlds.manoeuvres import MANOEUVRES, PROGRAMMES, draw_programme, programme, side

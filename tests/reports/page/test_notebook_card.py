@@ -6,8 +6,8 @@ import pytest
 
 from undertow.discovery.findings import Findings
 from undertow.discovery.found_effects import FoundEffect, FoundTerm
-from undertow.discovery.search.bootstrap import Interval
-from undertow.reports.page.notebook_card import interval_bar, of_findings
+from undertow.discovery.search.estimation import Interval
+from undertow.reports.page.figures.plots import interval_bar, of_findings
 
 
 def effect(name: str, verdict: str, term: FoundTerm) -> FoundEffect:

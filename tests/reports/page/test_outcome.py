@@ -11,7 +11,7 @@ from verbs import done
 
 from undertow.comparison.facts import Best, ComparedModel, Comparison
 from undertow.discovery.findings import Findings, Rise, Step
-from undertow.physics.in_words import NARROW
+from undertow.physics.presentation import NARROW
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.page.chapters.models import models
 from undertow.reports.page.figures.model_figures import trust

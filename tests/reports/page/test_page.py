@@ -14,8 +14,8 @@ from sample_run import edit, write_sample
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.page.chapters import play
 from undertow.reports.page.chapters.play import script
-from undertow.reports.page.coefficients import coefficient_rows
-from undertow.reports.page.figures.figure_data import liveliest_stretch, rollouts
+from undertow.reports.page.judged_pieces import liveliest_stretch, rollouts
+from undertow.reports.sureness import coefficient_rows
 from undertow.reports.wording import typeset
 from undertow.workflows.run_folder.read import read_run
 from undertow.workflows.run_folder.write import write_page

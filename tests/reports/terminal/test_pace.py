@@ -2,8 +2,8 @@
 
 import pytest
 
-from undertow.reports.terminal import pace as module
-from undertow.reports.terminal.pace import Pace, paced
+from undertow.reports.terminal import progress as module
+from undertow.reports.terminal.progress import Pace, paced
 
 
 @pytest.fixture

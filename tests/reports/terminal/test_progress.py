@@ -11,8 +11,7 @@ import pytest
 import undertow
 from undertow.physics.stage import COMPARING, SCORING, SEARCHING, WEIGHING, WRITING, Say, Stage
 from undertow.reports.terminal import progress as module
-from undertow.reports.terminal.pace import Pace
-from undertow.reports.terminal.progress import SHOWN, Progress, showing
+from undertow.reports.terminal.progress import SHOWN, Pace, Progress, showing
 
 Clock = list[float]
 

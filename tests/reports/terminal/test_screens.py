@@ -9,13 +9,12 @@ from rich.console import Console
 from undertow.comparison.facts import Best, Comparison
 from undertow.discovery.findings import Findings, SensorError, Step
 from undertow.measurements.activity import Excitation
-from undertow.measurements.alignment import Alignment
+from undertow.measurements.clock import Alignment
 from undertow.measurements.inspection import ChannelSummary, Inspection, Plan, Segment
 from undertow.measurements.preparation.dataset import PAPER
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.sureness import BACK, COMES_BACK, SURE
-from undertow.reports.terminal.comparison_screen import comparison_table, trust_style
-from undertow.reports.terminal.failures_screen import failures_table
+from undertow.reports.terminal.comparison_screen import comparison_table, failures_table, trust_style
 from undertow.reports.terminal.findings_screen import (
     added_table,
     advice_list,

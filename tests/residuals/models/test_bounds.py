@@ -7,9 +7,9 @@ from judging import BOX, HULL
 
 from undertow.comparison.audit import witness_of
 from undertow.measurements.preparation.standardisation import Standardisation
-from undertow.physics.frames import Array
 from undertow.physics.laws.audit.search import Box, climb, spread
 from undertow.physics.laws.energy import TOLERANCE, full_force
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import Hull
 from undertow.residuals.models.bounds import bound_power
 from undertow.residuals.models.network_inputs import input_names

@@ -10,9 +10,8 @@ from torch import Tensor
 from undertow.measurements.preparation.dataset import PAPER, WEAK, DataSet
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
-from undertow.physics.frames import Array
 from undertow.physics.integration import Driven, integrate
-from undertow.physics.motion import Motion
+from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
-from undertow.physics.matrices import mass_matrix, thruster_matrix
+from undertow.physics.momentum_balance import mass_matrix, thruster_matrix
 from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import scaling_of

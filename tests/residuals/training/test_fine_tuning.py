@@ -10,7 +10,7 @@ from training_parts import HULL, parts_of
 
 from undertow.measurements.preparation.split import Split
 from undertow.physics.errors import RequestError
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.momentum_balance import mass_matrix
 from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.networks.registry import NETWORKS
 from undertow.residuals.scores import acceleration_score

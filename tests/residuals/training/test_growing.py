@@ -15,7 +15,7 @@ from training_parts import HULL, parts_of
 from undertow.measurements.preparation.split import Split
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
-from undertow.physics.frames import Array
+from undertow.physics.motion import Array
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.model_files import load_network, save_network
 from undertow.residuals.models.network_inputs import input_names

@@ -9,7 +9,7 @@ from training_parts import HULL, fresh, parts_of
 
 from undertow.measurements.preparation.split import Split
 from undertow.physics.errors import RequestError
-from undertow.physics.matrices import mass_matrix
+from undertow.physics.momentum_balance import mass_matrix
 from undertow.residuals.models.network_inputs import network_inputs
 from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.training.best_kind import candidates

@@ -11,7 +11,7 @@ from training_parts import HULL, fresh, parts_of
 
 from undertow.comparison.audit import audit, witness_of
 from undertow.measurements.preparation.dataset import PAPER, DataSet
-from undertow.measurements.preparation.derive import low_pass, smooth
+from undertow.measurements.preparation.resampling import low_pass, smooth
 from undertow.measurements.preparation.split import Split, split
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import ForceEquation, modelled_acceleration
@@ -27,7 +27,7 @@ from undertow.physics.laws.energy import (
     surplus,
     thrust_power,
 )
-from undertow.physics.matrices import coriolis_matrix, mass_matrix
+from undertow.physics.momentum_balance import coriolis_matrix, mass_matrix
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel

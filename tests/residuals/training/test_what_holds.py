@@ -11,8 +11,7 @@ from training_parts import HULL, parts_of
 from undertow.comparison.coverage import coverage
 from undertow.measurements.preparation.split import Split
 from undertow.physics.errors import RequestError
-from undertow.physics.frames import AXES
-from undertow.physics.motion import Motion
+from undertow.physics.motion import AXES, Motion
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.model_files import load_network, save_network

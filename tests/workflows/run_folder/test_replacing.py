@@ -21,11 +21,9 @@ from verbs import call, done, files, refused
 from undertow.comparison.facts import Comparison
 from undertow.measurements.log import read_log
 from undertow.physics.errors import RequestError
-from undertow.physics.file_marks import at_end, in_stamps, on_top, written_by
-from undertow.physics.files import strict_json, try_out, write_bytes, write_text
+from undertow.physics.files import at_end, in_stamps, on_top, strict_json, try_out, write_bytes, write_text, written_by
 from undertow.physics.vehicle import load_vehicle
-from undertow.workflows.run_folder.run_files import DATA, own_run, seal
-from undertow.workflows.run_folder.targets import Kind, check_target, check_targets
+from undertow.workflows.run_folder.run_files import DATA, Kind, check_target, check_targets, own_run, seal
 
 SIMULATE = "simulate -v blueboat --duration 20 --out"
 

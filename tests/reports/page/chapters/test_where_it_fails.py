@@ -10,16 +10,16 @@ from rich.console import Console
 from sample_run import write_sample
 
 from undertow.comparison.facts import Comparison
-from undertow.comparison.failing.attribution import Contributions
+from undertow.comparison.failing.failures import Contributions
 from undertow.comparison.failing.rows import scene
 from undertow.discovery.findings import FailingPlace, Removal
 from undertow.reports.page.chapters.where_it_fails import _worst, where_it_fails
-from undertow.reports.page.figures.failure_figures import error_map, heat_steps, local_error
+from undertow.reports.page.figures.error_figures import error_map, heat_steps, local_error
 from undertow.reports.page.figures.svg import HEAT
-from undertow.reports.page.style import DARK, LIGHT
+from undertow.reports.page.markup import DARK, LIGHT
 from undertow.reports.run_contents import RunFolder
-from undertow.reports.terminal.failures_screen import failures_table, structure_list
-from undertow.residuals.series_table import SeriesTable
+from undertow.reports.terminal.comparison_screen import failures_table, structure_list
+from undertow.residuals.series import SeriesTable
 from undertow.workflows.run_folder.read import read_run
 
 

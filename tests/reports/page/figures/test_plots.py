@@ -11,7 +11,7 @@ import undertow
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.reports.page.figures.missing_force import MissingForce, best_signal, convincing, means, signal_rows
+from undertow.reports.page.figures.effect_figures import MissingForce, best_signal, convincing, means, signal_rows
 
 matplotlib.use("agg")
 import matplotlib.pyplot as plt

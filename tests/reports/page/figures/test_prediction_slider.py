@@ -9,8 +9,8 @@ from added_run import HIDDEN, write_added
 
 import undertow
 from undertow.physics.errors import RequestError
-from undertow.physics.extras import how_to_install
-from undertow.reports.page.figures.prediction_slider import PredictionSlider
+from undertow.physics.registry_members import how_to_install
+from undertow.reports.page.figures.plots import PredictionSlider
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,7 @@ def test_both_ends_have_the_errors_of_the_run(folder: Path, slider: PredictionSl
 
 def test_without_ipywidgets_it_is_a_card(slider: PredictionSlider, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ipywidgets", None)
-    monkeypatch.setattr("undertow.reports.page.figures.prediction_slider.find_spec", lambda name: None)
+    monkeypatch.setattr("undertow.reports.page.figures.plots.find_spec", lambda name: None)
     shown = slider._repr_mimebundle_(include=None, exclude=None)
     assert set(shown) == {"text/plain", "text/html"}
     assert "X_uu = " in str(shown["text/plain"])

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.comparison.failing.bins import splits
 from undertow.comparison.failing.places import failures
-from undertow.reports.page.figures.regimes import regime_table
-from undertow.residuals.series_table import SeriesTable
+from undertow.comparison.failing.rows import splits
+from undertow.reports.page.figures.error_figures import regime_table
+from undertow.residuals.series import SeriesTable
 
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
 

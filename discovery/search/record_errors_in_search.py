@@ -1,0 +1,248 @@
+"""Errors of the record within the search: sensors and coarse commands that may explain what an effect would.
+
+A search beside errors of the record: what must be blamed on the hull when something else may be wrong, too.
+
+What a coarse record of the commands leaves open: by up to half of its step, each level may not be what drove.
+
+A boat that is steered by a few levels is driven by a few constant errors then, and those look like a thruster's curve,
+and like drag that goes with the speeds they make. So an effect must earn its price beside an error of each level.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...physics.motion import Array, Motion
+from ..candidates.linearisation import Option
+from .floating import Search, State
+from .gram import RIDGE, share_taken
+
+_REFITS = 4
+"""Fits after which the weights of the axes stay as they are."""
+_CHANGES = 8
+"""Most changes made to a model: an effect or two stands in for the errors of a record, not a dozen."""
+_TRIALS = 4
+"""Changes tried in full: columns about one model foretell another's worth, but for the shapes of lags and delays."""
+
+
+def best_beside(search: Search, errors: Array, final: State) -> "Beside":
+    """The model to which a found one leads when effects go, come and change places beside errors of the record.
+
+    Parameters
+    ----------
+    errors : columns of the errors about the found model, see `Beside`
+    """
+    here = Beside(search, errors, final)
+    for _ in range(_CHANGES):
+        trials = (Beside(search, errors, state) for state in here.neighbours())
+        better = next((there for there in trials if there.worth() < here.worth() - search.settings.margin), None)
+        if better is None:
+            break
+        here = better
+    return here
+
+
+class Beside:
+    """Least squares of a search's columns about a model beside errors of the record.
+
+    Parameters
+    ----------
+    errors : columns of them (tests, 3, errors), each for as much of an error as is usual
+    state : the model
+    """
+
+    def __init__(self, search: Search, errors: Array, state: State) -> None:
+        self.state, self._search = state, search
+        self._half = 0.5 * search.balance.independent
+        self._linear, self._scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+        self._now = {key: self._linear.options[key][0] for key in state.active}
+        self._errors = errors.shape[2]
+        self._prices: dict[int, float] = {}
+        across = np.concatenate([errors, self._linear.columns], axis=2).transpose(1, 2, 0)
+        self._gram = across @ across.swapaxes(1, 2) / across.shape[2]
+        self._blur = np.zeros_like(self._gram)  # what noise of sensors adds to it: inertia would take it for motion
+        for copy in self._linear.noise:
+            laid = copy.transpose(1, 2, 0)
+            self._blur[:, self._errors :, self._errors :] += laid @ laid.swapaxes(1, 2) / laid.shape[2]
+        self._blur /= max(len(self._linear.noise), 1)
+
+    def neighbours(self) -> Iterator[State]:
+        """Models with an effect or two less, another in the place of one, or one more, that promise most."""
+        search, options, now = self._search, self._linear.options, self._now
+        gone = {key: options[key][1] for key in search.named(self.state.active)}
+        fewer = [{**now, key: none} for key, none in gone.items()]
+        two = [{**now, one: gone[one], other: gone[other]} for one, other in combinations(gone, 2)]
+        others = [o for c in search.pool if c.key not in now for o in options[c.key] if o.present]
+        tried = [*fewer, *two, *({**model, other.key: other} for model in (now, *fewer) for other in others)]
+        ranked = sorted((self.worth(model), n) for n, model in enumerate(tried))
+        for worth, n in ranked[:_TRIALS]:
+            if worth < self.worth() - search.settings.margin:
+                yield search.apply(self.state, now, tried[n], self._scores)
+
+    @property
+    def error(self) -> Array:
+        """Mean square that the model leaves, (3,) in the square of the balance's unit."""
+        return self._fit(list(self._now.values()))[0]
+
+    @property
+    def errors(self) -> Array:
+        """The errors of the record, in units of what is usual."""
+        return self._fit(list(self._now.values()))[1]
+
+    @property
+    def earned(self) -> float:
+        """By how much the errors of the record make the model itself worth more."""
+        chosen = list(self._now.values())
+        return self._worth(chosen, self._fit(chosen, alone=True)) - self.worth()
+
+    def worth(self, model: Mapping[str, Option] | None = None) -> float:
+        """Half the independent tests times the log error, summed over axes, and the price of all parameters.
+
+        Of a neighbour, or of the model itself. An error of the usual size costs half.
+        """
+        chosen = list((model or self._now).values())
+        return self._worth(chosen, self._fit(chosen))
+
+    def _worth(self, chosen: Sequence[Option], fitted: tuple[Array, Array]) -> float:
+        error, record = fitted
+        price = sum(self._price(option) for option in chosen if option.present)
+        return float(self._half * np.log(error + self._search.floor).sum() + 0.5 * record @ record + price)
+
+    def _price(self, option: Option) -> float:
+        """Of an option alone; thousands of models are made of some dozens."""
+        if id(option) not in self._prices:
+            self._prices[id(option)] = self._search.price(self._scores.fit([option]), [option])
+        return self._prices[id(option)]
+
+    def _fit(self, chosen: Sequence[Option], *, alone: bool = False) -> tuple[Array, Array]:
+        """What options leave (3,), and the errors of the record; `alone`: of a record without any."""
+        record = range(0 if alone else self._errors)
+        free = [self._errors + index for option in chosen for index in option.free if index >= 0]
+        columns = [*record, *free]
+        target = np.zeros(self._gram.shape[1])
+        target[-1] = 1.0
+        target[[self._errors + option.offset for option in chosen if option.offset >= 0]] -= 1.0
+        prior = np.diag(np.concatenate([np.ones(len(record)), np.zeros(len(free))]))
+        floor, total = self._search.floor, target @ self._gram @ target
+        error, change = total, np.zeros(len(columns))
+        some = np.ix_(range(3), columns, columns)
+        first = 2.0 * self._half / (error + floor)
+        share = share_taken(
+            np.tensordot(first, self._gram[some], axes=1), np.tensordot(first, self._blur[some], axes=1)
+        )
+        clear = self._gram[:, columns] - share * self._blur[:, columns]
+        inner, pull = clear[:, :, columns], clear @ target
+        for _ in range(_REFITS):
+            weight = 2.0 * self._half / (error + floor)
+            h = np.tensordot(weight, inner, axes=1) + prior
+            size = 1.0 / np.sqrt(np.maximum(np.diag(h), 1e-300))
+            h = h * (size[:, None] * size) + RIDGE * np.eye(size.size)
+            change = size * np.linalg.solve(h, size * (weight @ pull))
+            error = np.maximum(total - 2.0 * pull @ change + change @ inner @ change, 0.0)
+        return error, change[: len(record)]
+
+
+_COARSE, _DESIGNED = 0.01, 0.1
+"""Share of the largest command from which a step is coarse, and above which levels were chosen by whoever drove."""
+_LEVELS, _MOST = 5, 48
+"""Levels that tell a step, not two numbers that happen to fit; and so many that their errors are as good as noise."""
+_HELD = 20
+"""Rows on which a level is held: on others commands are the mean of two."""
+_SAME = 1e-5
+"""Share of the largest command by which two levels are one, and a remainder is none."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CoarseRecord:
+    """Levels that the record of some commands is made of.
+
+    Attributes
+    ----------
+    columns : of the commands that have them; a level of two thrusters is one number, rounded once
+    levels : (n,) at which commands were held, in their unit
+    step : of which all levels are multiples
+    """
+
+    columns: tuple[int, ...]
+    levels: Array
+    step: float
+
+
+def coarse_records(motions: Sequence[Motion]) -> tuple[CoarseRecord, ...]:
+    """The coarse steps in which commands were recorded: one for all thrusters, or those of each; none where fine."""
+    every = tuple(range(len(motions[0].thrusters)))
+    together = _coarse(motions, every)
+    return (together,) if together else tuple(filter(None, (_coarse(motions, (column,)) for column in every)))
+
+
+def leaves_structure(search: Search, state: State) -> bool:
+    """Whether a model leaves force that neither sensor noise nor the resolution of the commands' record explains."""
+    if not search.leaves_structure(state.fit.held_out):
+        return False
+    records = coarse_records(search.balance.motions)
+    if not records:
+        return True
+    return search.leaves_structure(Beside(search, _errors_of_levels(search, records, state), state).error)
+
+
+def _errors_of_levels(search: Search, records: Sequence[CoarseRecord], state: State) -> Array:
+    """What half a step of each level adds to the balance of a model, (tests, 3, levels)."""
+    balance, vehicle = search.balance, state.vehicle
+    levels = [(record, at) for record in records for at in range(record.levels.size)]
+    moved = ([_displaced(motion, *level) for motion in balance.motions] for level in levels)
+    rest = balance.balance(vehicle)
+    return np.stack([rest - balance.recorded(motions, vehicle) for motions in moved], axis=2)
+
+
+def _coarse(motions: Sequence[Motion], columns: tuple[int, ...]) -> CoarseRecord | None:
+    every = [motion.commands[:, column] for motion in motions for column in columns]
+    largest = float(np.ptp(np.concatenate(every)))
+    if largest == 0.0:
+        return None
+    held = np.concatenate([column[_held(column, _SAME * largest)] for column in every])
+    rounded, counts = np.unique(np.round(held / (_SAME * largest)), return_counts=True)
+    levels = rounded[counts >= _HELD] * _SAME * largest
+    if not _LEVELS <= levels.size <= _MOST:
+        return None
+    step = 0.0
+    for gap in np.diff(levels):
+        step = _common(float(gap), step, 4.0 * _SAME * largest)
+    return CoarseRecord(columns, levels, step) if _COARSE * largest <= step <= _DESIGNED * largest else None
+
+
+def _held(commands: Array, same: float) -> NDArray[np.bool_]:
+    """Rows on which a command is what it is on the row before and on the row after: no mean of two levels."""
+    still = np.abs(np.diff(commands)) <= same
+    return np.concatenate([[False], still[:-1] & still[1:], [False]])
+
+
+def _common(one: float, other: float, least: float) -> float:
+    """The greatest common measure of two lengths, to within the least one that counts (Euclid)."""
+    while other > least:
+        one, other = other, abs(one - other * round(one / other))
+    return one
+
+
+def _displaced(motion: Motion, record: CoarseRecord, at: int) -> Motion:
+    """The motion under commands of which one level is displaced by half a step.
+
+    A row on which no level is held has a share of the level before it and of the one after it.
+    """
+    past = np.empty((0, motion.commands.shape[1])) if motion.run_up is None else motion.run_up
+    commands = np.concatenate([past, motion.commands])
+    row = np.arange(len(commands))
+    for column in (commands[:, k] for k in record.columns):
+        rows = np.flatnonzero(_held(column, _SAME * float(np.ptp(record.levels))))
+        if not rows.size:
+            continue
+        before = rows[np.maximum(np.searchsorted(rows, row, side="right") - 1, 0)]
+        after = rows[np.minimum(np.searchsorted(rows, row), rows.size - 1)]
+        gap = column[after] - column[before]
+        share = np.clip((column - column[before]) / np.where(gap == 0.0, 1.0, gap), 0.0, 1.0)
+        nearest = np.abs(column[:, None] - record.levels).argmin(axis=1) == at
+        column += 0.5 * record.step * ((1.0 - share) * nearest[before] + share * nearest[after])
+    run_up = None if motion.run_up is None else commands[: len(past)]
+    return replace(motion, commands=commands[len(past) :], run_up=run_up)

@@ -1,0 +1,204 @@
+"""Drawings of effects: the force that the nominal model lacks, and how far the log excites each effect.
+
+The force that the nominal model lacks, what was added for it, and over which signal it is best seen.
+
+The drawing of how far the log excites each effect.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import matplotlib
+import numpy as np
+import pandas as pd
+
+from ....discovery.findings import Findings
+from ....discovery.identifiability.visible import Excitation
+from ....physics.momentum_balance import mass_matrix
+from ....physics.motion import AXES, FORCE_UNITS, Array
+from ....physics.presentation import percent, share_removed, unit_text, words
+from ....physics.sampled_series import binned_means, told_by
+from ....physics.vehicle import Vehicle
+from ..markup import Html
+from .svg import ROLES, STYLE, Look, canvas, drawn, panel
+
+SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "deg", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
+"""Columns of a series that a force may depend on, beside the commands, and the units in which they are drawn."""
+_LAST = ("psi", "u_dot", "v_dot", "r_dot")
+"""Signals over which few laws are known by sight, and that make one of noise: forces are measured by accelerations."""
+_CLEARLY, _UNSEEN = 0.67, 0.05
+"""Share of what better known signals leave untold of a law that another may leave at most to be drawn over, and share
+of it that nobody sees to be untold: judgements. The force of a wind over the heading leaves nearly nothing."""
+_COMMANDS = ("newton_", "pwm_", "normalized_", "rad_s_")
+_VELOCITIES: dict[str, str] = dict(zip(AXES, ("u", "v", "r"), strict=True))
+_SPOKEN = {"u": "surge speed", "v": "sway speed", "r": "yaw rate", "psi": "heading"} | {
+    f"{speed}_dot": f"{axis} acceleration" for axis, speed in _VELOCITIES.items()
+}
+_LEAST = 5
+"""Rows of a part that is drawn."""
+_POINTS = 500
+"""Rows drawn in a panel."""
+_MATTERS = 0.05
+"""Share of what lacks on an axis that must have been explained for a drawing of it."""
+_SIZE = (318, 300)
+"""Width and height of a panel [px]: three stand beside each other on the page."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MissingForce:
+    """What the nominal model lacks on an axis, row by row.
+
+    Attributes
+    ----------
+    axis : 0 surge, 1 sway, 2 yaw
+    lacking : measured force less that of the nominal model (n,) [N, N m]
+    added : what the corrected model has more (n,) [N, N m]
+    signal, values : column of the series, and its values (n,) in the unit of `SIGNALS`
+    """
+
+    axis: int
+    lacking: Array
+    added: Array
+    signal: str
+    values: Array
+
+    @property
+    def told(self) -> float:
+        """Share of the means of what lacks that was added: rows of a field log are mostly noise."""
+        lacking, added = means(self.values, self.lacking)[1], means(self.values, self.added)[1]
+        return 1.0 - float(np.square(lacking - added).sum()) / max(float(np.square(lacking).sum()), 1e-300)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Least and largest force of a drawing, but for a few rows in a thousand."""
+        low, high = np.quantile(np.concatenate([self.lacking, self.added]), (0.002, 0.998))
+        return float(low - 0.1 * (high - low)), float(high + 0.1 * (high - low))
+
+    @property
+    def label(self) -> str:
+        """The signal with its unit."""
+        unit = unit_text(SIGNALS.get(self.signal, ""))
+        return f"{_SPOKEN.get(self.signal, self.signal)} [{unit}]" if unit else self.signal
+
+
+def signals(series: Iterable[object]) -> list[str]:
+    """Columns that a force may depend on."""
+    names = [str(name) for name in series]
+    return [*(name for name in SIGNALS if name in names), *(name for name in names if name.startswith(_COMMANDS))]
+
+
+def missing_force(
+    series: pd.DataFrame, nominal: Vehicle, axis: int, signal: str = "", unjudged: Sequence[str] = ()
+) -> MissingForce:
+    """What the nominal model lacks on an axis, over a signal; default: the one over which what was added is seen best.
+
+    Velocities and accelerations along axes that were not judged tell nothing.
+    """
+    lacking = series[("X_residual", "Y_residual", "N_residual")[axis]].to_numpy(dtype=float)
+    columns = ("u_dot", "v_dot", "r_dot")
+    more = np.column_stack([(series[f"{c}_after"] - series[f"{c}_before"]).to_numpy(dtype=float) for c in columns])
+    added = (more @ mass_matrix(nominal).T)[:, axis]
+    known = np.isfinite(lacking) & np.isfinite(added)
+    rows = signal_rows({name: series[name].to_numpy(dtype=float)[known] for name in signals(series)})
+    chosen = signal or best_signal(rows, added[known], axis, unjudged)
+    return MissingForce(axis, lacking[known], added[known], chosen, rows[chosen])
+
+
+def best_signal(rows: Mapping[str, Array], law: Array, axis: int, unjudged: Sequence[str] = ()) -> str:
+    """The column over which a law (n,) is seen best, among those that it may depend on and that can be trusted.
+
+    That is the speed that tells most of it, of equal ones that along the axis; a command where it tells clearly more,
+    and heading or acceleration where these tell clearly more again.
+
+    Parameters
+    ----------
+    rows : see `signal_rows`
+    """
+    doubted = [f"{_VELOCITIES[name]}{ending}" for name in unjudged for ending in ("", "_dot")]
+    size = max(float(np.square(law).mean()), 1e-300)
+
+    def untold(name: str) -> float:
+        return max((1.0 - told_by(rows[name], law)) * float(law.var()) / size, _UNSEEN)
+
+    speeds = sorted(_VELOCITIES.values(), key=lambda name: name != _VELOCITIES[AXES[axis]])
+    commands = [name for name in rows if name.startswith(_COMMANDS)]
+    best, least = "", math.inf
+    for tier in (speeds, commands, _LAST):
+        left = {name: untold(name) for name in tier if name in rows and name not in doubted}
+        first = min(left, key=lambda name: left[name], default="")
+        if first and left[first] < _CLEARLY * least:
+            best, least = first, left[first]
+    return best
+
+
+def signal_rows(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Columns as they are drawn: a heading turns round once, and does not count the turns before."""
+    return {name: np.degrees(values) % 360.0 if name == "psi" else values for name, values in columns.items()}
+
+
+def means(values: Array, force: Array) -> tuple[Array, Array]:
+    """Means of a force (m,) over parts of a signal's range that have enough rows, at their middles (m,)."""
+    return binned_means(values, force, _LEAST)
+
+
+def convincing(findings: Findings, series: pd.DataFrame, nominal: Vehicle) -> list[MissingForce]:
+    """What lacks on each axis for which something was added that explains a good part of it, most first."""
+    if not findings.added or "X_residual" not in series:
+        return []
+    unjudged = findings.criterion.unjudged
+    every = [missing_force(series, nominal, axis, "", unjudged) for axis in range(3) if AXES[axis] not in unjudged]
+    return sorted((one for one in every if one.told >= _MATTERS), key=lambda one: -one.told)
+
+
+def force_drawings(found: Sequence[MissingForce]) -> list[Html]:
+    """A panel each: measured force less the nominal model's, its means, and what was added, over the signal."""
+    return [_drawing(one) for one in found]
+
+
+def _drawing(found: MissingForce) -> Html:
+    width, height = _SIZE
+    stride = max(1, found.values.size // _POINTS)
+    with matplotlib.rc_context({**STYLE, "path.simplify": False}):
+        figure = canvas(width, height)
+        axes = panel(figure, 58, 26, width - 66, height - 72)
+        axes.axhline(0.0, color=ROLES["muted"], linewidth=1.0, dashes=(4, 3))
+        axes.plot(found.values[::stride], found.lacking[::stride], ".", color=ROLES["measured"], ms=3.5)
+        axes.plot(*means(found.values, found.lacking), "o", color=ROLES["before"], ms=6)
+        axes.plot(*means(found.values, found.added), "-", color=ROLES["after"], lw=2.5)
+        unit = unit_text(FORCE_UNITS[found.axis])
+        axes.set(ylim=found.ends, xlabel=found.label, ylabel=f"{AXES[found.axis]} [{unit}]")
+        axes.locator_params(nbins=5)
+        axes.set_title(f"{AXES[found.axis]}: {share_removed(found.told)} explained", loc="left", fontsize=12, pad=6)
+        return drawn(
+            figure, f"the {AXES[found.axis]} force that the model lacks over {found.label}, and what was added"
+        )
+
+
+FULL = 0.5  # bars end here: half of the force at work is plenty
+
+
+def excitation(told: Mapping[str, Excitation]) -> Html:
+    """One bar an effect, the least excited on top; bars of the well excited are cut at half of the force at work.
+
+    Parameters
+    ----------
+    told : by effect
+    """
+    shares = {name: item.share for name, item in told.items()}
+    order = sorted(shares, key=lambda name: (shares[name] != shares[name], shares[name]))
+    left, width, height = 208, 460, 12 + 17 * len(order)
+    with matplotlib.rc_context(STYLE):
+        figure = canvas(width, height)
+        axes = panel(figure, left, 4, width - left - 62, height - 8)
+        values = np.nan_to_num(np.array([shares[name] for name in order]))
+        fill = [ROLES["before"] if value < 0.02 else ROLES["between"] for value in values]
+        axes.barh(np.arange(len(order)), np.minimum(values, FULL), height=0.62, color=fill)
+        beside: Look = {"textcoords": "offset points", "va": "center", "size": 10.5}
+        for row, name in enumerate(order):
+            axes.annotate(words(name), (0, row), (-8, 0), xycoords=axes.get_yaxis_transform(), ha="right", **beside)
+            axes.annotate(percent(shares[name]), (min(values[row], FULL), row), (6, 0), **beside)
+        axes.set(ylim=(len(order) - 0.5, -0.5), xlim=(0.0, FULL), xticks=[], yticks=[])
+        axes.grid(visible=False)
+        axes.spines["bottom"].set_visible(False)
+        return drawn(figure, "how far the log excites each effect")

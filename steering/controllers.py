@@ -1,0 +1,347 @@
+"""Controllers: path following by line of sight, and nonlinear model predictive control.
+
+What every controller is: a belief and a track in, forces of the thrusters out.
+
+Line-of-sight guidance: where to steer and how fast to go, to meet a point that moves along a track.
+
+Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2nd ed., 2021), chapter 12: the boat steers for a
+point on the path a lookahead distance before its own projection. The along-track error sets the speed.
+
+Path following by line of sight: the motion that is wanted, and the thrust that the model says it takes.
+
+Feedback says how speed and yaw rate should change; the model's own force equation, solved for thrust at the belief,
+says which forces do that (feedback linearisation, Fossen 2021, chapter 16). The lasting push that the observer learns
+is its integral.
+
+Nonlinear model predictive control: the forces of the next seconds that keep the model nearest to the track.
+
+Multiple shooting over the model's own `step` (Bock and Plitt 1984), solved by fatrop (Vanroye et al. 2023), which
+CasADi brings. Forces and their changes are bounded. A network beside the physics is heard along the last plan: what it
+says there is taken as given, so that the problem stays that of the physics (as Salzmann et al. 2023 do, less their
+derivatives).
+"""
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar, NamedTuple, final
+
+import numpy as np
+
+from ..exports.formats.to_casadi import casadi_module
+from ..physics.forces import relative_velocity
+from ..physics.motion import Array, body_to_earth, earth_to_body, wrap_angle
+from .known_model import PERIOD, Belief, KnownModel, Observer, numbers
+from .tracks import Pace, Track
+
+
+class Asked(NamedTuple):
+    """What a controller asks for, to be reached at the end of the period.
+
+    Attributes
+    ----------
+    force : (thrusters,) [N]
+    advance : surge speed through the water at which the forces are meant [m/s]; 0 for forces at rest
+    solved : whether what it solves was solved; where not, it asks for what it had planned before
+    """
+
+    force: Array
+    advance: float = 0.0
+    solved: bool = True
+
+
+class Controller(ABC):
+    """A controller that knows one model.
+
+    Parameters
+    ----------
+    known : its model
+    track : that it is to follow
+
+    Attributes
+    ----------
+    name : how the command line calls it
+    """
+
+    name: ClassVar[str]
+
+    def __init__(self, known: KnownModel, track: Track) -> None:
+        self.known, self.track = known, track
+
+    @abstractmethod
+    def ask(self, observer: Observer) -> Asked:
+        """Forces for what is believed now."""
+
+
+LOOKAHEAD = 4.0
+"""Lookahead distance, in seconds at the pace's speed: some lengths of the hull, as the book advises."""
+_CATCH_UP = 3.0
+"""Time in which an along-track error is made good [s]."""
+_FASTEST = 1.6
+"""Share of the pace's speed that catching up may ask for: under a half of full thrust where drag is quadratic."""
+_SLOW = 0.2
+"""Share of the pace's speed below which steering fades: it turns round where the boat changes to astern, without a jump
+of the course, and at such a speed no course would bring the boat to its line."""
+_AT_PLACE = 0.3
+"""Distance within which a boat is at its place, in seconds at the pace's speed: what positions are measured to."""
+
+
+class Steering(NamedTuple):
+    """Speed along the hull [m/s], course over ground [rad], and what both are expected to change by.
+
+    Attributes
+    ----------
+    rise : of the speed [m/s^2]
+    turn, turn_rise : of the course [rad/s, rad/s^2]
+    way : 1 ahead, -1 where the boat goes backwards along the course's line, between them where hardly any way is wanted
+    """
+
+    speed: float
+    course: float
+    rise: float = 0.0
+    turn: float = 0.0
+    turn_rise: float = 0.0
+    way: float = 1.0
+
+
+def line_of_sight(point: Array, place: Array, heading: float, pace: Pace) -> Steering:
+    """Steering towards a point of a track.
+
+    Parameters
+    ----------
+    point : (7,) of `Track.at`
+    place : (2,) north, east of the boat [m]
+    heading : of the boat [rad]
+    """
+    north, east, course, speed, turn, rise, turn_rise = point.tolist()
+    if speed == 0.0 and rise == 0.0:
+        return _kept_place(np.array([north, east]) - place, heading, pace)
+    along, across = earth_to_body(np.array(course), place[0] - north, place[1] - east)
+    towards = np.arctan2(float(across), LOOKAHEAD * pace.speed)
+    most = _FASTEST * pace.speed
+    wanted = float(np.clip(speed - float(along) / _CATCH_UP, -most, most))
+    way = float(np.clip(wanted / (_SLOW * pace.speed), -1.0, 1.0))
+    return Steering(wanted, course - way * towards, rise, turn, turn_rise, way)
+
+
+def _kept_place(away: Array, heading: float, pace: Pace) -> Steering:
+    """Towards a place, bow or stern first, whichever is nearer; at the place, with the bow where it is."""
+    distance = float(np.hypot(*away))
+    if distance < _AT_PLACE * pace.speed:
+        return Steering(0.0, heading, way=0.0)
+    course = float(np.arctan2(away[1], away[0]))
+    off = float(wrap_angle(np.array(course - heading)))
+    back = abs(off) > 0.5 * np.pi
+    bow = course + np.pi if back else course
+    facing = max(0.0, abs(np.cos(off)))
+    speed = min(distance / _CATCH_UP, pace.speed) * facing
+    return Steering(-speed if back else speed, bow, way=-1.0 if back else 1.0)
+
+
+_SPEED_TIME, _RATE_TIME, _HEADING_TIME = 0.7, 0.4, 1.0
+"""Times in which errors of speed, yaw rate and heading are made good [s]. Heading and rate make a pair of poles of
+damping 0.8 at 1.6 rad/s, speed and place (`guidance`) one of damping 1 at 0.7 rad/s: slower than the 0.4 s that command
+and belief are late by, and a little quicker than the hulls of this kind are by themselves."""
+_LEAD = 0.3
+"""Lag that is left of a motor when more is asked of it than it should give [s]: less would ask for its limits."""
+_SLOWEST = 0.3
+"""Share of the pace's speed below which the drift angle says nothing: both speeds are then mostly noise."""
+_MOST_DRIFT = 0.8
+"""Drift angle beyond which the bow is not turned further [rad]: the boat is then being carried away."""
+
+
+@final
+class FeedForward(Controller):
+    """Line-of-sight guidance over the model's inverse."""
+
+    name: ClassVar[str] = "los"
+
+    def ask(self, observer: Observer) -> Asked:
+        """See `Controller.ask`."""
+        belief = observer.belief
+        state, late = self._when_it_acts(belief)
+        minutes = belief.minutes + late * PERIOD / 60.0
+        point = self.track.at(60.0 * minutes)[0]
+        wanted = line_of_sight(point, state[:2], float(state[2]), self.track.pace)
+        change = self._change(wanted, state)
+        pull = numbers(self.known.pulled(state, minutes)) + belief.added
+        push = np.asarray(self.known.pushed(state, minutes), dtype=float)
+        force = self._shared(push[[0, 2]], change - pull[[0, 2]])
+        force = self._ahead_of_lag(force, state)
+        own = self.known.program.vehicle
+        u, v, r = state[3:6]
+        through, _, _ = relative_velocity(own, state[2], (u, v, r), minutes)
+        return Asked(force, float(through))
+
+    def _when_it_acts(self, belief: Belief) -> tuple[Array, int]:
+        """The state at which what is asked for now acts, and in how many periods that is."""
+        late = 1 + max(int(t.delay / PERIOD + 0.5) for t in self.known.program.vehicle.thrusters)
+        state, last = belief.state, belief.state[self.known.lately]
+        for k in range(late):
+            minutes = belief.minutes + k * PERIOD / 60.0
+            state = numbers(self.known.step(state, last, belief.added, minutes))
+        return state, late
+
+    def _change(self, wanted: Steering, state: Array) -> Array:
+        """Rates of change of surge speed and yaw rate (2,) [m/s^2, rad/s^2]."""
+        psi, u, v, r = state[2:6]
+        fast = max(abs(u), _SLOWEST * self.track.pace.speed)
+        drift = float(np.arctan2(v, fast)) * wanted.way
+        bow = wanted.course - float(np.clip(drift, -_MOST_DRIFT, _MOST_DRIFT))
+        rate = wanted.turn + float(wrap_angle(np.array(bow - psi))) / _HEADING_TIME
+        most = 2.0 * self.track.pace.turn_rate
+        rate = float(np.clip(rate, -most, most))
+        return np.array([wanted.rise + (wanted.speed - u) / _SPEED_TIME, wanted.turn_rise + (rate - r) / _RATE_TIME])
+
+    def _shared(self, push: Array, change: Array) -> Array:
+        """Forces within the thrusters' limits (thrusters,) that make a change (2,), the turn before the way ahead."""
+        lower, upper = self.known.inverse.lower, self.known.inverse.upper
+        inverse = np.linalg.pinv(push)
+        turn = np.clip(inverse[:, 1] * change[1], lower, upper)
+        way = inverse[:, 0] * change[0]
+        room = np.where(way > 0.0, upper - turn, lower - turn)
+        share = np.divide(room, way, out=np.ones_like(way), where=np.abs(way) > 0.0)
+        return turn + way * float(np.clip(share.min(), 0.0, 1.0))
+
+    def _ahead_of_lag(self, force: Array, state: Array) -> Array:
+        """More than is wanted of motors that lag, so that they are as quick as `_LEAD`."""
+        lags = np.array([t.lag for t in self.known.program.vehicle.thrusters])
+        acting = state[self.known.acting]
+        eager = acting + (force - acting) * np.maximum(lags / _LEAD, 1.0)
+        return np.clip(eager, self.known.inverse.lower, self.known.inverse.upper)
+
+
+HORIZON = 20
+"""Steps of a plan: 4 s."""
+QUICKEST = 0.4
+"""Time in which a force may go from rest to full [s]: motor controllers of such boats allow no more, to spare gears."""
+_PLACE, _SPEED, _RATE, _CHANGE = 0.1, 0.2, 1.0, 0.3
+"""Errors that weigh alike: of place [m], of velocity over ground [m/s], yaw rate [rad/s], and change of force within a
+step, as a share of full. A tenth of a metre is what positions are measured to; the others keep plans smooth."""
+_ITERATIONS = 40
+"""Iterations after which a plan is given up: from the last one shifted, five to ten do."""
+_TOLERANCE = 1e-4
+"""Of the solver, whose unknowns are metres, seconds and shares of full force: far below what is measured."""
+_WILDEST = 4.0
+"""Multiple of the pace's speed and yaw rate beyond which no plan goes: a solver that tries larger ones meets drags at
+which a step of the model overflows, and does not come back."""
+_BARRIER = 1e-2
+"""Barrier with which the solver begins: the last plan is near the next one, so it need not keep far from the bounds."""
+_STEADY = {"watchdog_shortened_iter_trigger": 0}
+"""No leaps of the solver to see whether it gets better: they end far from any motion of a boat."""
+
+
+@final
+class PredictiveControl(Controller):
+    """Plans `HORIZON` steps, and asks for the first."""
+
+    name: ClassVar[str] = "nmpc"
+
+    def __init__(self, known: KnownModel, track: Track) -> None:
+        super().__init__(known, track)
+        self._full = np.maximum(np.abs(known.inverse.lower), np.abs(known.inverse.upper))
+        self._solver, self._rows = _solver(known, self._full)
+        self._wildest = _WILDEST * np.array([track.pace.speed, track.pace.speed, track.pace.turn_rate])
+        self._bounds = self._ends()
+        self._plan: tuple[Array, Array] | None = None
+
+    def _ends(self) -> tuple[Array, Array]:
+        """Least and largest value of every unknown; the first state is what it is."""
+        inverse, size = self.known.inverse, len(self.known.program.state)
+        most = np.full((HORIZON + 1, size), np.inf)
+        most[1:, 3:6] = self._wildest
+
+        def lined(states: Array, shares: Array) -> Array:
+            return np.append(np.column_stack([states[:-1], np.tile(shares, (HORIZON, 1))]).ravel(), states[-1])
+
+        return lined(-most, inverse.lower / self._full), lined(most, inverse.upper / self._full)
+
+    def ask(self, observer: Observer) -> Asked:
+        """See `Controller.ask`."""
+        belief, known = observer.belief, self.known
+        states, shares = self._shifted(observer)
+        added = observer.along(states)
+        times = 60.0 * belief.minutes + PERIOD * np.arange(1, HORIZON + 1, dtype=float)
+        points = self.track.at(times)
+        wanted = np.column_stack([points[:, :2], *body_to_earth(points[:, 2], points[:, 3], np.zeros(HORIZON))])
+        given = np.concatenate([belief.state, [belief.minutes], added.ravel(), wanted.ravel()])
+        size, count = len(belief.state), known.thrusters
+        stages = np.column_stack([states[:-1], shares]).ravel()
+        found = self._solver(
+            x0=np.concatenate([stages, states[-1]]),
+            p=given,
+            lbx=self._bounds[0],
+            ubx=self._bounds[1],
+            lbg=-self._rows,
+            ubg=self._rows,
+        )
+        solved = bool(self._solver.stats()["success"])
+        if solved:
+            values = numbers(found["x"])
+            table = values[: HORIZON * (size + count)].reshape(HORIZON, size + count)
+            states, shares = np.vstack([table[:, :size], values[-size:]]), table[:, size:]
+        self._plan = states, shares
+        return Asked(shares[0] * self._full, solved=solved)
+
+    def _within(self, state: Array) -> bool:
+        """Whether a state is one that a plan may have."""
+        return bool(np.isfinite(state).all() and (np.abs(state[3:6]) <= self._wildest).all())
+
+    def _shifted(self, observer: Observer) -> tuple[Array, Array]:
+        """States (steps + 1, state) and shares of force (steps, thrusters) of the last plan, a step on."""
+        belief, known = observer.belief, self.known
+        if self._plan is None:
+            return np.tile(belief.state, (HORIZON + 1, 1)), np.tile(
+                belief.state[known.lately] / self._full, (HORIZON, 1)
+            )
+        states, shares = self._plan
+        after = numbers(known.step(states[-1], shares[-1] * self._full, belief.added, belief.minutes))
+        after = after if self._within(after) else states[-1]
+        return np.vstack([belief.state, states[2:], after]), np.vstack([shares[1:], shares[-1:]])
+
+
+def _solver(known: KnownModel, full: Array) -> tuple[Any, Array]:
+    """The solver of a model, and by how much each constraint may differ from zero."""
+    casadi = casadi_module()
+    size, count = len(known.program.state), known.thrusters
+    begin, minutes = casadi.SX.sym("begin", size), casadi.SX.sym("minutes", 1)
+    added, wanted = casadi.SX.sym("added", 3, HORIZON), casadi.SX.sym("wanted", 4, HORIZON)
+    states = [casadi.SX.sym(f"x{k}", size) for k in range(HORIZON + 1)]
+    shares = [casadi.SX.sym(f"f{k}", count) for k in range(HORIZON)]
+    cost, constraints, rows, equal = 0.0, [], [], []
+
+    def held(what: Any, most: float) -> None:
+        constraints.append(what)
+        rows.extend([most] * what.numel())
+        equal.extend([most == 0.0] * what.numel())
+
+    for k in range(HORIZON):
+        at = minutes + k * PERIOD / 60.0
+        held(states[k + 1] - known.step(states[k], shares[k] * full, added[:, k], at), 0.0)  # fatrop wants this sign
+        if k == 0:
+            held(states[0] - begin, 0.0)
+        change = shares[k] - states[k][known.lately] / full
+        held(change, PERIOD / QUICKEST)
+        cost += casadi.sumsqr(change) / _CHANGE**2 + _strayed(casadi, states[k + 1], wanted[:, k])
+    stages = [part for pair in zip(states, shares, strict=False) for part in pair]
+    problem = {
+        "x": casadi.vertcat(*stages, states[-1]),
+        "p": casadi.vertcat(begin, minutes, casadi.vec(added), casadi.vec(wanted)),
+        "f": cost,
+        "g": casadi.vertcat(*constraints),
+    }
+    options = {
+        "structure_detection": "auto",
+        "equality": equal,
+        "print_time": False,
+        "error_on_fail": False,
+        "fatrop": {"print_level": 0, "max_iter": _ITERATIONS, "tol": _TOLERANCE, "mu_init": _BARRIER, **_STEADY},
+    }
+    return casadi.nlpsol("plan", "fatrop", problem, options), np.array(rows)
+
+
+def _strayed(casadi: Any, state: Any, wanted: Any) -> Any:
+    """What a state costs: its distance from the point, its velocity over ground against the point's, and turning."""
+    psi, u, v, r = (state[k] for k in range(2, 6))
+    north = casadi.cos(psi) * u - casadi.sin(psi) * v
+    east = casadi.sin(psi) * u + casadi.cos(psi) * v
+    place = casadi.sumsqr(state[:2] - wanted[:2]) / _PLACE**2
+    return place + casadi.sumsqr(casadi.vertcat(north, east) - wanted[2:]) / _SPEED**2 + (r / _RATE) ** 2
