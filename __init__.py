@@ -39,10 +39,10 @@ if TYPE_CHECKING:  # what editors and type checkers see of the names below, each
     from .measurements.log import Log as Log
     from .measurements.log import read_log as read_log
     from .measurements.log_options import Reading as Reading
-    from .measurements.preparation.dataset import PAPER as PAPER
-    from .measurements.preparation.dataset import WEAK as WEAK
-    from .measurements.preparation.dataset import DataSet as DataSet
-    from .measurements.preparation.dataset import Recipe as Recipe
+    from .measurements.preparation.prepare import PAPER as PAPER
+    from .measurements.preparation.prepare import WEAK as WEAK
+    from .measurements.preparation.prepare import DataSet as DataSet
+    from .measurements.preparation.prepare import Recipe as Recipe
     from .measurements.preparation.prepare import prepare as prepare
     from .measurements.preparation.split import split as split
     from .measurements.prepared_logs import Inputs as Inputs
@@ -91,7 +91,7 @@ _PUBLIC = {
     "AdaptSettings": "discovery.calibration.forgetting_fit",
     "Augmentation": "residuals.training.training_settings",
     "Audit": "comparison.audit",
-    "DataSet": "measurements.preparation.dataset",
+    "DataSet": "measurements.preparation.prepare",
     "DiscoverySettings": "discovery.settings",
     "EFFECTS": "physics.effects",
     "Engine": "fleet.workers",
@@ -111,10 +111,10 @@ _PUBLIC = {
     "LogError": "physics.errors",
     "Motion": "physics.motion",
     "Moved": "workflows.run_folder.moved_files",
-    "PAPER": "measurements.preparation.dataset",
+    "PAPER": "measurements.preparation.prepare",
     "Reading": "measurements.log_options",
     "Plots": "reports.page.figures.plots",
-    "Recipe": "measurements.preparation.dataset",
+    "Recipe": "measurements.preparation.prepare",
     "RequestError": "physics.errors",
     "Run": "workflows.run_folder.write",
     "TrainRun": "workflows.train",
@@ -122,7 +122,7 @@ _PUBLIC = {
     "Trial": "workflows.control",
     "Vehicle": "physics.vehicle",
     "VehicleError": "physics.errors",
-    "WEAK": "measurements.preparation.dataset",
+    "WEAK": "measurements.preparation.prepare",
     "add": "workflows.discover_and_add",
     "adapt": "discovery.calibration.following",
     "audit": "comparison.audit",

@@ -12,10 +12,10 @@ import argparse
 
 import numpy as np
 
-from undertow.discovery.balance.rollout_test import rollout_squares
+from undertow.discovery.balance.shooting import rollout_squares
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.calibration.calibrate import Fitted, calibrate, convex_step, rollout_step
-from undertow.discovery.candidates.nuisance import calibratable, nuisance_candidates
+from undertow.discovery.candidates.candidate import calibratable, nuisance_candidates
 from undertow.discovery.search.estimation import block_bootstrap
 from undertow.discovery.search.floating import Search
 from undertow.discovery.settings import DiscoverySettings

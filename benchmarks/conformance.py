@@ -36,7 +36,7 @@ from undertow.measurements.formats.autopilots.mavlink import Telemetry
 from undertow.measurements.formats.base import Request
 from undertow.measurements.formats.ros import ros1_bag
 from undertow.measurements.formats.ros.mcap import McapWalk
-from undertow.measurements.formats.ros.ros2_sqlite import SqliteWalk
+from undertow.measurements.formats.ros.ros2_bag import SqliteWalk
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
 

@@ -25,7 +25,7 @@ from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.training.epochs import train
-from undertow.residuals.training.fine_tuning import going_on_from, take_weights
+from undertow.residuals.training.preparation import going_on_from, take_weights
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
 CAUSES = ("drag with a kink", "thrust lost in turns")

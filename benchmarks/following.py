@@ -36,7 +36,7 @@ from undertow.discovery.calibration.following import (
     watch_from,
 )
 from undertow.discovery.calibration.forgetting_fit import AdaptSettings
-from undertow.discovery.candidates.nuisance import calibratable
+from undertow.discovery.candidates.candidate import calibratable
 from undertow.physics.motion import Motion
 from undertow.physics.stage import clear_up, collect_seldom
 from undertow.physics.vehicle import Vehicle

@@ -14,7 +14,7 @@ import argparse
 import numpy as np
 
 import undertow
-from undertow.discovery.candidates.nuisance import calibratable
+from undertow.discovery.candidates.candidate import calibratable
 from undertow.physics.worlds.world import NOISE, World, random_hull
 
 DURATION, HALF = 300.0, 150.0

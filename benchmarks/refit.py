@@ -11,7 +11,7 @@ import argparse
 
 import numpy as np
 
-from undertow.discovery.candidates.nuisance import calibratable
+from undertow.discovery.candidates.candidate import calibratable
 from undertow.discovery.discover import find_missing
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.effects import effect_named

@@ -7,7 +7,7 @@ Each figure is the best of some runs of the command line (five of an answer and 
 own, and the largest memory of these: the speed of a machine changes as others use it. `--growth` adds `discover` on
 logs of that many minutes with the exponent of its time, `--rows` adds `inspect` of a log of that many rows,
 `--networks` a comparison of seven models, `--compression` factors against pysindy, LAPACK and BLAS (see
-`compression.py`), `--rollouts` a batch of rollouts against other ways (see `rollouts.py`), `--field` a discovery in the
+`compression.py`), `--rollouts` a batch of rollouts against other ways (see `losses.py`), `--field` a discovery in the
 logs of a real BlueBoat (see `examples/real_blueboat.py`). What is left out keeps its section of the page. Exit code 1
 where a limit is broken.
 """

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingRegressor
 
-from undertow.measurements.preparation.dataset import DataSet
+from undertow.measurements.preparation.prepare import DataSet
 from undertow.measurements.preparation.split import Split
 from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import Vehicle

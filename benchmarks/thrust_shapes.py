@@ -20,8 +20,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from undertow.measurements.preparation.dataset import PAPER, WEAK
-from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.prepare import PAPER, WEAK, prepare
 from undertow.physics.integration import Legs, rollouts
 from undertow.physics.motion import Array, Motion
 from undertow.physics.thrusters import Thruster

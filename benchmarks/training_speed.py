@@ -20,7 +20,7 @@ from dataclasses import replace
 import torch
 from torch.utils.data import DataLoader, TensorDataset
 
-from undertow.measurements.preparation.dataset import PAPER, DataSet
+from undertow.measurements.preparation.prepare import PAPER, DataSet
 from undertow.measurements.preparation.resampling import smooth
 from undertow.measurements.preparation.split import Split, split
 from undertow.physics.vehicle import load_vehicle

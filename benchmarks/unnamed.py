@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from study.foreign_forces import Foreign, causes
 
-from undertow.comparison.coverage import coverage
+from undertow.comparison.comparison import coverage
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.motion import AXES
 from undertow.physics.vehicle import Vehicle, load_vehicle

@@ -1,4 +1,9 @@
-"""All models on the same rows, as `comparison.json` has them: errors, laws, domain, and what is more than chance."""
+"""Comparison of all models on the same rows: errors, laws, domain, coverage, and what is more than chance.
+
+All models on the same rows, as `comparison.json` has them: errors, laws, domain, and what is more than chance.
+
+What the interval of a model holds of the rows that judge it, within what it has seen and beyond.
+"""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -9,22 +14,21 @@ import numpy as np
 from ..discovery.basis import Basis
 from ..discovery.calibration.calibrate import calibrate_once
 from ..discovery.findings import Step
+from ..measurements.preparation.prepare import DataSet
 from ..measurements.preparation.split import PARTS, Fold, active
 from ..measurements.prepared_logs import ALL, WHOLE, Inputs, Parts
 from ..measurements.statistics.blocks import MATERIAL
 from ..physics.errors import RequestError
-from ..physics.motion import AXES, Motion
+from ..physics.motion import AXES, Array, Motion
 from ..physics.presentation import listing, percent
 from ..physics.vehicle import Vehicle
 from ..residuals.models.band_record import PredictionBand
-from ..residuals.models.base import Model, VehicleModel
-from ..residuals.models.baselines import baselines
+from ..residuals.models.base import Model, VehicleModel, baselines
+from ..residuals.models.interval import LEVEL
 from ..residuals.models.network_inputs import in_box
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
 from ..residuals.series import HeldPredictions, SeriesTable, held_predictions, prediction_band, series
 from .audit import Audit, audit_along
-from .coverage import coverage
-from .differences import differences, rises
 from .facts import (
     CALIBRATED,
     CORRECTED,
@@ -33,12 +37,40 @@ from .facts import (
     ComparedModel,
     Comparison,
     Domain,
+    Held,
     IntervalRecord,
     RulingRecord,
     Side,
+    differences,
+    rises,
 )
 from .failing.failures import Fails, where_they_fail
 from .recommendation import best
+
+
+def coverage(model: Model, errors: Errors, data: DataSet) -> IntervalRecord | None:
+    """Shares of the rows of a data set at which the measured acceleration lies in a model's interval; None without one.
+
+    Parameters
+    ----------
+    errors : of the model on these data
+    """
+    margins = [model.margin(motion) for motion in data.motions]
+    told = [margin for margin in margins if margin is not None]
+    if not told or len(told) < len(margins):
+        return None
+    margin, error = np.concatenate(told), np.abs(np.concatenate(errors.acceleration))
+    inside = np.concatenate([model.beyond(motion) for motion in data.motions]) == 0.0
+    return IntervalRecord(
+        level=LEVEL, inside=_held(error[inside], margin[inside]), outside=_held(error[~inside], margin[~inside])
+    )
+
+
+def _held(error: Array, margin: Array) -> Held:
+    if not len(error):
+        return Held()
+    return Held(rows=len(error), share=by_axis((error <= margin).mean(axis=0)), margin=by_axis(margin.mean(axis=0)))
+
 
 BASELINE = "baseline"
 _FITTED_TO = ("train", ALL)
@@ -196,7 +228,7 @@ def comparison(
             row(found, inside, timed=timed).but(
                 fitted_here=found.name in fitted,
                 band=band if found.model is after else None,
-                held=_held(found.model, parts),
+                held=_comparison_held(found.model, parts),
             )
             for found in judged
         ),
@@ -246,7 +278,7 @@ def band_of(model: Model, parts: Parts, fitted: Collection[str] = ()) -> Predict
     return model.band or (None if seen else prediction_band(model, parts.judged))
 
 
-def _held(model: Model, parts: Parts) -> HeldPredictions | None:
+def _comparison_held(model: Model, parts: Parts) -> HeldPredictions | None:
     """The judged predictions that lie in the band of the run that a model comes from."""
     return None if model.band is None else held_predictions(model, model.band, parts.judged)
 

@@ -15,10 +15,10 @@ from ..measurements.statistics.processors import single_threaded
 from ..physics.motion import Motion
 from ..physics.presentation import listing, words
 from ..physics.vehicle import Vehicle
-from .balance.rollout_test import rollouts_object
+from .balance.shooting import rollouts_object
 from .basis import Basis
 from .calibration.before_calibration import with_calibration
-from .candidates.nuisance import CALIBRATED
+from .candidates.candidate import CALIBRATED
 from .claims import Tests, claims
 from .discover import Discovery
 from .evidence.limits import in_step

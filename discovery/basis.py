@@ -14,13 +14,11 @@ from ..physics.momentum_balance import mass_matrix
 from ..physics.motion import AXES, FORCE_UNITS, Array, Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import SEEING, Balance
-from .balance.long_logs import digest
-from .balance.sensor_errors import STRAIGHT_RUNS, nuisances
+from .balance.long_logs import STRAIGHT_RUNS, digest, nuisances
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
-from .candidates.candidate import Candidate, Kind, candidates, measurable
+from .candidates.candidate import Candidate, Kind, candidates, command_timing, holds_guesses, measurable
 from .candidates.linearisation import Linearisation
-from .candidates.nuisance import command_timing, holds_guesses
 from .candidates.unnamed_terms import features_along
 from .search.floating import Search
 from .search.record_errors_in_search import leaves_structure

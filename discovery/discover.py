@@ -16,9 +16,8 @@ from ..physics.stage import Say, hand_back
 from ..physics.vehicle import Vehicle
 from .basis import Basis, choose
 from .calibration.before_calibration import with_calibration
-from .candidates.candidate import Kind
+from .candidates.candidate import CALIBRATED, Kind
 from .candidates.linearisation import Linearisation
-from .candidates.nuisance import CALIBRATED
 from .claims import Tests, claims, widened
 from .evidence.invariance import invariance
 from .evidence.limits import as_timed, at_limits, beside_unjudged, in_step

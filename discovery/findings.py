@@ -10,7 +10,7 @@ from ..physics.motion import AXES
 from ..physics.presentation import Card, each, from_above, number, percent, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
 from .found_effects import Folds, FoundEffect, FoundTerm, told_probability
-from .identifiability.visible import Identifiability
+from .identifiability.rehearsal import Identifiability
 from .lawful.price_of_law import Passivity
 from .search.estimation import Interval
 

@@ -12,9 +12,8 @@ from ..physics.vehicle import Vehicle, lacking
 from .balance.base import Balance
 from .basis import LEAVES, Basis, choose
 from .calibration.before_calibration import Freed, freed
-from .candidates.candidate import Candidate, Kind, candidates, measurable, part_by_sight
+from .candidates.candidate import CALIBRATED, Candidate, Kind, candidates, command_timing, measurable, part_by_sight
 from .candidates.linearisation import Option
-from .candidates.nuisance import CALIBRATED, command_timing
 from .candidates.unnamed_terms import term_candidate
 from .findings import Findings
 from .kept_effects import on_rollouts, without_offset

@@ -18,12 +18,10 @@ from ..physics.vehicle import Vehicle
 from .balance.shooting import ShootingSettings
 from .basis import Basis
 from .calibration.before_calibration import Freed
-from .candidates.at_limit import limit_at
-from .candidates.candidate import Candidate, Kind
+from .candidates.candidate import Candidate, Kind, limit_at
 from .evidence.weighing import Evidence
 from .findings import Findings
-from .identifiability.rehearsal import Rehearsal
-from .identifiability.visible import Identifiability
+from .identifiability.rehearsal import Identifiability, Rehearsal
 from .search.estimation import polish
 from .search.floating import Search, State
 from .search.record_errors_in_search import leaves_structure

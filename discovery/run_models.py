@@ -15,16 +15,15 @@ from ..physics.effects import BY_NAME
 from ..physics.laws.damping_power import Envelope
 from ..physics.motion import AXES, FORCE_UNITS
 from ..physics.vehicle import Vehicle
+from .candidates.candidate import CALIBRATED
 from .candidates.linearisation import Linearisation, Option
-from .candidates.nuisance import CALIBRATED
 from .findings import Findings, Step
 from .found_effects import FoldRecord, Folds
 from .kept_effects import without_offset
 from .lawful.refit import passive_refit
 from .search.estimation import Interval
-from .search.floating import Search, State
+from .search.floating import Search, State, WithoutFold, held_where_silent
 from .search.gram import GramScores
-from .search.unseen_fold import WithoutFold, held_where_silent
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,13 +9,13 @@ from ..physics.effects import BY_NAME, EFFECTS
 from ..physics.motion import AXES, Array, Motion
 from ..physics.presentation import listing, words
 from ..physics.vehicle import Vehicle
-from .balance.rollout_test import WHOLE_HORIZON
+from .balance.shooting import WHOLE_HORIZON
 from .candidates.candidate import Candidate, Kind, measurable
 from .claims import Tests
 from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
 from .findings import NOTHING, Advice, Criterion, Findings, LastingRest
 from .found_effects import LIKELY, MISSING, Claim, FoundEffect, FoundTerm, Verdict, told_probability
-from .identifiability.visible import Identifiability
+from .identifiability.rehearsal import Identifiability
 from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
 from .lawful.passivity import Lawful

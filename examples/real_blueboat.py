@@ -13,13 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from undertow.discovery.balance.sensor_errors import nuisances
+from undertow.discovery.balance.long_logs import nuisances
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.search.estimation import polish
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
-from undertow.measurements.preparation.dataset import PAPER, WEAK
-from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.prepare import PAPER, WEAK, prepare
 from undertow.physics.integration import SPEED_LIMIT, rollout
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, vehicle_from_dict

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..discovery.candidates.effect_forces import FORCES, effect_forces, effects_between
+from ..discovery.candidates.linearisation import FORCES, effect_forces, effects_between
 from ..measurements.prepared_logs import Parts
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError, one_line

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..discovery.candidates.effect_forces import FORCES
+from ..discovery.candidates.linearisation import FORCES
 from ..physics.files import write_json, write_text
 from ..physics.motion import AXES, FORCE_UNITS
 from ..physics.reading import Plain

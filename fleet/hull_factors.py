@@ -21,8 +21,8 @@ from typing import ClassVar
 import numpy as np
 
 from ..discovery.balance.weak_form import LEAST_TESTS, WeakForm, WeakSettings
+from ..discovery.candidates.candidate import nuisance_candidates
 from ..discovery.candidates.linearisation import Linearisation
-from ..discovery.candidates.nuisance import nuisance_candidates
 from ..discovery.factors.factors import Column, plain_arrays
 from ..measurements.preparation.split import IDLE, active
 from ..measurements.statistics.processors import single_threaded

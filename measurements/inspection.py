@@ -17,13 +17,12 @@ from .canonical import Channel, command_kind
 from .channels.channel_map import Entry, map_dict
 from .clock import Alignment, align
 from .log import Log
-from .preparation.dataset import PAPER, WEAK, Recipe
 from .preparation.needs import problems
-from .preparation.prepare import motions_within, native_rate, shortfall, usable_spans
+from .preparation.prepare import PAPER, WEAK, Recipe, motions_within, native_rate, shortfall, usable_spans
 from .preparation.resampling import gap_limit, gaps
 from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
-from .quality.portion import longest as longest_span
+from .quality.record import longest as longest_span
 from .statistics.signals import noise_level
 
 _TOLD = 5

@@ -9,10 +9,9 @@ from ..physics.motion import Array
 from ..physics.sampled_series import first_order_lag
 from .canonical import Output, command_kind, in_vehicle_file
 from .quality.checks.sides import Placed, placed
-from .quality.expected_answers import side_of
-from .quality.place_remedies import other_side
+from .quality.expected_answers import other_side, side_of
+from .quality.quick_motion import neutral_of, stands_still
 from .quality.record import Record, Stretch
-from .quality.resting import neutral_of, stands_still
 
 _PULSES = (1100.0, 1500.0, 1900.0)
 """Full astern, neutral and full ahead of a speed controller [us], where neither the log nor its parameters tell."""

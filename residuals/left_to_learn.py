@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..measurements.preparation.dataset import DataSet
+from ..measurements.preparation.prepare import DataSet
 from ..measurements.preparation.resampling import smooth
 from ..measurements.statistics.signals import drawn_noise, noise_level, noise_on_rows
 from ..physics.integration import rollout

@@ -15,7 +15,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BeforeValidator
 
-from ..measurements.preparation.dataset import DataSet
+from ..measurements.preparation.prepare import DataSet
 from ..measurements.preparation.resampling import accelerations, low_pass
 from ..measurements.statistics.signals import filtered_noise, sensor_noise
 from ..physics.file_records import Number, Record, Whole

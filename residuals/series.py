@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ..measurements.preparation.dataset import DataSet
+from ..measurements.preparation.prepare import DataSet
 from ..measurements.preparation.resampling import accelerations
 from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import Parts

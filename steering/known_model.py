@@ -25,7 +25,7 @@ from ..residuals.models.base import Model, VehicleModel
 from .tracks import pace_of
 
 if TYPE_CHECKING:
-    from ..residuals.models.network_walk import NetworkWalk
+    from ..residuals.models.network_model import NetworkWalk
 
 
 _POINTS = 801
@@ -271,8 +271,7 @@ def _walk_of(model: Model) -> "tuple[Callable[[], NetworkWalk] | None, int, bool
     """What makes the walk of a network, its rows in a `PERIOD`, and whether it sees the heading; none of a vehicle."""
     if isinstance(model, VehicleModel):
         return None, 1, None
-    from ..residuals.models.network_model import NetworkModel
-    from ..residuals.models.network_walk import NetworkWalk
+    from ..residuals.models.network_model import NetworkModel, NetworkWalk
 
     if not isinstance(model, NetworkModel):
         raise RequestError(f"control: expected a network that undertow trained, got {model.name}")

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from places import ROOT, shared
 
-from undertow.measurements.preparation.dataset import WEAK
-from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.prepare import WEAK, prepare
 from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import vehicle_from_dict

@@ -18,7 +18,7 @@ from ..comparison.comparison import (
     where_ends_fail,
 )
 from ..comparison.facts import CALIBRATED, CORRECTED
-from ..comparison.what_decides import share_of_error
+from ..comparison.recommendation import share_of_error
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose
 from ..discovery.discover import Discovery, find_missing
@@ -29,7 +29,7 @@ from ..discovery.in_order import chosen_for
 from ..discovery.judgement import odds
 from ..discovery.run_models import named_as_found, values_of_step
 from ..discovery.settings import DiscoverySettings
-from ..measurements.preparation.dataset import DataSet
+from ..measurements.preparation.prepare import DataSet
 from ..measurements.preparation.split import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
 from ..measurements.statistics.processors import beside, single_threaded

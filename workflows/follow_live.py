@@ -14,8 +14,7 @@ from ..discovery.calibration.following import (
     watch_from,
 )
 from ..discovery.calibration.forgetting_fit import AdaptSettings
-from ..measurements.formats.tables.growing_table import STDIN, growing_lines
-from ..measurements.growing_log import GrowingLog
+from ..measurements.growing_log import STDIN, GrowingLog, growing_lines
 from ..measurements.inspection import inspect_log
 from ..measurements.log import Log
 from ..measurements.log_options import AS_GUESSED, Reading

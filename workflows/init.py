@@ -16,8 +16,8 @@ from ..measurements.preparation.needs import like_commands
 from ..measurements.prepared_logs import PathLike
 from ..measurements.quality.checks.sides import Sides
 from ..measurements.quality.examination import Examination, examine, pool
+from ..measurements.quality.quick_motion import stands_still
 from ..measurements.quality.record import Record
-from ..measurements.quality.resting import stands_still
 from ..measurements.statistics.quantiles import weighed
 from ..measurements.thrusters_in_log import FoundThruster, left_out, surge_at_full, thrusters_in
 from ..physics.errors import LogError

@@ -16,8 +16,7 @@ from ..measurements.inspection import Inspection, inspect_log
 from ..measurements.kinematics import Kinematics, kinematics_of
 from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
-from ..measurements.preparation.dataset import PAPER, WEAK, DataSet
-from ..measurements.preparation.prepare import prepare
+from ..measurements.preparation.prepare import PAPER, WEAK, DataSet, prepare
 from ..measurements.preparation.split import PARTS, split
 from ..measurements.prepared_logs import (
     ALL,

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..comparison.what_decides import what_decides
+from ..comparison.recommendation import what_decides
 from ..discovery.add_effects import Bench, ByHand
 from ..discovery.basis import Basis
 from ..discovery.findings import Findings, SensorError

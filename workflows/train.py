@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..comparison.audit import Audit, audit_along
-from ..comparison.comparison import Judged, judge, row
-from ..comparison.coverage import coverage
+from ..comparison.comparison import Judged, coverage, judge, row
 from ..comparison.facts import ComparedModel
 from ..measurements.collection import log_digests
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
@@ -210,7 +209,7 @@ def train(
     require_torch()
     from ..residuals.networks.registry import NETWORKS
     from ..residuals.training.best_kind import candidates
-    from ..residuals.training.choosing import Verdict
+    from ..residuals.training.checkpoint import Verdict
     from ..residuals.training.epochs import train as train_network
 
     audits: list[Audit] = []
@@ -305,7 +304,7 @@ def choice_of(
             f"train: {start} says which network it is; leave out --residual, --option, --pure and --heading, or --start"
         )
     require_torch()
-    from ..residuals.training.fine_tuning import going_on_from
+    from ..residuals.training.preparation import going_on_from
 
     return going_on_from(load_network(start))
 

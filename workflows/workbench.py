@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ..comparison.facts import ComparedModel, Comparison
-from ..discovery.candidates.nuisance import CALIBRATED
+from ..discovery.candidates.candidate import CALIBRATED
 from ..discovery.findings import Findings
 from ..discovery.hidden_sensors import HiddenErrors
 from ..discovery.settings import DiscoverySettings

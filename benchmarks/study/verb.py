@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from undertow.discovery.balance.rollout_test import rollout_squares
+from undertow.discovery.balance.shooting import rollout_squares
 from undertow.discovery.findings import Findings
 from undertow.discovery.found_effects import FoundEffect
 from undertow.discovery.judgement import odds

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from undertow.measurements.preparation.dataset import DataSet
+from undertow.measurements.preparation.prepare import DataSet
 from undertow.measurements.preparation.resampling import accelerations
 from undertow.physics.files import write_json
 from undertow.physics.motion import AXES, Array

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
 from ...discovery.findings import FailingPlace, Removal
-from ...measurements.preparation.dataset import DataSet
+from ...measurements.preparation.prepare import DataSet
 from ...measurements.preparation.split import PARTS
 from ...physics.effects import EFFECTS
 from ...physics.errors import VehicleError

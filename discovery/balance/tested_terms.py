@@ -14,8 +14,7 @@ from ...physics.motion import Array, Motion, earth_to_body
 from ...physics.sampled_series import first_order_lag
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .late_forces import LateForces
-from .products import Key, Parts, Products, gathered, less, water
+from .products import Key, LateForces, Parts, Products, gathered, less, water
 
 _RATES = ("u_dot", "v_dot", "r_dot")
 _KEPT = (400, 200)

@@ -14,11 +14,18 @@ from ...physics.vehicle import Vehicle
 from ..balance.shooting import ShootingSettings
 from ..balance.weak_form import WeakForm
 from ..basis import Basis, choose
-from ..candidates.at_limit import limit_at
-from ..candidates.candidate import NEEDS_SWAY, Candidate, Kind, part_by_sight
-from ..candidates.nuisance import beside, calibratable, nuisance_candidates
+from ..candidates.candidate import (
+    NEEDS_SWAY,
+    Candidate,
+    Kind,
+    beside,
+    calibratable,
+    limit_at,
+    nuisance_candidates,
+    part_by_sight,
+)
 from ..findings import Calibrated, Findings, Left
-from ..identifiability.identifiable_parameters import Identified, identified
+from ..identifiability.identifiable_effects import Identified, identified
 from ..lawful.passivity import Lawful
 from ..search.estimation import Interval, polish
 from ..search.floating import SearchSettings

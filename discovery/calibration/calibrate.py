@@ -28,21 +28,17 @@ from ...physics.motion import Array, Motion
 from ...physics.stage import CALIBRATING, PREDICTED, Say, Stage
 from ...physics.vehicle import Vehicle
 from ..balance.base import SEEING, Balance
-from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, overlap_of, rise_of, rollouts_object
-from ..balance.shooting import Shooting
+from ..balance.shooting import HORIZON, WHOLE_HORIZON, Shooting, overlap_of, rise_of, rollouts_object
 from ..balance.weak_form import WeakForm
 from ..basis import Basis
-from ..candidates.at_limit import limit_at
-from ..candidates.candidate import Candidate
+from ..candidates.candidate import Candidate, limit_at, nuisance_candidates
 from ..candidates.linearisation import Linearisation, Option
-from ..candidates.nuisance import nuisance_candidates
 from ..findings import Calibrated
 from ..lawful.passivity import Lawful, judge, lawful_model
 from ..lawful.refit import passive_refit
 from ..search.estimation import Interval, intervals, polish
-from ..search.floating import Search
+from ..search.floating import Search, held_where_silent, without_fold
 from ..search.gram import GramScores
-from ..search.unseen_fold import held_where_silent, without_fold
 from ..settings import DiscoverySettings
 from .before_calibration import ROLLOUTS, calibrated, groundwork
 

@@ -25,9 +25,8 @@ from ...physics.laws.damping_power import Envelope, envelope_of
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle, lacking
 from ..balance.weak_form import WeakForm
-from ..candidates.candidate import Candidate, candidates, measurable
+from ..candidates.candidate import Candidate, calibratable, candidates, measurable, nuisance_candidates
 from ..candidates.linearisation import Linearisation
-from ..candidates.nuisance import calibratable, nuisance_candidates
 from ..identifiability.rehearsal import plausible_amounts, rehearse
 from ..lawful.nearest_lawful import LawfulSet
 from ..search.floating import Search, SearchSettings

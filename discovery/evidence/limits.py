@@ -20,9 +20,8 @@ from ...physics.motion import Motion
 from ...physics.possible_hulls import impossible
 from ...physics.presentation import words
 from ...physics.vehicle import Vehicle
-from ..balance.sensor_errors import misalignment
-from ..candidates.at_limit import limit_at
-from ..candidates.candidate import Candidate, Kind
+from ..balance.long_logs import misalignment
+from ..candidates.candidate import Candidate, Kind, limit_at
 from ..search.estimation import Interval
 from ..search.floating import Search, State
 from ..search.thruster_scales import one_too_many

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from ..balance.base import Balance
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate, Kind
-from ..candidates.free_forms import FINE, finer_forms, free_forms, onsets, places, several
+from ..candidates.unnamed_terms import FINE, finer_forms, free_forms, onsets, places, several
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.surrogates import NoiseCopies

@@ -19,9 +19,8 @@ from ...physics.effects import BY_NAME, COMMAND_OFFSET
 from ...physics.motion import Motion
 from ...physics.presentation import listing, words
 from ...physics.vehicle import Vehicle
-from ..balance.sensor_errors import STRAIGHT_RUNS
-from ..candidates.at_limit import limit_at
-from ..candidates.candidate import Candidate, Kind
+from ..balance.long_logs import STRAIGHT_RUNS
+from ..candidates.candidate import Candidate, Kind, limit_at
 from ..findings import Findings, SensorError
 from ..found_effects import FoundEffect, FoundTerm
 from ..reason import Reason

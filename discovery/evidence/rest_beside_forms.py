@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...physics.motion import AXES, FORCE_UNITS, Array
 from ..candidates.candidate import Kind
-from ..candidates.free_forms import FreeForms
+from ..candidates.unnamed_terms import FreeForms
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, share_taken

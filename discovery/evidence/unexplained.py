@@ -31,7 +31,7 @@ from ..balance.base import Balance
 from ..candidates.candidate import Kind
 from ..findings import LastingRest
 from ..identifiability.identifiable_effects import LEAST_SIGNAL
-from ..identifiability.visible import Identifiability
+from ..identifiability.rehearsal import Identifiability
 from ..search.floating import Search, State
 from .weighing import SURE, TELL_APART, Evidence, share_of_resamples
 

@@ -12,14 +12,13 @@ from ...measurements.statistics.quantiles import largest_mean_square
 from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..balance.rollout_test import WHOLE_HORIZON, rollout_squares
+from ..balance.shooting import WHOLE_HORIZON, rollout_squares
 from ..balance.weak_form import WeakForm
-from ..candidates.at_limit import limit_at
-from ..candidates.candidate import Candidate, Kind
+from ..candidates.candidate import Candidate, Kind, limit_at
 from ..candidates.linearisation import Linearisation, Option
 from ..findings import axis_name
 from ..found_effects import FoundTerm
-from ..identifiability.visible import Identifiability
+from ..identifiability.rehearsal import Identifiability
 from ..reason import Reason
 from ..search.estimation import Interval
 from ..search.floating import Search, State

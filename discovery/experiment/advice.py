@@ -9,8 +9,7 @@ from ...physics.motion import AXES
 from ...physics.presentation import words
 from ..evidence.weighing import CERTAINLY, Evidence
 from ..findings import Advice
-from ..identifiability.rehearsal import Rehearsal, rehearse
-from ..identifiability.visible import Identifiability
+from ..identifiability.rehearsal import Identifiability, Rehearsal, rehearse
 from ..search.floating import Search, State
 from .separation import Parting, part
 

@@ -1,21 +1,29 @@
-"""Identifiability: what a log can show and tell apart, whatever may be missing, from the columns of its candidates.
+"""Identifiability: which effects a log can tell apart, and which parameters, all of them free at once.
+
+Identifiability: what a log can show and tell apart, whatever may be missing, from the columns of its candidates.
 
 Three questions of every candidate. Would a plausible amount of it make a material force in this log (excitation)? Is
 its column more than what sensor noise makes of it? And does it move just as another does (alias groups)? Two effects of
 several parameters move alike when some amount of one moves as some amount of the other: their largest canonical
 correlation (Hotelling 1936, doi:10.1093/biomet/28.3-4.321) is then near one.
+
+Which parameters of a model a log identifies, all of them free at once; the others with the reason why not.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...physics.motion import AXES, Array
 from ...physics.vehicle import Vehicle
-from ..search.floating import Search
+from ..balance.base import Balance
+from ..candidates.candidate import Candidate, Kind, nuisance_candidates
+from ..candidates.linearisation import Option
+from ..search.estimation import block_bootstrap
+from ..search.floating import Search, SearchSettings
 from ..search.gram import RIDGE, GramScores
-from .rehearsal import amplitude_columns
-from .visible import Excitation, Identifiability
+from .rehearsal import Excitation, Identifiability, amplitude_columns, plausible_amounts, rehearse
 
 ALIAS = 0.98
 """Canonical correlation above which two candidates move alike."""
@@ -145,3 +153,187 @@ def _condition(gram: Array, used: Sequence[int]) -> float | None:
     scale = 1.0 / np.sqrt(np.diag(inside))
     size = np.linalg.eigvalsh(inside * (scale[:, None] * scale[None, :]))
     return float(np.sqrt(size.max() / max(float(size.min()), 1e-12 * size.max())))
+
+
+_ALIKE = 1e-7
+"""Share of a normal matrix (columns of length one) below which an eigenvalue is none: some columns are one."""
+_LARGE_PART = 0.3
+"""Share of the largest part in a combination of columns from which a column has a large one."""
+_PARTNER = 0.8
+"""Correlation of two estimates from which one is said to hide the other."""
+_DORMANT = "no manoeuvre in this log shows it: a plausible amount of it makes no material force"
+_NOISE = "what shows it in this log is hardly more than sensor noise"
+_SCALE = (
+    "thrust, damping and mass are known up to a common factor only; hold one of the others, for example an added mass"
+)
+_WIDE = "its 95 % interval would be wider than a plausible amount of it"
+
+
+@dataclass(frozen=True, slots=True)
+class Identified:
+    """What a log can calibrate.
+
+    Attributes
+    ----------
+    symbols : parameters that it identifies, all of them free at once
+    reasons : why not, by symbol, for the others
+    """
+
+    symbols: tuple[str, ...]
+    reasons: dict[str, str]
+
+
+def identified(
+    balance: Balance,
+    nominal: Vehicle,
+    symbols: Sequence[str],
+    settings: SearchSettings,
+    vague: bool = False,
+) -> Identified:
+    """Find out which parameters a log identifies; nothing is moved.
+
+    A parameter is left out when a plausible amount of it makes no material force, or its column is hardly more than
+    noise; when it scales all thrust and the other columns together make up the thrust's; or when, beside the others,
+    its 95 % interval is wider than a plausible amount of it, which is its own value or what would make a quarter of the
+    force at work in the trial in which it shows most.
+
+    Parameters
+    ----------
+    symbols : parameters that are to be free, see `nuisance.calibratable`
+    vague : True to keep those with wide intervals, and those that hardly more than noise tells from others
+    """
+    pool = nuisance_candidates(nominal, symbols)
+    amounts, reasons = _unseen(balance, nominal, pool, settings)
+    left = [s for s in symbols if s not in reasons]
+    while left:
+        search = Search(balance, nominal, nuisance_candidates(nominal, left), replace(settings, refinements=3))
+        state = search.evaluate(nominal, ())
+        linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+        chosen = [linear.options[key][0] for key in state.active]
+        gone = _same(scores, chosen) or _common_factor(search, scores, chosen, state.vehicle)
+        if not vague:
+            gone = gone or _noisy(scores, chosen) or _vague(scores, chosen, amounts)
+        if not gone:
+            break
+        reasons |= gone
+        left = [s for s in left if s not in gone]
+    return Identified(tuple(left), {s: reasons[s] for s in symbols if s in reasons})
+
+
+def _unseen(
+    balance: Balance, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings
+) -> tuple[dict[str, float], dict[str, str]]:
+    """A plausible amount by symbol, and the reasons for those that do not show at all."""
+    search = Search(balance, nominal, [replace(c, kind=Kind.EFFECT) for c in pool], settings)
+    plausible = plausible_amounts(search, rehearse(search, nominal, ()))
+    amounts: dict[str, float] = {}
+    for candidate in pool:
+        free = candidate.effect.amplitudes or candidate.parameters
+        sizes = [abs(nominal.value(p.symbol) - p.null) for p in free]
+        if not candidate.effect.fixed_amplitude:
+            sizes = [max(s, p) for s, p in zip(sizes, plausible[candidate.key], strict=True)]
+            plausible[candidate.key] = tuple(sizes)
+        for parameter in candidate.parameters:
+            at = free.index(parameter) if parameter in free else None
+            amounts[parameter.symbol] = np.inf if at is None else sizes[at]
+            if parameter.grid:
+                amounts[parameter.symbol] = max(parameter.grid)
+    known = identify(search, nominal, (), plausible)
+    reasons = {
+        s: _DORMANT if c.key in known.dormant else _NOISE
+        for c in pool
+        for s in c.symbols
+        if c.key in (*known.dormant, *known.noise_limited)
+    }
+    return amounts, reasons
+
+
+def _columns(chosen: Sequence[Option]) -> dict[str, int]:
+    """Free columns by symbol."""
+    return {s: k for o in chosen for s, k in zip(o.symbols, o.free, strict=True) if k >= 0}
+
+
+def _same(scores: GramScores, chosen: Sequence[Option]) -> dict[str, str]:
+    """Parameters of which some combination makes no force at all, as of x_g and Y_rdot."""
+    symbols = list(_columns(chosen))
+    _, left, _ = scores.block_normal(chosen)
+    normal = left.sum(axis=0)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    size, vectors = np.linalg.eigh(normal * np.outer(scale, scale)) if symbols else (np.ones(1), np.ones((1, 1)))
+    if size[0] >= _ALIKE:
+        return {}
+    part = np.abs(vectors[:, 0])
+    names = [s for s, p in zip(symbols, part, strict=True) if p > _LARGE_PART * part.max()]
+    return {s: _cannot_tell(n for n in names if n != s) for s in names}
+
+
+def _common_factor(search: Search, scores: GramScores, chosen: Sequence[Option], vehicle: Vehicle) -> dict[str, str]:
+    """All scales of thrust, when every thruster has one and the other columns together make up the thrust's."""
+    at = _columns(chosen)
+    each = [f"{t.name}_scale" for t in vehicle.thrusters]
+    scales = [s for s in ("thrust_scale", *each) if s in at]
+    if "thrust_scale" in at:
+        whole = {at["thrust_scale"]: vehicle.value("thrust_scale")}
+    elif all(s in at for s in each):
+        whole = {at[s]: vehicle.value(s) for s in each}
+    else:
+        return {}
+    others = [k for s, k in at.items() if s not in scales]
+    signal, _ = column_moments(scores)
+    gram = np.tensordot(1.0 / (search.noise_error**2 + search.floor), signal, axes=1)
+    thrust = np.zeros(gram.shape[0])
+    thrust[list(whole)] = list(whole.values())
+    across, total = gram[others] @ thrust, float(thrust @ gram @ thrust)
+    inside = gram[np.ix_(others, others)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(inside), 1e-300))
+    inside = inside * np.outer(scale, scale) + 1e-9 * np.eye(len(others))
+    explained = float((across * scale) @ np.linalg.solve(inside, across * scale)) if others else 0.0
+    return dict.fromkeys(scales, _SCALE) if explained > ALIAS**2 * total else {}
+
+
+def _vague(scores: GramScores, chosen: Sequence[Option], amounts: Mapping[str, float]) -> dict[str, str]:
+    """Parameters whose 95 % interval, before limits cut it, is wider than a plausible amount."""
+    endless = [replace(o, lower=(-np.inf,) * len(o.lower), upper=(np.inf,) * len(o.upper)) for o in chosen if o.free]
+    intervals = block_bootstrap(scores, endless, 0)
+    wide = [s for s, i in intervals.items() if 0.5 * (i.upper - i.lower) >= amounts[s]]
+    if not wide:
+        return {}
+    _, left, _ = scores.block_normal(endless)
+    symbols, correlation = list(_columns(endless)), _correlation(left.sum(axis=0))
+    reasons = {}
+    for symbol in wide:
+        row = np.abs(correlation[symbols.index(symbol)])
+        near = (s for s, c in zip(symbols, row, strict=True) if c > _PARTNER and s != symbol)
+        reasons[symbol] = _cannot_tell(near) or _WIDE
+    return reasons
+
+
+def _noisy(scores: GramScores, chosen: Sequence[Option]) -> dict[str, str]:
+    """Parameters with a large part in a combination of columns that is hardly more than sensor noise."""
+    if scores.noise is None:
+        return {}
+    at = _columns(chosen)
+    index = np.ix_(list(at.values()), list(at.values()))
+    both, noise = (np.tensordot(scores.weight, g.sum(axis=0), axes=1)[index] for g in (scores.gram, scores.noise))
+    size, vectors = np.linalg.eigh(both)
+    root = vectors / np.sqrt(np.maximum(size, 1e-12 * size.max()))
+    share, directions = np.linalg.eigh(root.T @ noise @ root)
+    if share[-1] * (1.0 + LEAST_SIGNAL**2) < 1.0:
+        return {}
+    part = np.abs(root @ directions[:, -1]) * np.sqrt(np.diag(both))
+    names = [s for s, p in zip(at, part, strict=True) if p > _LARGE_PART * part.max()]
+    return {s: _cannot_tell(n for n in names if n != s) or _NOISE for s in names}
+
+
+def _cannot_tell(others: Iterable[str]) -> str:
+    """That a log cannot tell a parameter from others; empty when there are none."""
+    names = ", ".join(others)
+    return f"this log cannot tell it from {names}" if names else ""
+
+
+def _correlation(normal: Array) -> Array:
+    """Correlation of estimates from their normal matrix."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    inverse = np.linalg.inv(normal * np.outer(scale, scale) + 1e-9 * np.eye(scale.size))
+    spread = 1.0 / np.sqrt(np.diag(inverse))
+    return np.asarray(inverse * np.outer(spread, spread))

@@ -8,7 +8,7 @@ import numpy as np
 from ...physics.laws.damping_power import Envelope, envelope_of, state_in_words, worst_dissipation
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.rollout_test import worse_as_a_whole
+from ..balance.shooting import worse_as_a_whole
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores

@@ -16,7 +16,7 @@ from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..balance.rollout_test import rollouts_part
+from ..balance.shooting import rollouts_part
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
 from .gram import Fit, GramScores

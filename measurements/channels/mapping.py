@@ -14,9 +14,8 @@ from ..formats.base import Name, Stream
 from .channel_map import Entry
 from .conversion import Source, channels_of
 from .message_types import NOT_MEASURED, PREDICTED, is_earth_velocity
-from .namespaces import is_under
 from .owners import colours, others, unneeded
-from .recognition import Guess, is_vertical_acceleration, recognise, says_command
+from .recognition import Guess, is_under, is_vertical_acceleration, recognise, says_command
 
 _GROUPS = (("x", "y"), ("psi",), QUATERNION, ("u", "v"), RATES, ("r",), ("ax", "ay"), ("wind_u", "wind_v"), PLACE)
 

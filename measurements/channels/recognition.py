@@ -1,12 +1,25 @@
-"""What a stream's type and name say it is: the rules by which channels are guessed."""
+"""Recognition of channels by type and name, of vehicles that share a log, and of columns that look alike.
+
+What a stream's type and name say it is: the rules by which channels are guessed.
+
+Columns that look like what a search needs and a table does not name: said with the lines that would map them.
+
+Namespaces: the vehicles that share one log, told by their topics.
+"""
 
 import math
 import re
+from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
-from ..canonical import is_canonical
+import numpy as np
+
+from ...physics.errors import LogError
+from ..canonical import LIMITS, command_kind, is_canonical
 from ..formats.autopilots.autopilot import AUTOPILOTS
-from ..formats.base import Name
+from ..formats.base import Name, Stream
 from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, is_known, meaning_of, on_topic, short_kind
 
 _QUATERNION = {"x": "qx", "y": "qy", "z": "qz", "w": "qw"}
@@ -204,3 +217,157 @@ def _side(words: list[str]) -> str:
 def is_vertical_acceleration(name: Name) -> bool:
     """Tell whether the stream is the vertical accelerometer of a ROS IMU message, which shows how it is mounted."""
     return name.field.replace("/", ".").endswith("linear_acceleration.z")
+
+
+_MOTION = {
+    "psi": re.compile(r"heading|hdg|yaw(?!.?rate)|compass", re.IGNORECASE),
+    "x": re.compile(r"north", re.IGNORECASE),
+    "y": re.compile(r"east", re.IGNORECASE),
+    "u": re.compile(r"surge|forward|ahead", re.IGNORECASE),
+    "v": re.compile(r"sway|starboard|lateral", re.IGNORECASE),
+}
+"""Words of columns that may be channels of motion."""
+_TURN = 2.0 * np.pi + 0.01
+"""Angle that a heading in radians which is not unwrapped stays below; one in degrees goes up to 360."""
+_MOST = 6
+"""Columns that are named."""
+
+
+def lacks(have: Collection[str], streams: Sequence[Stream]) -> list[str]:
+    """What a search needs and a table does not have, as sentences with the lines of a channel map to try.
+
+    Parameters
+    ----------
+    have : canonical channels of the log
+    streams : those that became no channel
+    """
+    moving = [s for s in streams if np.isfinite(s.value).any() and np.nanmin(s.value) < np.nanmax(s.value)]
+    found = []
+    if "psi" not in have:
+        found.append(f"A search needs the heading, psi [rad].{_to_try(_of_motion(('psi',), moving))}")
+    # Speeds may be left out where a position is there, and the other way round.
+    if not {"u", "v"} <= set(have) and not {"x", "y"} <= set(have):
+        lines = _of_motion([name for name in ("x", "y", "u", "v") if name not in have], moving)
+        found.append(f"A search needs a position, x and y [m], or speeds, u and v [m/s].{_to_try(lines)}")
+    if not any(command_kind(name) for name in have):
+        kinds = "pwm_port [us], newton_port [N] or normalized_port [-1 to 1]"
+        found.append(f"A search needs the command of each thruster, such as {kinds}.{_to_try(_of_commands(moving))}")
+    return found
+
+
+def _to_try(lines: Mapping[str, str]) -> str:
+    listed = ", ".join(f"{name!r}: {line}" for name, line in lines.items())
+    return f" By names and ranges, try channel_map={{{listed}}}." if lines else ""
+
+
+def _of_motion(wanted: Sequence[str], streams: Sequence[Stream]) -> dict[str, str]:
+    """Lines for the first column of each name that may be wanted."""
+    found = {}
+    for name in wanted:
+        stream = next((s for s in streams if _MOTION[name].search(s.name)), None)
+        if stream is not None:
+            degrees = name == "psi" and np.nanmax(np.abs(stream.value)) > _TURN
+            found[name] = f"{{'from': {stream.name!r}, 'unit': 'deg'}}" if degrees else repr(stream.name)
+    return found
+
+
+def _of_commands(streams: Sequence[Stream]) -> dict[str, str]:
+    """Lines for columns that may be commands: those that name a side, or where none does, all."""
+    like = [stream for stream in streams if like_a_command(stream.name)]
+    sided = [stream for stream in like if side_in(stream.name)] or like
+    found: dict[str, str] = {}
+    for stream in sided[:_MOST]:
+        thruster = side_in(stream.name) or re.sub(r"\W", "_", stream.name)
+        found.setdefault(f"{_kind(stream)}_{thruster}", repr(stream.name))
+    return found
+
+
+def _kind(stream: Stream) -> str:
+    """The kind of command that has values in the range of a stream."""
+    ends = float(np.nanmin(stream.value)), float(np.nanmax(stream.value))
+    fits = [kind for kind in ("pwm", "normalized") if LIMITS[kind][0] <= ends[0] and ends[1] <= LIMITS[kind][1]]
+    return fits[0] if fits else "newton"
+
+
+_PLACES = (frozenset({"x", "y"}), frozenset({"lat", "lon"}), frozenset({"u", "v"}), frozenset({"x_dot", "y_dot"}))
+_HEADINGS = (frozenset({"psi"}), frozenset({"qx", "qy", "qz", "qw"}))
+
+
+def is_under(topic: str, namespace: str) -> bool:
+    """Whether a topic lies in a namespace; slashes at its ends do not matter.
+
+    >>> is_under("/alpha/odometry", "alpha"), is_under("/alphabet/odometry", "alpha")
+    (True, False)
+    """
+    return f"{topic.strip('/')}/".startswith(f"{namespace.strip('/')}/")
+
+
+def vehicles(names: Sequence[Name]) -> tuple[str, ...]:
+    """Name the namespaces of several vehicles, sorted; empty when one vehicle may have written everything.
+
+    Two namespaces are two vehicles when they differ in one part only, hold a topic of the same name and type below it,
+    and each tells a heading and a position or velocity of its own. Commands outside of both say that there is one
+    vehicle, with two estimators.
+    """
+    roles: dict[tuple[str, ...], set[str]] = defaultdict(set)
+    families: dict[tuple[str, ...], dict[tuple[tuple[str, ...], str], set[str]]] = defaultdict(lambda: defaultdict(set))
+    for name in names:
+        guess = recognise(name) if name.topic else None
+        if guess is None:
+            continue
+        parts = tuple(name.topic.strip("/").split("/"))
+        for depth in range(1, len(parts)):
+            roles[parts[:depth]].add(guess.role)
+            if command_kind(guess.role) is None:
+                families[parts[: depth - 1]][parts[depth:], name.kind].add(parts[depth - 1])
+        roles[parts].add(guess.role)
+    for parent in sorted(families, key=lambda parts: (len(parts), parts)):
+        alike = set().union(*(members for members in families[parent].values() if len(members) > 1))
+        found = sorted(member for member in alike if _moves(roles[(*parent, member)]))
+        if len(found) < 2:
+            continue
+        inside = [(*parent, member) for member in found]
+        commanded = [parts for parts, known in roles.items() if any(command_kind(role) for role in known)]
+        # A topic with commands that is no start of a longer one stands for itself.
+        leaves = [parts for parts in commanded if not any(other[: len(parts)] == parts != other for other in commanded)]
+        if all(any(parts[: len(own)] == own for own in inside) for parts in leaves):
+            return tuple("/" + "/".join(parts) for parts in inside)
+    return ()
+
+
+def check_namespace(names: Sequence[Name], namespace: str | None, where: str) -> tuple[str, ...]:
+    """Refuse a log of several vehicles of which none is chosen, or a namespace that is not there; give a note on it.
+
+    Raises
+    ------
+    LogError
+        with the namespaces that can be chosen.
+    """
+    found = vehicles(names)
+    if namespace is None:
+        if found:
+            raise LogError(
+                f"{where}: expected the log of one vehicle, got {len(found)}: {', '.join(found)}. Choose one with "
+                f"--namespace {found[0]}."
+            )
+        return ()
+    if not any(is_under(name.topic, namespace) for name in names if name.topic):
+        there = ", ".join(found or _starts(names)[:12]) or "none: its topics have no parts"
+        raise LogError(f"{where}: no topic lies in the namespace '{namespace}'; namespaces in the log: {there}.")
+    others = [other for other in found if not is_under(other, namespace)]
+    return (f"namespace {namespace} chosen, not {', '.join(others)}",) if others else ()
+
+
+def _starts(names: Sequence[Name]) -> list[str]:
+    """What the topics that may become channels begin with, as far as those of one first part agree; else all topics."""
+    deep = [name for name in names if "/" in name.topic.strip("/")]
+    agreed: dict[str, list[str]] = {}
+    for name in [name for name in deep if recognise(name)] or deep:
+        parts = name.topic.strip("/").split("/")[:-1]
+        alike = takewhile(lambda pair: pair[0] == pair[1], zip(agreed.get(parts[0], parts), parts, strict=False))
+        agreed[parts[0]] = [part for part, _ in alike]
+    return sorted("/" + "/".join(parts) for parts in agreed.values())
+
+
+def _moves(roles: set[str]) -> bool:
+    return any(place <= roles for place in _PLACES) and any(heading <= roles for heading in _HEADINGS)

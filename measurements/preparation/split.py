@@ -17,8 +17,7 @@ from ...physics.errors import LogError
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ..log import Log
-from .dataset import PAPER, DataSet, Recipe
-from .prepare import prepare
+from .prepare import PAPER, DataSet, Recipe, prepare
 from .resampling import smooth
 
 PARTS = ("train", "validation", "test")

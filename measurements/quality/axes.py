@@ -19,7 +19,7 @@ from ..statistics.blocks import CI
 from ..statistics.signals import noise_level
 from .faults import OVERWHELMING, Size, size_of
 from .finding import Channels, Fix
-from .pieces import Ways, blocks_of_pieces, fit_ways, ways
+from .lags import Ways, blocks_of_pieces, fit_ways, ways
 
 SPEEDS = {0.514444: "knots", 0.277778: "km/h", 0.3048: "feet per second", 0.44704: "miles per hour", 0.01: "cm/s"}
 """Metres a second in one of the other units of speed: no number that decides."""

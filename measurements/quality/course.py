@@ -19,7 +19,7 @@ from ..log import Log
 from ..statistics.blocks import CI, robust_fit
 from ..statistics.signals import noise_level
 from .axes import Mixed, mixed_axes, other_places
-from .pieces import courses
+from .lags import courses
 
 _LEAST = 8
 """Pieces under way that are needed: eight agree by chance in 1 of 128 cases."""

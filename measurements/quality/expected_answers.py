@@ -1,11 +1,20 @@
-"""What commands should do by the vehicle file or their names, and whether the boat surely or likely answers them so."""
+"""Expected answers to commands, thrusters that are likely misplaced, and their remedies.
 
-from collections.abc import Mapping, Sequence
+What commands should do by the vehicle file or their names, and whether the boat surely or likely answers them so.
+
+Remedies of thrusters that are not where or as they should be: lines of a channel map, changes of a vehicle file.
+
+Warnings of thrusters that are likely reversed, or on the other side, in logs that do not show it for sure.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ...physics.thrusters import Thruster, push_and_turn, side_named
 from ..canonical import command_kind
 from ..statistics.blocks import BY_CHANCE, chance_of_no_more
+from .finding import Finding
+from .quick_motion import neutral_of
 from .record import Record
 from .response import Answer, Trials, answers, trials
 
@@ -104,3 +113,117 @@ def side_of(name: str) -> str:
     ('starboard', '')
     """
     return side_named((command_kind(name) or ("", name))[1])
+
+
+def _source(records: Sequence[Record], name: str) -> str:
+    return next(record.log.channels[name].origin for record in records if name in record.log.channels)
+
+
+def called(records: Sequence[Record], name: str) -> str:
+    """A command by its name, with what it was read from where that is called otherwise."""
+    origin = _source(records, name)
+    return name if origin == name or origin.endswith(f":{name}") else f"{origin} (read as {name})"
+
+
+def _turned(records: Sequence[Record], name: str) -> str:
+    """Scale and offset that turn a command round about its neutral."""
+    if (command_kind(name) or ("", ""))[0] != "pwm":
+        return "scale: -1"
+    neutral = neutral_of(records, name)
+    return f"scale: -1, offset: {2.0 * (1500.0 if neutral is None else neutral):g}"
+
+
+def swapped(expected: Mapping[str, Expected], told: Mapping[str, Answer]) -> frozenset[str]:
+    """Commands on the other side than expected, where each has one that changes names with it; else none."""
+    sided = {name for name in expected if name in told and told[name].side and expected[name].side}
+    wrong = {name for name in sided if SIDE[told[name].side] != expected[name].side}
+    return frozenset(wrong) if len(sided) > 1 and {other_side(name) for name in wrong} == wrong else frozenset()
+
+
+def map_line(records: Sequence[Record], name: str, turned: bool, swapped: bool) -> str:
+    """The line of a channel map that puts a command the right way round, and on the other side if that is sure."""
+    target, source = other_side(name) if swapped else name, _source(records, name)
+    return f"'{target}: {{from: {source}, {_turned(records, name)}}}'" if turned else f"'{target}: {source}'"
+
+
+def other_side(name: str) -> str:
+    """The name of the same command on the other side."""
+    other = {"port": "stbd", "left": "right", "stbd": "port", "starboard": "port", "right": "left"}
+    kind, thruster = command_kind(name) or ("", name)
+    return f"{kind}_{'_'.join(other.get(word, word) for word in thruster.split('_'))}"
+
+
+def or_vehicle(names: Iterable[str], expected: Mapping[str, Expected], what: str) -> str:
+    """The other cure: log and vehicle file contradict each other, and either may be the one that is wrong."""
+    own = [t for name in names if (t := expected[name].thruster) is not None]
+    if not own:
+        return ""
+    named = all_of(list(dict.fromkeys(t.name for t in own)))
+    return f", if the log is wrong; if the vehicle file is, change the {what} of {named} there"
+
+
+def all_of(names: Sequence[str]) -> str:
+    """Names in a sentence, with "and" before the last."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def are(names: Sequence[str]) -> str:
+    """The verb that goes with so many names."""
+    return "are" if len(names) > 1 else "is"
+
+
+def likely_reversed(records: Sequence[Record], expected: Mapping[str, Expected], likely: Likely) -> Finding | None:
+    """The warning that thrusters are likely reversed; None where only a turn speaks for it, which may be the side."""
+    turned, moved = _faults(expected, likely)
+    if not turned:
+        return None
+    text = f"{all_of([called(records, name) for name in turned])} {are(turned)} likely reversed ({_sure(likely)})"
+    why = "more of that command pushes astern, as the motion is explained best"
+    follows = "a model drives ahead where the boat goes astern; no thrust can be fitted"
+    cure = _to_try(records, expected, turned, moved)
+    return _warned(
+        "direction", turned, f"{text}: {why}", follows, cure, f"{all_of(turned)} {are(turned)} likely reversed"
+    )
+
+
+def likely_swapped(records: Sequence[Record], expected: Mapping[str, Expected], likely: Likely) -> Finding | None:
+    """The warning that sides are likely swapped; None where that is not so."""
+    turned, moved = _faults(expected, likely)
+    if not moved:
+        return None
+    short = "port and starboard are likely swapped"
+    cure = _to_try(records, expected, turned, moved)
+    return _warned(
+        "sides", moved, f"{short} ({_sure(likely)})", "every turn is predicted to the wrong side", cure, short
+    )
+
+
+def _faults(expected: Mapping[str, Expected], likely: Likely) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The commands that likely push the other way, and those that are likely on the other side."""
+    turned = tuple(name for name, answer in likely.answers.items() if not expected[name].ahead_as(answer))
+    moved = swapped(expected, likely.answers)
+    return turned, tuple(sorted(moved)) if all(answer.side for answer in likely.answers.values()) else ()
+
+
+def _sure(likely: Likely) -> str:
+    return f"{100.0 * (1.0 - likely.chance):.0f} % sure, if the commands are in step with the motion"
+
+
+def _to_try(
+    records: Sequence[Record], expected: Mapping[str, Expected], turned: Sequence[str], moved: Sequence[str]
+) -> str:
+    maps = [map_line(records, name, name in turned, name in moved) for name in expected if name in (*turned, *moved)]
+    what = "curve, the angle or the place"
+    return f"try it in a channel map: {', '.join(maps)}{or_vehicle((*turned, *moved), expected, what)}"
+
+
+def _warned(check: str, names: tuple[str, ...], sentence: str, follows: str, cure: str, short: str) -> Finding:
+    return Finding(
+        check=check,
+        verdict="warning",
+        sentence=sentence,
+        channels=names,
+        consequence=follows,
+        remedy=cure,
+        short=short,
+    )

@@ -1,14 +1,22 @@
-"""How late one record is after what drives it: the delay at which a linear model leaves least, and how sure that is."""
+"""Lags between records, and their changes over pieces of a few seconds.
+
+How late one record is after what drives it: the delay at which a linear model leaves least, and how sure that is.
+
+Changes of two records of one quantity over pieces of a few seconds, to be compared: no derivative, no drift.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.motion import Array
+from ...physics.motion import Array, body_to_earth
+from ..canonical import Channel
 from ..clock import band_passed, drift_free
-from ..statistics.blocks import CI
+from ..log import Log
+from ..statistics.blocks import CI, Fit, robust_fit
 from ..statistics.quantiles import student
 from ..statistics.signals import turning_point
 from .faults import BLOCK, FEWEST, Size, size_of
@@ -168,3 +176,164 @@ def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, fl
     shift = turning_point(before, here, after)
     slope = float(coefficients[best, 0, 0]) * float(size[best, -1] / size[best, 0])
     return float((lags[best] + shift) * step), here, slope
+
+
+_WINDOW = 4.0
+"""Length of a piece over which changes are compared [s]: long beside the noise of a position, short beside drift."""
+
+_LATEST, _LAG = 5.0, 0.5
+"""Delays of heading and rate against each other that are tried, both ways, and their step [s]."""
+_MANY = 20
+"""Pieces from which heading and rate may be said to have nothing in common: chance gives two records a squared
+correlation of 0.3 in one of a hundred."""
+_SHARED = 0.3
+"""That correlation."""
+_TURNS = 0.2
+"""Spread of the turning over pieces [rad] that is no noise of a compass or drift of a gyro."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turns:
+    """Turning of the heading over pieces, and that by the yaw rate (m,) [rad]; their lengths [s], and their numbers."""
+
+    heading: Array
+    rate: Array
+    span: Array
+    piece: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Ways:
+    """Way made good by position over pieces, and by the speeds turned into the earth, north + i east (m,) [m]."""
+
+    made: NDArray[np.complex128]
+    sailed: NDArray[np.complex128]
+    span: Array
+    piece: NDArray[np.int64]
+
+
+def turns(logs: Sequence[Log], scale: float, late: float = 0.0) -> Turns | None:
+    """Turning by headings, times `scale`, and by yaw rates, over the pieces of all logs; None where there is none.
+
+    Headings are read as if they were `late` [s].
+    """
+    found, begun = [], 0
+    for log in logs:
+        heading, rate = log.channels["psi"], log.channels["r"]
+        cut = _cut(heading.time, max(heading.period, rate.period))
+        if cut is None:
+            continue
+        first, last, span = cut
+        angle, total = np.unwrap(scale * heading.value), _integral(rate, rate.value, heading.time - late)
+        found.append((angle[last] - angle[first], total[last] - total[first], span, begun + np.arange(span.size)))
+        begun += span.size + 1
+    return Turns(*_joined(found)) if found else None
+
+
+def apart(logs: Sequence[Log]) -> float | None:
+    """Share of the turning of the heading that the yaw rate does not explain, whichever of them is how late.
+
+    None where they go together, or where neither turns.
+    """
+    both = [log for log in logs if {"psi", "r"} <= set(log.channels)]
+    best, turned = 0.0, 0.0
+    for late in np.arange(-_LATEST, _LATEST + 0.5 * _LAG, _LAG).tolist():
+        found = turns(both, 1.0, late)
+        if found is None or found.span.size < _MANY:
+            return None
+        spread = float(found.heading.std()), float(found.rate.std())
+        turned = max(turned, *spread)
+        if min(spread) > 0.0:
+            best = max(best, float(np.corrcoef(found.heading, found.rate)[0, 1] ** 2))
+    return 1.0 - best if turned > _TURNS and best < _SHARED else None
+
+
+def ways(logs: Sequence[Log], turn: int, side: int) -> Ways | None:
+    """Way by positions and by the sum of exp(i turn psi) (u + i side v), over the pieces of all logs."""
+    found, begun = [], 0
+    for log in logs:
+        x, y, u = (log.channels[name] for name in ("x", "y", "u"))
+        cut = _cut(x.time, max(x.period, u.period)) if x.time.size == y.time.size else None
+        if cut is None:
+            continue
+        psi, sway = log.channels["psi"], log.channels.get("v")
+        heading = np.interp(u.time, psi.time, np.unwrap(psi.value))
+        across = np.interp(u.time, sway.time, sway.value) if sway else np.zeros(u.time.size)
+        north, east = body_to_earth(turn * heading, u.value, side * across)
+        first, last, span = cut
+        sailed = _integral(u, north, x.time) + 1j * _integral(u, east, x.time)
+        made = x.value + 1j * y.value
+        found.append((made[last] - made[first], sailed[last] - sailed[first], span, begun + np.arange(span.size)))
+        begun += span.size + 1
+    return Ways(*_joined(found)) if found else None
+
+
+def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Array] | None:
+    """Way made good over pieces, north and east as one complex number [m], and the heading of each [rad].
+
+    Returns
+    -------
+    (way, heading, turning, begin, end) or None
+        (m,) each: the heading is the mean, the turning its change [rad], the ends are in [s]. None where the positions
+        do not come together or are too few.
+    """
+    x, y, psi = (log.channels[name] for name in ("x", "y", "psi"))
+    if x.time.size != y.time.size:
+        return None
+    cut = _cut(x.time, max(x.period, psi.period))
+    if cut is None:
+        return None
+    first, last, _ = cut
+    angle = np.unwrap(psi.value)
+    turned = np.interp(x.time, psi.time, angle)
+    mean = [_integral(psi, part, x.time) for part in (np.cos(angle), np.sin(angle))]
+    heading = np.arctan2(*(total[last] - total[first] for total in reversed(mean)))
+    way = (x.value[last] - x.value[first]) + 1j * (y.value[last] - y.value[first])
+    known = np.isfinite(heading)
+    turning = turned[last] - turned[first]
+    return way[known], heading[known], turning[known], x.time[first][known], x.time[last][known]
+
+
+def fit_ways(found: Ways) -> Fit | None:
+    """Fit the complex number c and the current of made = c sailed + current span; None for too few pieces to do it."""
+    ahead, nothing = found.sailed, np.zeros(found.span.size)
+    columns = [(ahead.real, ahead.imag), (-ahead.imag, ahead.real), (found.span, nothing), (nothing, found.span)]
+    target = np.concatenate([found.made.real, found.made.imag])
+    if target.size <= len(columns):
+        return None
+    return robust_fit(np.column_stack([np.concatenate(pair) for pair in columns]), target, np.tile(found.piece, 2))
+
+
+def blocks_of_pieces(piece: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Numbers of the blocks of time to which pieces of some numbers belong."""
+    return piece // round(BLOCK / _WINDOW)
+
+
+def _integral(channel: Channel, rate: Array, at: Array) -> Array:
+    """Integral of a rate at the stamps of a channel, read at other stamps; NaN outside."""
+    time = channel.time
+    total = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (rate[1:] + rate[:-1]))))
+    return np.interp(at, time, total, left=np.nan, right=np.nan)
+
+
+def _cut(time: Array, period: float) -> tuple[NDArray[np.int64], NDArray[np.int64], Array] | None:
+    """First and last row of pieces of 4 s (longer where samples are far apart), and their lengths [s].
+
+    None goes across a hole. Only windows that hold a sample are looked at: a clock that was set makes a hole of years.
+    """
+    window = max(_WINDOW, 8.0 * period)
+    if time.size < 3:
+        return None
+    number = np.floor((time - time[0]) / window)
+    begins = np.concatenate(([0], np.flatnonzero(np.diff(number)) + 1))
+    first, last = begins[:-1], begins[1:]
+    span = time[last] - time[first]
+    whole = (span > 0.5 * window) & (span < 1.5 * window)
+    return (first[whole], last[whole], span[whole]) if whole.any() else None
+
+
+def _joined(found: Sequence[tuple[NDArray[Any], ...]]) -> list[NDArray[Any]]:
+    """The pieces of all logs whose numbers are all known."""
+    table = [np.concatenate(column) for column in zip(*found, strict=True)]
+    keep = np.logical_and.reduce([np.isfinite(column) for column in table])
+    return [column[keep] for column in table]

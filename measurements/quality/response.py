@@ -13,8 +13,8 @@ from ..preparation.resampling import command_step
 from ..statistics.blocks import CI, Fit, robust_fit, surely_more
 from .faults import Size, size_of
 from .lags import FOLLOWS, Response, lag_anywhere
+from .quick_motion import centre_of, stands_still
 from .record import RATE, Record, Stretch, shared
-from .resting import centre_of, stands_still
 
 _STEP = 1.0 / RATE
 _QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)

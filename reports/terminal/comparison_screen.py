@@ -14,8 +14,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...comparison.differences import PairedRecord
-from ...comparison.facts import ComparedModel, Comparison, Domain, Held
+from ...comparison.facts import ComparedModel, Comparison, Domain, Held, PairedRecord
 from ...comparison.failing.failures import Structure
 from ...discovery.findings import FailingPlace
 from ...physics.motion import AXES

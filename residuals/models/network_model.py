@@ -1,5 +1,14 @@
-"""A trained network as a model: beside the physics of a vehicle (hybrid), or in its place (pure)."""
+"""A trained network as a model: hybrid or pure, along a motion or walking along with a boat.
 
+A trained network as a model: beside the physics of a vehicle (hybrid), or in its place (pure).
+
+One thread for torch: networks of this size gain nothing from a second one, and sums do not depend on the machine.
+
+A network that walks along with a boat: what it says of each row as it comes, and of rows that are only planned.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import final
 
 import numpy as np
@@ -19,7 +28,18 @@ from .base import Kind, Model
 from .coasting import SETTLE
 from .interval import Interval, least_known, sizes
 from .network_inputs import network_inputs, stacked_inputs
-from .threads import one_thread
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let torch compute on one thread inside, and as before afterwards."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
+
 
 _RATE_SLACK = 0.01
 """Share by which a motion's time step may differ from the network's."""
@@ -228,3 +248,37 @@ class _OpenLoop:
 def numbers(said: Tensor) -> Array:
     """What a network said as numbers in double precision."""
     return said.double().cpu().numpy()
+
+
+@final
+class NetworkWalk:
+    """A network beside the physics, fed a row at a time.
+
+    Parameters
+    ----------
+    model : whose network it is; it sees what `network_inputs` has
+
+    Attributes
+    ----------
+    said : (3,) what it said of the latest row [m/s^2, m/s^2, rad/s^2]
+    """
+
+    def __init__(self, model: NetworkModel) -> None:
+        self._model = model
+        self._memory: Memory | None = None
+        self.said = np.zeros(3)
+
+    def follow(self, seen: Array) -> Array:
+        """What it says of rows (n, inputs) that have come, (n, 3), and it remembers them."""
+        found, self._memory = self._asked(seen)
+        self.said = found[-1]
+        return found
+
+    def ahead(self, seen: Array) -> Array:
+        """What it would say of rows (n, inputs) that come next, (n, 3); it remembers nothing of them."""
+        return self._asked(seen)[0]
+
+    def _asked(self, seen: Array) -> tuple[Array, Memory]:
+        with torch.inference_mode(), one_thread():
+            said, memory = self._model.network(self._model.tensor(seen)[None], self._memory)
+        return numbers(said[0]), memory

@@ -15,19 +15,16 @@ from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
-from ..models.network_model import NetworkModel
+from ..models.network_model import NetworkModel, one_thread
 from ..models.neural import CHECKPOINT
-from ..models.threads import one_thread
 from ..networks.base import Network
-from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
-from .choosing import Auditor, Chooser
+from .checkpoint import Auditor, Checkpoint, Chooser, cloned, read_checkpoint, write_checkpoint
 from .growing import grow
 from .history import Epoch, best_epochs, stale
 from .losses import Objective
-from .margins import interval_of
 from .preparation import Prepared, prepare_training
 from .probes import Part, Probed, parts, probed, trust_of
-from .trained import Trained
+from .trained import Trained, interval_of
 from .training_settings import Choice, TrainingSettings, asks_its_log
 
 _FOLLOWED = 0.1

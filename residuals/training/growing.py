@@ -1,14 +1,228 @@
-"""How networks are found that are grown at once from a table of rows, and not trained by steps."""
+"""Growing of trees and Gaussian processes: networks that are fitted at once to a table of rows.
 
-from collections.abc import Callable
+How networks are found that are grown at once from a table of rows, and not trained by steps.
+
+Fitting Gaussian processes to the rows of a training part: scikit-learn finds kernels, unseen blocks choose one.
+
+Kernels and their noise come from the marginal likelihood of samples of rows, drawn one after the other (Rasmussen and
+Williams 2006, section 5.4.1). It takes noise for independent from row to row, and what neighbours in time share beside
+the inputs (a current, a heading that is not seen) for a function of them. So lengths and noise are raised in steps, and
+that kernel is kept which errs least on blocks of time that its weights have not seen (section 5.4.2; blocks because
+rows depend on their neighbours, Roberts et al. 2017, doi:10.1111/ecog.02881). The weights come from all rows, by the
+subset of regressors (section 8.3.1, equation 8.14), whose centres are the first rows of the same draw. Where all rows
+are centres that is the whole Gaussian process.
+
+Growing boosted trees on the rows of a training part: scikit-learn finds them, and plain arrays keep them.
+"""
+
+import warnings
+from collections.abc import Callable, Sequence
+from itertools import product
 from typing import Any
 
+import numpy as np
+import torch
+from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.spatial.distance import cdist
+
+from ...measurements.statistics.processors import single_threaded
+from ...physics.errors import RequestError
 from ...physics.motion import Array
+from ...physics.registry_members import how_to_install
 from ..networks.base import Network
 from ..networks.gaussian_process import GaussianProcess
-from ..networks.trees import Trees
-from .growing_processes import fit_processes
-from .growing_trees import grow_trees
+from ..networks.trees import Nodes, Trees
+
+_SAMPLE = 400
+"""Rows that a kernel is found on: time grows by the cube, and three kernels of three axes take some ten seconds so."""
+_SAMPLES, _EACH = 3, 50
+"""Samples that are drawn at most, as far as there are rows for them, and epochs that a training of networks would have
+for each: each costs as much time again, and a probe of few epochs has one. See `docs/decisions.md`."""
+_SIZE, _LENGTH, _NOISE = (1e-3, 1e2), (0.1, 1e2), (1e-4, 10.0)
+"""Bounds of the variance, of lengths in deviations of the inputs, and of the variance of the noise, for a target of
+about 1: less noise than a hundredth would only make weights large, and an input of the greatest length says nothing."""
+_NUGGET = 1e-4
+"""What is added to the variance of a centre, as a share. Weights of bells side by side are then small enough for single
+precision; on simulated worlds errors with 1e-6 and 1e-3 are the same within 2 %."""
+_LONGER, _LOUDER = (1.0, 1.5, 2.0, 3.0), (1.0, 10.0, 1e2, 1e3, 1e4)
+"""Factors of the lengths and of the variance of the noise that are tried with each kernel."""
+_FOLDS = 5
+"""Blocks of time, each predicted from the others."""
+_FAINT = 1e-18
+"""Bells that count for nothing: products of them would leave the normal numbers, with which processors are slow."""
+_ROWS = 2048
+"""Rows whose bells are held in memory at once."""
+
+Kernel = tuple[float, Array, float]
+"""Variance, lengths (inputs,) and variance of the noise."""
+
+
+@single_threaded
+def fit_processes(network: GaussianProcess, table: tuple[Array, Array], seed: int, epochs: int) -> float:
+    """Fit the Gaussian process of each axis, see `growing.grow`."""
+    rows, wanted = table[0].astype(np.float32).astype(float), table[1]
+    order = np.random.default_rng(seed).permutation(rows.shape[0])
+    count = min(_SAMPLES, 1 + epochs // _EACH)
+    starts = range(0, max(len(order) - _SAMPLE, 0) + 1, _SAMPLE)[:count]
+    samples = [order[first : first + _SAMPLE] for first in starts]
+    centres = rows[order[: network.centres.shape[0]]]
+    sharpness, weights = np.zeros(network.sharpness.shape), np.zeros((3, network.centres.shape[0]))
+    for axis, target in enumerate(wanted.T):
+        if target.any():
+            kernel = _holding([_kernel(rows[sample], target[sample]) for sample in samples], rows, target, centres)
+            sharpness[axis], weights[axis, : len(centres)] = 1.0 / kernel[1], _fitted(rows, target, centres, kernel)
+    with torch.no_grad():
+        network.centres[: len(centres)] = torch.as_tensor(centres).to(network.centres)
+        network.sharpness.copy_(torch.as_tensor(sharpness))
+        network.head.get_parameter("weight").copy_(torch.as_tensor(weights))
+        left = []
+        for asked, target in zip(_blocks(rows), _blocks(wanted), strict=True):
+            seen = torch.as_tensor(asked).to(network.centres)
+            left.append(network.correct(seen, seen, None)[0].double().cpu().numpy() - target)
+    return float((np.concatenate(left) ** 2).mean())
+
+
+def _kernel(rows: Array, target: Array) -> Kernel:
+    """By the marginal likelihood of rows."""
+    try:
+        from sklearn.exceptions import ConvergenceWarning
+        from sklearn.gaussian_process import GaussianProcessRegressor
+        from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+    except ImportError as error:
+        raise RequestError(f"gp needs scikit-learn ({error}): {how_to_install('neural')}") from None
+    lengths: Any = np.full(rows.shape[1], 2.0)  # annotated as a number alone
+    kernel = ConstantKernel(1.0, _SIZE) * RBF(lengths, _LENGTH) + WhiteKernel(0.1, _NOISE)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is an input that tells nothing
+        found: Any = GaussianProcessRegressor(kernel).fit(rows, target).kernel_
+    return found.k1.k1.constant_value, np.broadcast_to(found.k1.k2.length_scale, lengths.shape), found.k2.noise_level
+
+
+def _holding(kernels: Sequence[Kernel], rows: Array, target: Array, centres: Array) -> Kernel:
+    """The kernel, of some and what is made of them, that errs least on unseen blocks."""
+    best, least = kernels[0], np.inf
+    for (size, lengths, noise), longer in product(kernels, _LONGER):
+        errors = _unseen(rows, target, centres, lengths * longer, [noise / size * louder for louder in _LOUDER])
+        if min(errors) < least:
+            best, least = (size, lengths * longer, noise * _LOUDER[int(np.argmin(errors))]), min(errors)
+    return best
+
+
+def _unseen(rows: Array, target: Array, centres: Array, lengths: Array, shares: Sequence[float]) -> list[float]:
+    """Squared errors on blocks of time that weights have not seen, for shares of noise in the variance."""
+    near, count = _near(centres / lengths), len(centres)
+    parts = np.array_split(np.arange(len(rows)), _FOLDS)
+    inner, pull, size = np.zeros((_FOLDS, count, count)), np.zeros((_FOLDS, count)), np.zeros(_FOLDS)
+    for k, part in enumerate(parts):
+        for some, wanted in zip(_blocks(rows[part]), _blocks(target[part]), strict=True):
+            across = solve_triangular(near, _bells(some / lengths, centres / lengths).T, trans=1)
+            inner[k] += across @ across.T
+            pull[k] += across @ wanted
+            size[k] += wanted @ wanted
+    errors = np.zeros(len(shares))
+    for k in range(_FOLDS):
+        others, pulled = inner.sum(axis=0) - inner[k], pull.sum(axis=0) - pull[k]
+        for n, share in enumerate(shares):
+            weights = cho_solve(cho_factor(others + share * np.eye(count)), pulled)
+            errors[n] += size[k] - 2.0 * weights @ pull[k] + weights @ inner[k] @ weights
+    return errors.tolist()
+
+
+def _fitted(rows: Array, target: Array, centres: Array, kernel: Kernel) -> Array:
+    """Weights of the centres (centres,), equation 8.14.
+
+    As least squares, a block of rows after the other: the equation itself would square the condition of the bells.
+    """
+    size, lengths, noise = kernel
+    count = len(centres)
+    # The last column is the target.
+    triangle = np.column_stack([np.sqrt(noise / size) * _near(centres / lengths), np.zeros(count)])
+    for some, wanted in zip(_blocks(rows), _blocks(target), strict=True):
+        below = np.column_stack([_bells(some / lengths, centres / lengths), wanted])
+        reduced: Any = np.linalg.qr(np.vstack([triangle, below]), mode="r")  # annotated for all modes
+        triangle = reduced[:count]
+    return solve_triangular(triangle[:, :count], triangle[:, count])
+
+
+def _near(centres: Array) -> Array:
+    """The upper triangle (centres, centres) whose square is the kernel of centres in units of their lengths."""
+    return cholesky(_bells(centres, centres) + _NUGGET * np.eye(len(centres)))
+
+
+def _bells(rows: Array, centres: Array) -> Array:
+    """The kernel (rows, centres) of inputs in units of their lengths."""
+    bells = np.exp(-0.5 * cdist(rows, centres, "sqeuclidean"))
+    bells[bells < _FAINT] = 0.0
+    return bells
+
+
+def _blocks(rows: Array) -> list[Array]:
+    return [rows[k : k + _ROWS] for k in range(0, len(rows), _ROWS)]
+
+
+_RATE, _DEPTH = 0.15, 6
+"""Share of each tree that counts, and its depth. With 0.1 and no limit, as scikit-learn has them, and 100 trees the
+errors on Gazebo's tuning runs are the same, and an answer takes five times as long."""
+_SAME = 1e-3
+"""By how much the arrays may say something else than the learner, in units of the output: inputs in single precision
+fall on the other side of a threshold now and then."""
+_ALIKE = 0.99
+"""Share of the rows of which that must hold."""
+
+
+def grow_trees(network: Trees, table: tuple[Array, Array], seed: int, epochs: int) -> float:
+    """Grow the trees of each axis by scikit-learn's HistGradientBoostingRegressor, see `growing.grow`."""
+    del epochs
+    rows, wanted = table[0].astype(np.float32), table[1]
+    learners = [_learner(network.options, seed).fit(rows, column) for column in wanted.T]
+    try:
+        nodes = _nodes(learners, network.feature.shape)
+        network.plant(nodes, np.array([learner._baseline_prediction.item() for learner in learners]))
+    except (AttributeError, KeyError, IndexError, ValueError, RuntimeError) as error:
+        raise RequestError(
+            f"trees: this scikit-learn keeps its trees in another form ({error}); train another network"
+        ) from error
+    told = np.column_stack([learner.predict(rows) for learner in learners])
+    asked = torch.as_tensor(rows).to(network.threshold)
+    ours = network.correct(asked, asked, None)[0].double().cpu().numpy()
+    if (np.abs(ours - told).max(axis=1) <= _SAME).mean() < _ALIKE:
+        raise RequestError(
+            "trees: this version of scikit-learn means something else by its trees; train another network"
+        )
+    return float(((ours - wanted) ** 2).mean())
+
+
+def _learner(options: dict[str, int | float], seed: int) -> Any:
+    try:
+        from sklearn.ensemble import HistGradientBoostingRegressor
+    except ImportError as error:
+        raise RequestError(f"trees need scikit-learn ({error}): {how_to_install('neural')}") from None
+    made: Any = HistGradientBoostingRegressor  # its annotations are guessed from its defaults
+    return made(
+        learning_rate=_RATE,
+        max_depth=_DEPTH,
+        max_iter=int(options["units"]),
+        max_leaf_nodes=int(options["leaves"]),
+        early_stopping=False,
+        random_state=seed,
+    )
+
+
+def _nodes(learners: list[Any], shape: tuple[int, ...]) -> Nodes:
+    """The trees of all learners; those with fewer nodes are filled up with leaves that nothing reaches."""
+    here = np.broadcast_to(np.arange(shape[-1]), shape)
+    found = Nodes(np.zeros(shape, int), np.zeros(shape), here.copy(), here.copy(), np.zeros(shape))
+    for axis, learner in enumerate(learners):
+        for k, (tree,) in enumerate(learner._predictors):
+            nodes = tree.nodes
+            inner, size = nodes["is_leaf"] == 0, nodes.shape[0]
+            where = (axis, k, np.flatnonzero(inner))
+            found.feature[where] = nodes["feature_idx"][inner]
+            found.threshold[where] = nodes["num_threshold"][inner]
+            found.left[where], found.right[where] = nodes["left"][inner], nodes["right"][inner]
+            found.value[axis, k, :size] = np.where(inner, 0.0, nodes["value"])
+    return found
+
 
 Table = tuple[Array, Array]
 """Standardised inputs (rows, inputs), and target (rows, 3) in units of the output."""

@@ -1,13 +1,26 @@
-"""What a training works on: the network, the loss and the judge, made from a split and the settings."""
+"""Preparation of a training: network, loss and judge, from scratch or from a trained network.
+
+What a training works on: the network, the loss and the judge, made from a split and the settings.
+
+What an epoch is judged by: the error on held-out motions, filtered as scores filter it, and the laws.
+
+A training that goes on from a trained network: its layers, its inputs and their units, on the log of another boat.
+
+Few minutes of a new hull tell too little for fresh weights. A network of a sister hull, or one that was made to be a
+start (Nichol, Achiam and Schulman 2018), needs fewer. What it sees and says keeps the scale that it was trained with,
+else its weights would mean something else; mass and thrusters are those of the new vehicle, and so is what it fades
+beyond.
+"""
 
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 import torch
 
-from ...measurements.preparation.dataset import DataSet
+from ...measurements.preparation.prepare import DataSet
 from ...measurements.preparation.resampling import accelerations
 from ...measurements.preparation.split import Split
 from ...measurements.preparation.standardisation import Standardisation
@@ -20,16 +33,106 @@ from ...physics.thrusters import neutral_command
 from ...physics.vehicle import Vehicle
 from ..models.coasting import Coasting
 from ..models.network_inputs import input_names, network_inputs
-from ..models.network_model import scaling_of
-from ..networks.base import Network, Scaling
-from ..networks.registry import build, default_options, network_named
-from .augment import Augmenter, seen_noise, sister_targets
-from .fine_tuning import scaling_from, take_weights
+from ..models.network_model import NetworkModel, scaling_of
+from ..networks.base import Network, Scaling, through
+from ..networks.registry import NETWORKS, build, default_options, network_named
+from ..scores import same_filter
 from .losses import Objective
 from .probes import WARM_UP
 from .training_settings import Choice, TrainingSettings
-from .validation import Judge
-from .windows import Windows, filter_taps, target_acceleration, windows_of
+from .windows import Augmenter, Windows, filter_taps, seen_noise, sister_targets, target_acceleration, windows_of
+
+
+@final
+class Judge:
+    """Held-out motions, ready to be judged after every epoch.
+
+    Parameters
+    ----------
+    data : validation motions
+    coasting : states at which the laws are asked for
+    unit : (3,) of the error on each axis [m/s^2, m/s^2, rad/s^2]
+    """
+
+    def __init__(
+        self,
+        data: DataSet,
+        vehicle: Vehicle,
+        coasting: Coasting,
+        unit: Array,
+        *,
+        pure: bool,
+        heading: bool,
+    ) -> None:
+        self.data, self.coasting, self.unit = data, coasting, unit
+        self.targets = [target_acceleration(vehicle, motion, data, pure) for motion in data.motions]
+        seen = [network_inputs(vehicle, motion, heading) for motion in data.motions]
+        longest = max(see.shape[0] for see in seen)
+        # Networks are causal: rows after the end of a shorter motion change nothing before it.
+        padded = np.stack([np.pad(see, ((0, longest - see.shape[0]), (0, 0)), mode="edge") for see in seen])
+        self.inputs = torch.as_tensor(padded).to(coasting.inputs)
+
+    def error(self, network: Network) -> float:
+        """Root mean square error of the acceleration, each axis in its unit; the axes count alike."""
+        with torch.no_grad():
+            said = through(network, self.inputs)[0].double().cpu().numpy()
+        if not np.isfinite(said).all():
+            return float("nan")
+        rows = [
+            same_filter(s[: target.shape[0]], motion, self.data) - target
+            for s, target, motion in zip(said, self.targets, self.data.motions, strict=True)
+        ]
+        return float(np.sqrt(((np.concatenate(rows) / self.unit) ** 2).mean()))
+
+    def violating(self, network: Network) -> float:
+        """Share of the states without thrust at which the network creates energy."""
+        return self.coasting.violating_share(network)
+
+
+def going_on_from(start: NetworkModel) -> Choice:
+    """The choice of a network like one that is trained, which starts as it.
+
+    Raises
+    ------
+    RequestError
+        for one that is not trained but grown, such as trees.
+    """
+    grown = start.network.grown
+    if grown is not None:
+        trained = ", ".join(name for name, network in NETWORKS.items() if network.grown is None)
+        raise RequestError(
+            f"train: expected a network that can go on learning, got the {grown.parts} of {start.name}, which are "
+            f"{grown.how} anew; start from another ({trained}), or leave the start out"
+        )
+    heading = start.network.width > 3 + start.network.scaling.drives
+    return Choice(start.network.name, dict(start.network.options), start.pure, heading, start=start)
+
+
+def scaling_from(start: NetworkModel, vehicle: Vehicle, heading: bool) -> Scaling:
+    """The constants of a network that goes on from another, for a vehicle.
+
+    Raises
+    ------
+    RequestError
+        when the vehicle has other thrusters than that of the start.
+    """
+    known, asked = start.network.scaling, input_names(vehicle, heading)
+    if known.inputs.names != asked:
+        raise RequestError(
+            f"train: expected a vehicle whose network sees what that of {start.name} sees "
+            f"({', '.join(known.inputs.names)}), got {', '.join(asked)}; start from a network of a boat with the same "
+            "thrusters, or leave the start out"
+        )
+    return scaling_of(vehicle, known.inputs, known.output)
+
+
+@torch.no_grad()
+def take_weights(network: Network, start: NetworkModel) -> None:
+    """Give a network the weights of the start; its constants stay its own."""
+    given = dict(start.network.named_parameters())
+    for name, parameter in network.named_parameters():
+        parameter.copy_(given[name])
+
 
 POOL = 4096
 """States among which each batch draws, a half of them without thrust."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...measurements.preparation.dataset import DataSet
+from ...measurements.preparation.prepare import DataSet
 from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.motion import Motion

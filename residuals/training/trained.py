@@ -1,8 +1,22 @@
-"""A trained network and how it came to be: its epochs, the one that was kept, and what the laws cost."""
+"""A trained network: its epochs, what the laws cost, and the interval of its errors.
+
+A trained network and how it came to be: its epochs, the one that was kept, and what the laws cost.
+
+The interval of a trained network: its errors on the training part, sized by those on the validation part.
+"""
 
 from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
+import numpy as np
+
+from ...measurements.preparation.prepare import DataSet
+from ...measurements.preparation.split import Split
+from ...physics.motion import Array
+from ..models.base import VehicleModel
+from ..models.interval import LEVEL, Interval, calibrated, least_known, sizes, widening
 from ..models.network_model import NetworkModel
+from ..scores import acceleration_errors
 from .history import Epoch
 from .training_settings import TrainingSettings
 
@@ -60,3 +74,60 @@ class Trained:
             "stopped": self.stopped,
             "epochs": [asdict(epoch) for epoch in self.epochs],
         }
+
+
+_FEW = 20
+"""Rows that are too few to tell a quantile of one in twenty."""
+
+
+class _Rows(NamedTuple):
+    """Rows of a part: sizes, errors of a model and its vehicle alone (n, 3), `least_known` weight and distance (n,)."""
+
+    found: Array
+    error: Array
+    alone: Array
+    weight: Array
+    beyond: Array
+
+    def where(self, kept: np.ndarray) -> "_Rows":
+        return _Rows(*(values[kept] for values in self))
+
+
+def interval_of(model: NetworkModel, split: Split) -> Interval:
+    """Margins of a network: proportions from training, how large from validation, both within what it has seen.
+
+    The vehicle alone learnt of neither part, so both say how large its margins are. Validation rows beyond the training
+    say how much wider the margin must be there.
+    """
+    learnt, unseen = _rows(model, split.train), _rows(model, split.validation)
+    known, near = learnt.where(learnt.beyond == 0.0), unseen.where(unseen.beyond == 0.0)
+    if len(known.found) < _FEW:
+        known = learnt
+    if len(near.found) < _FEW:
+        near = unseen
+    both = _Rows(*(np.concatenate(pair) for pair in zip(learnt, unseen, strict=True)))
+    found = Interval(
+        level=LEVEL,
+        learnt=calibrated(known.found, known.error, near.found, near.error),
+        alone=calibrated(learnt.found, learnt.alone, both.found, both.alone),
+        wider=(1.0, 1.0, 1.0),
+    )
+    far = unseen.where(unseen.beyond > 0.0)
+    if len(far.found) < _FEW:
+        return found
+    wider = widening(far.error, found.margin(far.found, far.weight, far.beyond))
+    return found.model_copy(update={"wider": tuple(wider.tolist())})
+
+
+def _rows(model: NetworkModel, data: DataSet) -> _Rows:
+    own, base = (acceleration_errors(one, data)[1] for one in (model, VehicleModel(model.vehicle, "alone")))
+    told = [
+        _Rows(
+            sizes(model.vehicle, motion, model.acceleration(motion)),
+            error,
+            alone,
+            *least_known(motion, model.weight(motion), model.beyond(motion)),
+        )
+        for motion, error, alone in zip(data.motions, own, base, strict=True)
+    ]
+    return _Rows(*(np.concatenate(parts) for parts in zip(*told, strict=True)))

@@ -14,11 +14,11 @@ from places import ROOT
 from scipy.linalg import expm
 from training_parts import HULL
 
-from undertow.measurements.preparation.dataset import DataSet, Recipe
+from undertow.measurements.preparation.prepare import DataSet, Recipe
 from undertow.measurements.preparation.split import Split
 from undertow.physics.forces import actuation
 from undertow.physics.motion import Motion
-from undertow.residuals.models.baselines import ZeroAcceleration
+from undertow.residuals.models.base import ZeroAcceleration
 from undertow.residuals.scores import evaluate
 
 STEP, EXACT = 0.1, Recipe(cutoff=None)

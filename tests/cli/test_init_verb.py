@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from verbs import call, done, refused
 
-from undertow.discovery.candidates.nuisance import holds_guesses
+from undertow.discovery.candidates.candidate import holds_guesses
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import AS_GUESSED, Reading
 from undertow.physics.vehicle import load_vehicle

@@ -27,7 +27,7 @@ from undertow.comparison.recommendation import best
 from undertow.discovery.basis import choose
 from undertow.discovery.found_effects import FoundEffect
 from undertow.discovery.settings import DiscoverySettings
-from undertow.measurements.preparation.dataset import WEAK, DataSet
+from undertow.measurements.preparation.prepare import WEAK, DataSet
 from undertow.measurements.prepared_logs import ALL, Inputs, Parts
 from undertow.physics.errors import RequestError
 from undertow.physics.integration import Rollouts
@@ -37,8 +37,7 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.reports.terminal.comparison_screen import failures_table
 from undertow.reports.wording import risen, told_of
-from undertow.residuals.models.base import Model, VehicleModel
-from undertow.residuals.models.baselines import HoldVelocity, ZeroAcceleration, baselines
+from undertow.residuals.models.base import HoldVelocity, Model, VehicleModel, ZeroAcceleration, baselines
 from undertow.residuals.models.network_inputs import in_box
 from undertow.residuals.scores import Errors, evaluate
 from undertow.residuals.series import series

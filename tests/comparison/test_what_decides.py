@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from undertow.comparison.what_decides import share_of_error, what_decides
+from undertow.comparison.recommendation import share_of_error, what_decides
 from undertow.residuals.scores import Errors, RolloutErrors
 
 RNG = np.random.default_rng(5)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import Bench, add_effects
-from undertow.discovery.balance.sensor_errors import misalignment, nuisances
+from undertow.discovery.balance.long_logs import misalignment, nuisances
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import unexplained
 from undertow.discovery.candidates.candidate import candidates

@@ -14,9 +14,8 @@ from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.candidates.linearisation import Linearisation
 from undertow.discovery.discover import find_missing
 from undertow.discovery.findings import Folds
-from undertow.discovery.search.floating import Search
+from undertow.discovery.search.floating import Search, WithoutFold
 from undertow.discovery.search.gram import GramScores
-from undertow.discovery.search.unseen_fold import WithoutFold
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.preparation.split import folds_of
 from undertow.physics.motion import Motion

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import add_effects
-from undertow.discovery.balance.rollout_test import rollout_squares, rollouts_object
+from undertow.discovery.balance.shooting import rollout_squares, rollouts_object
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Option

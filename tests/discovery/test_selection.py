@@ -7,7 +7,7 @@ import pytest
 
 from undertow.discovery import kept_effects as selected
 from undertow.discovery import selection
-from undertow.discovery.balance.rollout_test import rollouts_part
+from undertow.discovery.balance.shooting import rollouts_part
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import beside_few, choose
 from undertow.discovery.candidates.candidate import Kind, candidates

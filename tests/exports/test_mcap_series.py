@@ -14,7 +14,7 @@ from mcap.reader import make_reader
 from verbs import call, done, refused, strict
 
 import undertow
-from undertow.discovery.candidates.effect_forces import effect_forces, effects_between
+from undertow.discovery.candidates.linearisation import effect_forces, effects_between
 from undertow.exports.mcap_series import Prediction, compared, write_series
 from undertow.measurements.preparation.split import PARTS
 from undertow.physics.forces import modelled_force

@@ -6,8 +6,7 @@ import numpy as np
 
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log
-from undertow.measurements.preparation.dataset import WEAK
-from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.prepare import WEAK, prepare
 from undertow.physics.worlds.simulated_log import SimulatedLog
 
 

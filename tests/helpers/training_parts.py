@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import torch
 
-from undertow.measurements.preparation.dataset import PAPER, DataSet
+from undertow.measurements.preparation.prepare import PAPER, DataSet
 from undertow.measurements.preparation.resampling import smooth
 from undertow.measurements.preparation.split import Split, split
 from undertow.measurements.preparation.standardisation import Standardisation

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.measurements.geodesy import FLATTENING, SEMI_MAJOR_AXIS, local_metres
+from undertow.measurements.canonical import FLATTENING, SEMI_MAJOR_AXIS, local_metres
 
 
 @pytest.mark.parametrize("latitude", [-63.4, 0.0, 59.9, 89.0])

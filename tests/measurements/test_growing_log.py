@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from undertow.measurements.formats.tables.growing_table import GrowingTable, growing_lines
-from undertow.measurements.growing_log import GrowingLog
+from undertow.measurements.growing_log import GrowingLog, GrowingTable, growing_lines
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
-from undertow.measurements.preparation.dataset import WEAK
-from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.prepare import WEAK, prepare
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
@@ -147,7 +145,7 @@ def test_a_file_that_shrinks_or_is_not_there_is_refused(tmp_path: Path, monkeypa
     path.write_bytes(b"\x1f\x8b")
     with pytest.raises(LogError, match="a gzip file cannot be followed"):
         next(growing_lines(str(path), follow=True))
-    monkeypatch.setattr("undertow.measurements.formats.tables.growing_table._LONGEST", 10)
+    monkeypatch.setattr("undertow.measurements.growing_log._LONGEST", 10)
     path.write_bytes(io.BytesIO(bytes(100)).read())
     with pytest.raises(LogError, match="without an end of a line"):
         next(growing_lines(str(path)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from undertow.measurements.preparation.dataset import WEAK, DataSet
+from undertow.measurements.preparation.prepare import WEAK, DataSet
 from undertow.measurements.preparation.split import Fold
 from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import load_vehicle

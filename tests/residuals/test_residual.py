@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.measurements.preparation.dataset import WEAK, DataSet, Recipe
+from undertow.measurements.preparation.prepare import WEAK, DataSet, Recipe
 from undertow.measurements.preparation.resampling import low_pass, smooth
 from undertow.physics.integration import simulate_motion
 from undertow.physics.momentum_balance import mass_matrix

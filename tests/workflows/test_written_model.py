@@ -8,7 +8,7 @@ import pytest
 
 from undertow.comparison.comparison import Judged, judge
 from undertow.comparison.facts import CALIBRATED, CORRECTED, NOMINAL, Best
-from undertow.comparison.what_decides import share_of_error
+from undertow.comparison.recommendation import share_of_error
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.findings import Findings

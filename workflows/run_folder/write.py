@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from ...comparison.audit import Audit
 from ...comparison.facts import Comparison
-from ...discovery.candidates.effect_forces import found_forces
-from ...discovery.candidates.nuisance import holds_guesses
+from ...discovery.candidates.candidate import holds_guesses
+from ...discovery.candidates.linearisation import found_forces
 from ...discovery.discover import Discovery
 from ...discovery.findings import Findings
 from ...discovery.settings import DiscoverySettings

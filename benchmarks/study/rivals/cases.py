@@ -10,7 +10,7 @@ from unnamed import SECONDS, WAKE, boats
 
 from study.other_simulators.kinds import with_hulls
 from study.other_simulators.worlds import world_of
-from undertow.measurements.preparation.dataset import PAPER, DataSet
+from undertow.measurements.preparation.prepare import PAPER, DataSet
 from undertow.measurements.preparation.split import Split, split
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.worlds.world import NOISE

@@ -10,14 +10,13 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from undertow.measurements.preparation.dataset import DataSet
+from undertow.measurements.preparation.prepare import DataSet
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.forces import through_water
 from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.network_inputs import input_names
-from undertow.residuals.models.network_model import NetworkModel, scaling_of
-from undertow.residuals.models.threads import one_thread
+from undertow.residuals.models.network_model import NetworkModel, one_thread, scaling_of
 from undertow.residuals.networks.base import Memory, Network, Scaling
 from undertow.residuals.training.windows import target_acceleration
 

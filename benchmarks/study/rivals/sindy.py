@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pysindy
 
-from undertow.measurements.preparation.dataset import DataSet
+from undertow.measurements.preparation.prepare import DataSet
 from undertow.physics.forces import held_thrust
 from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle

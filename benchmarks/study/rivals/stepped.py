@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from undertow.measurements.preparation.dataset import DataSet
+from undertow.measurements.preparation.prepare import DataSet
 from undertow.physics.forces import actuation, held_thrust
 from undertow.physics.integration import SPEED_LIMIT, Rollouts, check_starts
 from undertow.physics.motion import Array, Motion, body_to_earth

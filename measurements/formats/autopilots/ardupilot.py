@@ -14,7 +14,7 @@ import numpy as np
 
 from ....physics.errors import LogError
 from ....physics.motion import Array
-from ...geodesy import local_metres
+from ...canonical import local_metres
 from ...vehicle_types import by_firmware
 from ..base import Recording, Request, Stream
 from .autopilot import Table, assembled, beside, heading_at, in_order, planar, raw_names, servo_commands

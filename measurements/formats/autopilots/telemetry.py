@@ -13,7 +13,7 @@ import numpy as np
 
 from ....physics.errors import LogError
 from ....physics.motion import GRAVITY, Array
-from ...geodesy import local_metres
+from ...canonical import local_metres
 from ...vehicle_types import CraftTold, by_firmware, by_mav_type
 from ..base import Format, Head, Name, Recording, Request, Stream
 from .autopilot import Table, assembled, beside, heading_at, in_order, numbers, planar, raw_names, servo_commands

@@ -12,8 +12,7 @@ import numpy as np
 from ....physics.reading import Plain, parse_json
 from ..base import DEEPEST, Name, Request, Stream
 from .ros_clock import Stamps, overtaken
-from .ros_table import LONGEST_LIST, frame_of
-from .ros_types import LONGEST_DEFINITION, MOST_FIELDS
+from .ros_types import LONGEST_DEFINITION, LONGEST_LIST, MOST_FIELDS, frame_of
 
 _LARGEST = 16 * 2**20
 """Bytes of one message that is still unpacked; a list of nothing takes some twenty times its text in memory."""

@@ -12,8 +12,7 @@ from ..base import Name, Recording, Request, Stream
 from ..unpacking import Allowance
 from .json_messages import JsonTopic, json_topic
 from .ros_clock import CLOCK, ClockTopic, Stamps, agree, overtaken
-from .ros_table import Table
-from .ros_types import MessageType, message_type
+from .ros_types import MessageType, Table, message_type
 
 _MOST_SHAPES = 64
 """Shapes that the messages of a topic may have: each takes a table, and scans have a new one every time."""

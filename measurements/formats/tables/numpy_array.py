@@ -5,8 +5,8 @@ import numpy as np
 from ....physics.errors import LogError
 from ..base import Format, Head, Recording, Request, in_file
 from ..time_columns import find_time
-from .pandas_part import FramePart
 from .tables import check_columns, is_long, is_wide, wide_recording, without_names
+from .text_tables import FramePart
 
 _MAGIC = b"\x93NUMPY"
 

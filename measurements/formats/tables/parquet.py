@@ -10,7 +10,6 @@ from ....physics.motion import Array
 from ..base import EXPECTED, Format, Head, Name, Recording, Request, in_file
 from ..time_columns import find_time
 from ..unpacking import check_unpacked, most_held
-from .pandas_part import FramePart
 from .tables import (
     LONG,
     LONG_ROW,
@@ -21,6 +20,7 @@ from .tables import (
     not_called_time,
     wide_recording,
 )
+from .text_tables import FramePart
 
 _NUMBER = 8
 """Bytes of a number in memory."""

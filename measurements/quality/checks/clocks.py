@@ -12,9 +12,9 @@ from ...statistics.blocks import CI
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
+from ..quick_motion import centre_of, stands_still
 from ..record import RATE, Record, Stretch
 from ..response import COARSE, MADE_GOOD, ROW, SLOW, Trials, made_good, row_of, trials
-from ..resting import centre_of, stands_still
 
 _STEP = 1.0 / RATE
 """Of the even time base [s]."""

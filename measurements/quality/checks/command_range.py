@@ -14,9 +14,9 @@ from ....physics.motion import Motion
 from ....physics.presentation import percent
 from ....physics.thrusters import TableCurve, Thruster, command_of
 from ....physics.vehicle import Vehicle
+from ..expected_answers import all_of
 from ..faults import OVERWHELMING, Altered, Size, size_by_model
 from ..finding import Check, Finding, Reach
-from ..place_remedies import all_of
 from ..record import Record
 
 _OVER = 0.02

@@ -17,9 +17,8 @@ from ....physics.motion import Array
 from ...statistics.quantiles import student
 from ..faults import BLOCK, FEWEST, Fault, Kind, Share, Size, blocks_of, ratio_by_blocks, size_of
 from ..finding import Check, Finding
-from ..quick_motion import LEAST, STEP, Part, parts_of, unexplained
+from ..quick_motion import LEAST, STEP, Part, neutral_of, parts_of, unexplained
 from ..record import RATE, Record
-from ..resting import neutral_of
 
 _NEAR = 0.02
 """Share of its range within which a command is at an end of it: what rounding takes from a limit."""

@@ -16,10 +16,9 @@ from ....physics.motion import Motion
 from ....physics.vehicle import Vehicle
 from ...canonical import Channel, command_kind
 from ...channels.mixing import mixed
-from ..expected_answers import SIDE, expected_of
+from ..expected_answers import SIDE, called, expected_of
 from ..faults import Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix, Reach
-from ..place_remedies import called
 from ..record import Record
 from ..response import Answer, trials
 

@@ -9,8 +9,8 @@ import numpy as np
 from ....physics.thrusters import resting_commands
 from ...canonical import LIMITS, command_kind
 from ..finding import Check, Finding
+from ..quick_motion import neutral_of
 from ..record import Record
-from ..resting import neutral_of
 
 USUAL = 1500.0
 """The PWM at which the thruster curves of vehicle files have their zero, unless they say otherwise [us]."""

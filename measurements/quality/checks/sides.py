@@ -10,11 +10,23 @@ from ...canonical import command_kind
 from ...clock import LEAST_CORRELATION, band_passed
 from ...statistics.blocks import CI
 from ..axes import surveyed
-from ..expected_answers import SIDE, Expected, as_expected, expected_of, side_of, told_of
+from ..expected_answers import (
+    SIDE,
+    Expected,
+    all_of,
+    as_expected,
+    called,
+    expected_of,
+    likely_reversed,
+    likely_swapped,
+    map_line,
+    or_vehicle,
+    side_of,
+    swapped,
+    told_of,
+)
 from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
 from ..finding import Check, Finding
-from ..likely_places import likely_reversed, likely_swapped
-from ..place_remedies import all_of, called, map_line, or_vehicle, swapped
 from ..record import RATE, Record
 from ..response import Answer, Trials, trials
 from .swapped_channels import may_be_exchanged

@@ -19,7 +19,7 @@ from ..axes import LENGTHS, SPEEDS, Track, mixed_up, surveyed, track_of
 from ..course import contradicts, course_of, off_course
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
 from ..finding import Channels, Check, Finding, Fix, Reach
-from ..pieces import Turns, apart, blocks_of_pieces, turns
+from ..lags import Turns, apart, blocks_of_pieces, turns
 from ..record import RATE, Record, Stretch
 
 _FINE = 0.1

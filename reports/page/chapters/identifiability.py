@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ....discovery.findings import Advice
-from ....discovery.identifiability.visible import Identifiability
+from ....discovery.identifiability.rehearsal import Identifiability
 from ....physics.presentation import listing, words
 from ...run_contents import RunFolder
 from ...wording import typeset

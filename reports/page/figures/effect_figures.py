@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from ....discovery.findings import Findings
-from ....discovery.identifiability.visible import Excitation
+from ....discovery.identifiability.rehearsal import Excitation
 from ....physics.momentum_balance import mass_matrix
 from ....physics.motion import AXES, FORCE_UNITS, Array
 from ....physics.presentation import percent, share_removed, unit_text, words

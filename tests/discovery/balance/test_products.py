@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery.balance.column_cache import Remembered
+from undertow.discovery.balance.base import Remembered
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.physics.forces import modelled_acceleration, modelled_force, relative_velocity
 from undertow.physics.momentum_balance import mass_matrix

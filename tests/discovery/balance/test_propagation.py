@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.discovery.balance.propagation import Propagation
+from undertow.discovery.balance.sensitivity import Propagation
 
 STEP, PER_BIN, BINS, STARTS = 0.1, 5, 4, 6
 

@@ -6,10 +6,9 @@ import pytest
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.calibration.calibrate import Calibration, calibrate
-from undertow.discovery.candidates.candidate import candidates
-from undertow.discovery.candidates.nuisance import CALIBRATED, beside, calibratable, nuisance_candidates
+from undertow.discovery.candidates.candidate import CALIBRATED, beside, calibratable, candidates, nuisance_candidates
 from undertow.discovery.discover import find_missing
-from undertow.discovery.identifiability.identifiable_parameters import identified
+from undertow.discovery.identifiability.identifiable_effects import identified
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError

@@ -2,7 +2,7 @@
 
 import pytest
 
-from undertow.discovery.candidates.at_limit import limit_at
+from undertow.discovery.candidates.candidate import limit_at
 from undertow.physics.effects import PARAMETERS
 
 DRAG = PARAMETERS["X_uu"]

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import add_effects
-from undertow.discovery.candidates.candidate import Kind, candidates
-from undertow.discovery.candidates.nuisance import calibratable
+from undertow.discovery.candidates.candidate import Kind, calibratable, candidates
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.limits import in_step
 from undertow.discovery.evidence.record_errors import record_errors
@@ -17,8 +16,7 @@ from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.canonical import Channel
 from undertow.measurements.kinematics import gyro_lateness
 from undertow.measurements.log import read_log
-from undertow.measurements.preparation.dataset import WEAK
-from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.prepare import WEAK, prepare
 from undertow.measurements.preparation.resampling import command_step
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.motion import Motion

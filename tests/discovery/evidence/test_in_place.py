@@ -7,7 +7,7 @@ from dragged_world import Push, Pushed
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
-from undertow.discovery.candidates.free_forms import free_forms
+from undertow.discovery.candidates.unnamed_terms import free_forms
 from undertow.discovery.evidence.other_forms import Substitute, in_place
 from undertow.discovery.evidence.rest_beside_forms import FormColumns, RestBesideForms
 from undertow.discovery.evidence.weighing import TELL_APART

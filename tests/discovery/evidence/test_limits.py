@@ -8,7 +8,7 @@ from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import Candidate, candidates
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.limits import at_limits
-from undertow.discovery.identifiability.visible import Identifiability
+from undertow.discovery.identifiability.rehearsal import Identifiability
 from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.reason import Reason
 from undertow.discovery.search.estimation import Interval

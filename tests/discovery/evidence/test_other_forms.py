@@ -10,7 +10,7 @@ from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
-from undertow.discovery.candidates.free_forms import finer_forms, free_forms
+from undertow.discovery.candidates.unnamed_terms import finer_forms, free_forms
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.other_forms import OtherForms, other_forms
 from undertow.discovery.evidence.weighing import TELL_APART

@@ -15,8 +15,7 @@ from undertow.discovery.experiment import advice
 from undertow.discovery.experiment.separation import Parting, part
 from undertow.discovery.findings import Advice, Findings
 from undertow.discovery.identifiability.identifiable_effects import ALIAS, alias_groups, identify
-from undertow.discovery.identifiability.rehearsal import PLAUSIBLE, plausible_amounts, rehearse
-from undertow.discovery.identifiability.visible import Identifiability
+from undertow.discovery.identifiability.rehearsal import PLAUSIBLE, Identifiability, plausible_amounts, rehearse
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.files import strict_json
 from undertow.physics.integration import simulate_motion

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 from bags import EPOCH, Message, nanoseconds, write_ros1, write_ros2
 
+from undertow.measurements.canonical import local_metres
 from undertow.measurements.channels.channel_map import map_text
-from undertow.measurements.geodesy import local_metres
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.needs import problems

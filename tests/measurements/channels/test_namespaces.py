@@ -6,7 +6,7 @@ import pytest
 from bags import recorded, write_mcap
 
 from undertow.measurements.channels.channel_map import map_text, read_channel_map
-from undertow.measurements.channels.namespaces import check_namespace, vehicles
+from undertow.measurements.channels.recognition import check_namespace, vehicles
 from undertow.measurements.formats.base import Name
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from undertow.measurements.preparation import split as held_out
-from undertow.measurements.preparation.dataset import PAPER, DataSet
+from undertow.measurements.preparation.prepare import PAPER, DataSet
 from undertow.measurements.preparation.split import IDLE, Split, cut, folds_of
 from undertow.measurements.prepared_logs import FOLDS, Inputs, Parts
 from undertow.physics.motion import Motion

@@ -8,9 +8,8 @@ import pytest
 from undertow.measurements.canonical import Channel
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log
-from undertow.measurements.preparation.dataset import WEAK
 from undertow.measurements.preparation.jumps import Jump, jumps_of, without
-from undertow.measurements.preparation.prepare import prepare, usable_spans
+from undertow.measurements.preparation.prepare import WEAK, prepare, usable_spans
 
 RATE, SECONDS, SPEED = 10.0, 120.0, 1.5
 

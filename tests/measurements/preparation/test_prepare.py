@@ -9,8 +9,7 @@ from places import ROOT, shared
 
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.preparation.dataset import PAPER, WEAK, Recipe
-from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.prepare import PAPER, WEAK, Recipe, prepare
 from undertow.measurements.preparation.resampling import even_grid, is_logged_on_change, segments
 from undertow.physics.vehicle import load_vehicle
 

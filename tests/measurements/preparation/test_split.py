@@ -8,8 +8,7 @@ import pytest
 
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log
-from undertow.measurements.preparation.dataset import PAPER, WEAK, DataSet, Recipe
-from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.prepare import PAPER, WEAK, DataSet, Recipe, prepare
 from undertow.measurements.preparation.resampling import accelerations, feature_names, features, smooth
 from undertow.measurements.preparation.split import paper_preparation, split
 from undertow.measurements.preparation.standardisation import Standardisation

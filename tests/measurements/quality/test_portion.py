@@ -9,8 +9,8 @@ import pytest
 from undertow.measurements.canonical import Channel
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log
-from undertow.measurements.quality import portion
-from undertow.measurements.quality.portion import PART, WHOLE, longest, looked_at
+from undertow.measurements.quality import record as portion
+from undertow.measurements.quality.record import PART, WHOLE, longest, looked_at
 
 HOUR = 3600.0
 

@@ -11,10 +11,9 @@ from undertow.physics.laws.audit.search import Box, climb, spread
 from undertow.physics.laws.energy import TOLERANCE, full_force
 from undertow.physics.motion import Array
 from undertow.physics.vehicle import Hull
-from undertow.residuals.models.bounds import bound_power
+from undertow.residuals.models.bounds import bound_power, relu_lines, tanh_lines
 from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
-from undertow.residuals.models.relaxations import relu_lines, tanh_lines
 from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import build
 

@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from undertow.measurements.preparation.dataset import PAPER, WEAK, DataSet
+from undertow.measurements.preparation.prepare import PAPER, WEAK, DataSet
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.integration import Driven, integrate

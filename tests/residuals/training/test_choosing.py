@@ -21,7 +21,7 @@ from undertow.physics.laws.energy import INSIDE, coasting_power, full_force, let
 from undertow.physics.motion import Array
 from undertow.residuals.models.coasting import Coasting
 from undertow.residuals.models.network_model import NetworkModel
-from undertow.residuals.training.choosing import Verdict
+from undertow.residuals.training.checkpoint import Verdict
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.history import Epoch, best_epochs
 from undertow.residuals.training.trained import Trained

@@ -15,8 +15,8 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.networks.registry import NETWORKS
 from undertow.residuals.scores import acceleration_score
 from undertow.residuals.training.epochs import Trained, train
-from undertow.residuals.training.fine_tuning import going_on_from, scaling_from
 from undertow.residuals.training.history import Epoch
+from undertow.residuals.training.preparation import going_on_from, scaling_from
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.train import choice_of
 

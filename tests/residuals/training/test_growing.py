@@ -23,7 +23,7 @@ from undertow.residuals.models.network_model import scaling_of
 from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import NETWORKS, build
 from undertow.residuals.scores import acceleration_score, rollout_scores
-from undertow.residuals.training import growing_processes
+from undertow.residuals.training import growing as growing_processes
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.growing import GROWING, grow
 from undertow.residuals.training.training_settings import Choice, TrainingSettings

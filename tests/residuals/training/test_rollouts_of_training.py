@@ -8,7 +8,7 @@ import pytest
 import torch
 from training_parts import HULL, fresh, parts_of
 
-from undertow.measurements.preparation.dataset import PAPER, DataSet
+from undertow.measurements.preparation.prepare import PAPER, DataSet
 from undertow.measurements.preparation.split import Split, split
 from undertow.physics.forces import ForceEquation, relative_velocity
 from undertow.physics.motion import Motion
@@ -18,7 +18,7 @@ from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.networks.base import Network
 from undertow.residuals.scores import rollout_scores
 from undertow.residuals.training.epochs import train
-from undertow.residuals.training.rollouts import Forcing, Shooter
+from undertow.residuals.training.losses import Forcing, Shooter
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.residuals.training.windows import windows_of
 

@@ -10,7 +10,7 @@ from envelopes import encloses
 from training_parts import HULL, fresh, parts_of
 
 from undertow.comparison.audit import audit, witness_of
-from undertow.measurements.preparation.dataset import PAPER, DataSet
+from undertow.measurements.preparation.prepare import PAPER, DataSet
 from undertow.measurements.preparation.resampling import low_pass, smooth
 from undertow.measurements.preparation.split import Split, split
 from undertow.physics.errors import RequestError

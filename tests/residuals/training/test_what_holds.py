@@ -8,7 +8,7 @@ import pytest
 import torch
 from training_parts import HULL, parts_of
 
-from undertow.comparison.coverage import coverage
+from undertow.comparison.comparison import coverage
 from undertow.measurements.preparation.split import Split
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import AXES, Motion

@@ -14,8 +14,7 @@ from verbs import inspected as inspect
 import undertow
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
-from undertow.measurements.preparation.dataset import WEAK
-from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.prepare import WEAK, prepare
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.series import stretches
 

@@ -9,7 +9,8 @@ import pytest
 
 from undertow.measurements.formats.base import Recording, Request, read_head
 from undertow.measurements.formats.registry import read_recording
-from undertow.measurements.formats.tables import arrow_part, pandas_part
+from undertow.measurements.formats.tables import text_tables as arrow_part
+from undertow.measurements.formats.tables import text_tables as pandas_part
 from undertow.physics.errors import LogError
 
 ROWS = 4000
