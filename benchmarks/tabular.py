@@ -25,10 +25,9 @@ from undertow.measurements.preparation.split import Split
 from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.network_inputs import network_inputs
-from undertow.residuals.scores import same_filter
+from undertow.residuals.scores import same_filter, target_acceleration
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
-from undertow.residuals.training.windows import target_acceleration
 from undertow.workflows.fit import fit
 from undertow.workflows.inputs import read_inputs
 

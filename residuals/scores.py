@@ -62,6 +62,12 @@ def same_filter(values: Array, motion: Motion, data: DataSet) -> Array:
     return low_pass(values, motion.time_step, data.recipe.cutoff, data.recipe.order)
 
 
+def target_acceleration(vehicle: Vehicle, motion: Motion, data: DataSet, pure: bool) -> Array:
+    """What the filtered output of a network should be, (n, 3) [m/s^2, m/s^2, rad/s^2]."""
+    measured = accelerations(motion)
+    return measured if pure else measured - same_filter(modelled_acceleration(vehicle, motion), motion, data)
+
+
 HORIZONS = (2.0, 10.0, 30.0)
 """Rollout lengths [s]."""
 SPACING = 0.5

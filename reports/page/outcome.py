@@ -324,7 +324,7 @@ def _changed(steps: Sequence[Step], deciding: str) -> float:
 def _chance(findings: Findings, comparison: Comparison) -> str:
     """Why the change of the lead error may be nothing, as a clause; empty where it is more than chance."""
     horizon, metric = hero(findings.steps, comparison.best.horizon)
-    told = difference(comparison.facts, CORRECTED, NOMINAL, "rollout", metric, horizon)
+    told = difference(comparison.differences, CORRECTED, NOMINAL, "rollout", metric, horizon)
     return _CHANCE.get("" if told is None else told.verdict, "")
 
 

@@ -52,7 +52,7 @@ def rivals(comparison: Comparison, audit: AuditRecord | None = None) -> list[Riv
     found = []
     for model in comparison.models:
         name, score = model.name, scores[model.name]
-        low, high = _paired(comparison.facts, name, reference, horizon)
+        low, high = _paired(comparison.differences, name, reference, horizon)
         interval = (max(base + low, 0.0), max(base + high, 0.0)) if low <= high and base == base else None
         found.append(
             Rival(
@@ -88,7 +88,7 @@ def reference_of(comparison: Comparison) -> str:
     None that was fitted to the judged rows, whose errors are too small.
     """
     names = [model.name for model in comparison.models]
-    paired = {name for item in comparison.facts for name in (item.model, item.against)}
+    paired = {name for item in comparison.differences for name in (item.model, item.against)}
     paired -= {model.name for model in comparison.models if model.fitted_here}
     return next((name for name in ("corrected", "calibrated", "nominal") if name in paired), names[0] if names else "")
 

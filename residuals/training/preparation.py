@@ -36,11 +36,11 @@ from ..models.network_inputs import input_names, network_inputs
 from ..models.network_model import NetworkModel, scaling_of
 from ..networks.base import Network, Scaling, through
 from ..networks.registry import NETWORKS, build, default_options, network_named
-from ..scores import same_filter
+from ..scores import same_filter, target_acceleration
 from .losses import Objective
 from .probes import WARM_UP
 from .training_settings import Choice, TrainingSettings
-from .windows import Augmenter, Windows, filter_taps, seen_noise, sister_targets, target_acceleration, windows_of
+from .windows import Augmenter, Windows, filter_taps, seen_noise, sister_targets, windows_of
 
 
 @final

@@ -19,8 +19,7 @@ from ..models.base import VehicleModel
 from ..models.network_inputs import network_inputs
 from ..models.network_model import NetworkModel
 from ..networks.trust import Tried, Trust, stacked
-from ..scores import rollout_errors
-from .windows import target_acceleration
+from ..scores import rollout_errors, target_acceleration
 
 WARM_UP = 2.0
 """Rows at the start of a window on which a network with memory is not judged [s]."""

@@ -14,17 +14,17 @@ import torch
 from torch import Tensor
 
 from ...measurements.preparation.prepare import DataSet, Recipe
-from ...measurements.preparation.resampling import accelerations, low_pass
+from ...measurements.preparation.resampling import low_pass
 from ...measurements.statistics.signals import noise_on_rows
 from ...physics.errors import RequestError
-from ...physics.forces import actuation, memory_states, modelled_acceleration, stated_push
+from ...physics.forces import actuation, memory_states, stated_push
 from ...physics.laws.damping_power import damping_power
 from ...physics.laws.energy import INSIDE, allowed_power, thrust_power
-from ...physics.motion import Array, Motion
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.typical_effects import random_hull
 from ..models.network_inputs import network_inputs
-from ..scores import same_filter
+from ..scores import target_acceleration
 from .training_settings import Augmentation, TrainingSettings
 
 _LEAST_TAP = 1e-3
@@ -89,12 +89,6 @@ def filter_taps(recipe: Recipe, time_step: float) -> Array:
     reach = int(np.flatnonzero(np.abs(response) >= _LEAST_TAP)[-1]) - _REACH
     taps = response[_REACH - reach : _REACH + reach + 1]
     return taps / taps.sum()
-
-
-def target_acceleration(vehicle: Vehicle, motion: Motion, data: DataSet, pure: bool) -> Array:
-    """What the filtered output of a network should be, (n, 3) [m/s^2, m/s^2, rad/s^2]."""
-    measured = accelerations(motion)
-    return measured if pure else measured - same_filter(modelled_acceleration(vehicle, motion), motion, data)
 
 
 def cut(values: Sequence[Array], rows: int, stride: int) -> Array:

@@ -18,7 +18,7 @@ from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import NetworkModel, one_thread, scaling_of
 from undertow.residuals.networks.base import Memory, Network, Scaling
-from undertow.residuals.training.windows import target_acceleration
+from undertow.residuals.scores import target_acceleration
 
 from .stepped import filtered_thrust
 

@@ -57,7 +57,7 @@ def _tables(comparison: Comparison) -> list[Html]:
     models = comparison.models
     base = _table_reference(comparison)
     notes = [f"Errors on {judged_rows(comparison.split)}, root mean square unless said otherwise."]
-    if comparison.facts:
+    if comparison.differences:
         notes.append(f"{KEY} The reference is the {base} model.")
     notes += [f"{name}: {text}." for name, text in MEANING.items() if any(m.name == name for m in models)]
     notes += comparison.notes
@@ -72,14 +72,16 @@ def _tables(comparison: Comparison) -> list[Html]:
     ]
     if any(model.acceleration.mae != ByAxis() for model in models):
         parts.append(element("details", element("summary", "mean absolute errors"), _mean_errors(models)))
-    if comparison.facts:
-        parts.append(element("details", element("summary", "every paired difference"), *_differences(comparison.facts)))
+    if comparison.differences:
+        parts.append(
+            element("details", element("summary", "every paired difference"), *_differences(comparison.differences))
+        )
     return parts
 
 
 def _table_reference(comparison: Comparison) -> str:
     """The marks tell against the nominal model, which a reader knows, where that was asked."""
-    against = {item.against for item in comparison.facts}
+    against = {item.against for item in comparison.differences}
     return "nominal" if "nominal" in against else reference_of(comparison)
 
 
@@ -96,7 +98,7 @@ def _rollouts(comparison: Comparison, base: str) -> Html:
         def cell(seconds: str, axis: str, name: str = name, scores: dict[str, RolloutRecord] = scores) -> str:
             errors = scores.get(seconds) or RolloutRecord()
             value = typeset(errors.of(axis), blank="diverged" if errors.diverged else "n/a")
-            return _marked(value, difference(comparison.facts, name, base, "rollout", axis, seconds))
+            return _marked(value, difference(comparison.differences, name, base, "rollout", axis, seconds))
 
         away, starts = [scores[s].diverged for s in horizons], [scores[s].starts for s in horizons]
         ran = [f"{a} of {n}, {s} s" for a, n, s in zip(away, starts, horizons, strict=True) if a]
@@ -120,7 +122,7 @@ def _accelerations(comparison: Comparison, base: str) -> Html:
     rows = []
     for model in models:
         score = model.acceleration
-        told = [difference(comparison.facts, model.name, base, "acceleration", axis) for axis in AXES]
+        told = [difference(comparison.differences, model.name, base, "acceleration", axis) for axis in AXES]
         rmse = [_marked(typeset(score.rmse.of(axis)), item) for axis, item in zip(AXES, told, strict=True)]
         row = [model.name, *rmse, *(goodness(score.r2.of(axis)) for axis in AXES)]
         rows.append(row + [_domain(model, axis) for axis in AXES] * domain)

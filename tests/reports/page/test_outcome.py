@@ -107,7 +107,7 @@ def test_what_grows_by_more_than_chance_is_told_beside_what_shrinks(tmp_path: Pa
     assert told[2] == said  # the error that the story leads with has a sentence of its own
     assert "position of 10 s predictions by 30" in str(comparison)
     run = read_run(write_sample(tmp_path / "run", seconds=30.0))
-    shown = page(replace(run, comparison=run.comparison.but(differences=comparison.facts)))
+    shown = page(replace(run, comparison=run.comparison.but(differences=comparison.differences)))
     assert said in shown.replace(NARROW, " ").split('class="card numbers"')[0]
 
 
