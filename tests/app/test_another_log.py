@@ -72,7 +72,8 @@ def test_a_second_log_is_predicted_as_compare_does(second: Path, tmp_path: Path)
     # The band is that of the log to which the model was fitted.
     assert fit.band == desk.fit(stand).band is not None
     assert fit.held is not None
-    assert fit.held.predictions > 250
+    assert fit.held.predictions > 200
+    assert fit.held.predictions + fit.held.beyond > 250  # those far from the speeds of the run have no band
     known = np.isfinite(fit.columns["u_low"])
     assert (fit.columns["u_low"] <= fit.columns["u"])[known].all()
     assert (fit.columns["u"] <= fit.columns["u_high"])[known].all()

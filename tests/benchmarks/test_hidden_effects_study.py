@@ -41,9 +41,9 @@ def test_a_rival_that_does_as_well_is_what_no_judge_could_tell(study: ModuleType
     worlds = importlib.import_module("study.worlds")
     monkeypatch.setattr(worlds, "DURATION", 150.0)
     case = worlds.draw(worlds.PARTS["singles"], 1, 1)
-    monkeypatch.setattr(study, "rival", lambda case: ("sway_lift", ["sway_trim", "mean_wind"], 3.2))
+    monkeypatch.setattr(study, "rivals", lambda *given: iter([("sway_lift", ["sway_trim", "mean_wind"], 3.2)]))
     assert study.bound(case) == "sway_trim and mean_wind in place of sway_lift: +3.2"
-    monkeypatch.setattr(study, "rival", lambda case: ("sway_lift", ["sway_trim"], 30.0))
+    monkeypatch.setattr(study, "rivals", lambda *given: iter([("sway_lift", ["sway_trim"], 30.0)]))
     assert study.bound(case) == ""
     monkeypatch.setattr(study, "materiality", lambda *vehicles: np.array([0.0, 0.01, 0.02]))
     assert study.bound(case).endswith("10 s rollouts change by 2.0 %")
@@ -53,10 +53,13 @@ def test_the_best_rival_of_a_truth_is_worse(study: ModuleType):
     worlds = importlib.import_module("study.worlds")
     part = worlds.Part("", 1, 1, seconds=60.0)
     case = worlds.draw(part, 1, 1)
-    of, by, worse = study.rival(case)
-    assert of in case.hidden
-    assert set(by).isdisjoint(case.hidden)
-    assert worse > 10.6
+    oracle = importlib.import_module("study.oracle")
+    search = oracle.search_of([case.log.motion(worlds.STEP)], case.nominal)
+    true = search.evaluate(study.apply_effects(case.nominal, worlds.merged(case.hidden)), tuple(case.hidden))
+    found = list(oracle.rivals(search, true))
+    assert {of for of, _, _ in found} == set(case.hidden)
+    assert all(set(by).isdisjoint(case.hidden) for _, by, _ in found)
+    assert all(worse > 10.6 for _, _, worse in found)
 
 
 def test_seeds_of_parts_and_purposes_are_apart(study: ModuleType):

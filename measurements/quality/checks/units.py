@@ -111,7 +111,7 @@ def _turning(logs: Sequence[Log]) -> _Turning | None:
     size, fit = size_of(as_is, told, power, block), fits[scale]
     if size_of(power, least, power, block).share.value < 0.5:  # most of the turning has another cause
         return None
-    if wraps is not None and wraps.warns and abs(rate) == _DEGREE:
+    if wraps is not None and wraps.warns:  # a heading that wraps by 360 is in degrees, however steadily the boat turns
         size = wraps
     ends = fit.interval(0)
     ends = None if ends is None else (ends[0] / scale, ends[1] / scale)
