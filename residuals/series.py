@@ -150,6 +150,8 @@ def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
     if level < LEAST_LEVEL:
         return None
     low, high = measured[..., 3:].min(axis=(0, 1)), measured[..., 3:].max(axis=(0, 1))
+    high[1:] = np.maximum(high[1:], -low[1:])  # a hull is to port what it is to starboard
+    low[1:] = -high[1:]
     factor = np.quantile(score, min(level * (1.0 + 1.0 / independent), 1.0), axis=0)
     return PredictionBand(
         level=level,
