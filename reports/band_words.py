@@ -9,10 +9,10 @@ if TYPE_CHECKING:  # the first page of the workbench waits for nothing heavy
     from ..residuals.series import HeldPredictions
 
 BANDS_HELD = (
-    "such bands held 95 to 96 % of the positions on second runs of the same manoeuvres and 93 to 95 % on other ones, "
-    "and 77 % in the worst world"
+    "such bands held 96 to 98 % of the positions on second runs of the same manoeuvres and 93 to 96 % on other ones, "
+    "and 61 % in the worst world"
 )
-"""Printed by `benchmarks/bands.py`, of the first 15 of 24 worlds: means of own and foreign ones, and the least."""
+"""Printed by `benchmarks/bands.py --seeds reporting`, of 24 worlds: means of own and foreign ones, and the least."""
 
 
 def band_words(band: "PredictionBand | None") -> str:
