@@ -3,7 +3,7 @@
 import sys
 
 if __name__ == "__main__" or sys.argv[0].endswith(("undertow", "undertow.exe")):  # not when it is imported
-    from .cli.console import listen
+    from .cli.interruption import listen
     from .cli.linear_algebra import one_thread
     from .physics.stage import collect_seldom
 
@@ -79,7 +79,7 @@ def main() -> None:
 
     130 when interrupted (Ctrl-C), 143 when terminated.
     """
-    from .cli.console import finish
+    from .cli.interruption import finish
 
     open_streams()
     check_here()

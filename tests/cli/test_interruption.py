@@ -7,7 +7,7 @@ import pytest
 
 SWALLOWED = """
 import os, signal
-from undertow.cli.console import interruptible, listen
+from undertow.cli.interruption import interruptible, listen
 listen()
 try:
     with interruptible():

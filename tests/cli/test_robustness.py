@@ -68,7 +68,7 @@ def test_a_second_press_ends_it_too(attacks: Any, tmp_path: Path) -> None:
 
 def told_of(code: str) -> subprocess.CompletedProcess[str]:
     """A process that listens, and runs this code."""
-    begin = "import os, signal, sys, time\nfrom undertow.cli import console as interruption\ninterruption.listen()\n"
+    begin = "import os, signal, sys, time\nfrom undertow.cli import interruption\ninterruption.listen()\n"
     return subprocess.run(
         [sys.executable, "-c", begin + textwrap.dedent(code)], capture_output=True, text=True, check=False, timeout=50
     )
@@ -115,7 +115,7 @@ def test_what_ignores_a_signal_goes_on_ignoring_it() -> None:
         [
             sys.executable,
             "-c",
-            "import os, signal\nfrom undertow.cli.console import listen\n"
+            "import os, signal\nfrom undertow.cli.interruption import listen\n"
             "signal.signal(signal.SIGHUP, signal.SIG_IGN)\nlisten()\nos.kill(os.getpid(), signal.SIGHUP)\nprint('on')",
         ],
         capture_output=True,
