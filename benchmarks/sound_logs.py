@@ -23,14 +23,15 @@ from study.sound_worlds import KINDS, Run, drawn, from_outside, outside, recorde
 
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.faults import OVERWHELMING, Kind
+from undertow.measurements.quality.registry import CHECKS
 
 FIRST = {"tuning": 240_000, "reporting": 270_000}
 """First seeds; those from 250,000 on were reported before, and mended by."""
 MOST = 0.001
 """Share of sound logs that a check may refuse."""
 PACKAGES = ("physics", "measurements")
-REFUSING = tuple(dict.fromkeys(kind.value.check for kind in Kind))
-"""The checks that can refuse a log, by the names of their findings."""
+REFUSING = tuple(dict.fromkeys([*(kind.value.check for kind in Kind), *(check.name for check in CHECKS)]))
+"""All checks, by the names of their findings: those whose refusals are weighed by their size first."""
 
 
 @cache

@@ -25,7 +25,7 @@ class Jumps(Check):
         every = [jump for _, jumps in found for jump in jumps]
         fix = None
         if len(records) == 1:
-            words = f"{in_words(every)}; no position is kept there, so that the log is cut into stretches"
+            words = "no position is kept where they jump, so that the log is cut into stretches"
             fix = Fix(words, partial(without, jumps=every))
         return [
             Finding(

@@ -403,7 +403,9 @@ def _factor(rows: Sequence[tuple[Array, Array, Array]], inverse: bool) -> tuple[
 
 
 def _stretches(records: Sequence[Record]) -> list[tuple[Record, Stretch]]:
-    return [(record, stretch) for record in records for stretch in record.stretches]
+    """Stretches of records that hold four rows of a speed in a piece: with fewer, its changes are hardly seen."""
+    known = [record for record in records if 4.0 * record.log.channels["u"].period <= _PIECE]
+    return [(record, stretch) for record in known for stretch in record.stretches]
 
 
 def _changed(series: Array) -> Array:
