@@ -62,11 +62,14 @@ def in_words(rival: Rival) -> str:
     return f"{' and '.join(by) or 'nothing'} in place of {of}: {worse:+.1f}"
 
 
-def why_untold(write: Callable[[Path], Path], nominal: Vehicle, true: Collection[str]) -> str:
+def why_untold(
+    write: Callable[[Path], Path], nominal: Vehicle, true: Collection[str], part: Collection[str] = ()
+) -> str:
     """Why a judge who knows which effects act could name none of them from a log; empty where one could.
 
-    The judge has the force balance of the log as the verb reads it, with the true names and no others. A rival that the
-    truth beats by less than 10.6 is right in more than one of 1,000 logs like this one, whatever the method.
+    The judge has the force balance of the log as the verb reads it, with the true names and those of the fair parts
+    that earn their price beside them, and no others. A rival that the truth beats by less than 10.6 is right in more
+    than one of 1,000 logs like this one, whatever the method.
     """
     with tempfile.TemporaryDirectory() as folder:
         try:
@@ -74,11 +77,23 @@ def why_untold(write: Callable[[Path], Path], nominal: Vehicle, true: Collection
         except LogError:
             return ""  # what is refused is not what no judge could tell
     search = search_of(motions, nominal)
-    keys = tuple(c.key for c in search.pool if {c.key, c.key.split("[")[0]} & set(true))
+    keys, fair = ([c.key for c in search.pool if {c.key, c.key.split("[")[0]} & set(some)] for some in (true, part))
     if not keys:
         return f"no candidate is one of {', '.join(sorted(true))}"
+    state = _with_parts(search, search.evaluate(nominal, tuple(keys)), fair)
     best: dict[str, Rival] = {}
-    for found in rivals(search, search.evaluate(nominal, keys)):
-        best[found[0]] = min(best.get(found[0], found), found, key=lambda one: one[2])
+    for found in rivals(search, state):
+        if found[0] in keys:
+            best[found[0]] = min(best.get(found[0], found), found, key=lambda one: one[2])
     clearest = max(best.values(), key=lambda one: one[2])
     return in_words(clearest) if clearest[2] < CERTAINLY else ""
+
+
+def _with_parts(search: Search, state: State, fair: Collection[str]) -> State:
+    """The truth with those of its fair parts that earn their price, the best first."""
+    while left := [key for key in fair if key not in state.active]:
+        more = min((search.evaluate(state.vehicle, (*state.active, key)) for key in left), key=lambda s: s.score)
+        if more.score >= state.score:
+            break
+        state = more
+    return state

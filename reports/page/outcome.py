@@ -97,9 +97,12 @@ def also_worse(findings: Findings, comparison: Comparison) -> str:
 
 
 def settled(findings: Findings, comparison: Comparison) -> bool:
-    """Whether nothing is missing: every axis was judged, and the corrected model changes no tenth of the error."""
+    """Whether nothing is missing: every axis was judged, and the corrected model changes no tenth of the error.
+
+    A tenth of an error that is next to nothing itself, beside that of a guess that knows nothing of the boat, is none.
+    """
     whole = findings.verdict == "nothing missing" and not findings.criterion.unjudged
-    return whole and _changed(findings.steps, comparison.best.horizon) < _TENTH
+    return whole and _changed(findings.steps, comparison) < _TENTH
 
 
 def headline(findings: Findings, comparison: Comparison) -> str:
@@ -295,12 +298,18 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     wrong = [one for item in findings.added if nominal for one in file_numbers(item, nominal) if one.filed()]
     for one in wrong[:1]:
         return f"check {one.symbol} in the vehicle file: it says {one.filed()}, this log asks for about {one.amount()}."
-    for item in findings.calibrated[:1]:
+    moved = sorted(findings.calibrated, key=lambda item: -_apart(item.before, item.after))
+    for item in (item for item in moved[:1] if _apart(item.before, item.after) >= _TENTH):
         filed, after = number(item.before, 3), number(item.after, 3)
         return f"check {item.symbol} in the vehicle file: it says {filed}, this log asks for about {after}."
     for sensor in [one for one in findings.sensors if one.verdict == "present"][:1]:
         return f"put the {words(sensor.error)} right in the channel map, and search again."
     return "record a second log on another day and search both: what is true comes out again."
+
+
+def _apart(one: float, other: float) -> float:
+    """How far two numbers are apart, as a share of the larger."""
+    return abs(one - other) / max(abs(one), abs(other), 1e-300)
 
 
 def _by(ends: tuple[float, float]) -> str:
@@ -311,14 +320,24 @@ def _by(ends: tuple[float, float]) -> str:
     return f" by {percent(abs(1.0 - after / before))}"
 
 
-def _changed(steps: Sequence[Step], deciding: str) -> float:
-    """Share by which the last step changed an error of the lead horizon, the largest of all; 1 where it runs away."""
+def _changed(steps: Sequence[Step], comparison: Comparison) -> float:
+    """Share by which the last step changed an error of the lead horizon, the largest of all; 1 where it runs away.
+
+    What changes by less than a hundredth of what a guess errs does not count.
+    """
     if len(steps) < 2:
         return 0.0
-    horizon, _ = hero(steps, deciding)
-    ends = [(steps[0].rollout(horizon).of(name), steps[-1].rollout(horizon).of(name)) for name in ROLLOUT_UNITS]
-    known = [(before, after) for before, after in ends if isfinite(before) and before > 0.0]
-    return max((abs(1.0 - after / before) if isfinite(after) else 1.0 for before, after in known), default=0.0)
+    horizon, _ = hero(steps, comparison.best.horizon)
+    guesses = [m.rollout[horizon] for m in comparison.models if m.kind == BASELINE and horizon in m.rollout]
+    shares = [0.0]
+    for name in ROLLOUT_UNITS:
+        before, after = steps[0].rollout(horizon).of(name), steps[-1].rollout(horizon).of(name)
+        if not (isfinite(before) and before > 0.0):
+            continue
+        least = min((g.of(name) for g in guesses if isfinite(g.of(name))), default=0.0)
+        if not abs(before - after) < _LEVEL * least:
+            shares.append(abs(1.0 - after / before) if isfinite(after) else 1.0)
+    return max(shares)
 
 
 def _chance(findings: Findings, comparison: Comparison) -> str:

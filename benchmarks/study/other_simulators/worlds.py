@@ -162,7 +162,7 @@ def _drawn(name: str, kind: Kind, seed: int, draw: int) -> Logged:
         nameless=bool(kind.nameless),
         dominant=apart.dominant,
         matters=apart.matters,
-        bound=partial(why_untold, log, world.craft.file, true) if true and not kind.sensors else None,
+        bound=partial(why_untold, log, world.craft.file, true, part) if true and not kind.sensors else None,
     )
 
 
