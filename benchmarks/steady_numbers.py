@@ -28,12 +28,11 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "benchmarks" / "records" / "steady_numbers.json"
 LOGS = (
-    *(("plain", "crowds", 990), ("plain", "gentle", 770), ("nothing", "waves", 200_008)),
+    *(("plain", "gentle", 770), ("plain", "clean", 220), ("nothing", "waves", 200_008)),
     *(("foreign", "short log", 300_000), ("foreign", "heavier on straight runs", 300_000)),
     *(("foreign", "drag with a kink", 300_000), ("others", "CSAD: two effects", 400_001)),
     *(("others", "WAM-V: one effect", 400_000), ("others", "gusts", 400_000)),
     *(("nameless", "drag without a sign", 9001), ("nameless", "shallow water", 9000)),
-    *(("sensors", "antenna 0.5 m to starboard", 9100), ("sensors", "places and speeds 0.3 s late", 9103)),
 )
 """Logs of each simulator: named and nameless causes, forces and rollouts, right sensors and wrong ones."""
 FACTORS = (0.5, 2.0)

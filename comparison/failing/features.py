@@ -174,6 +174,8 @@ def _opposed(low: str, high: str) -> str:
 def _since(low: str, high: str) -> str:
     if low and high:
         return f"{low} to {high} s after a command change"
+    if "0" in (low, high):
+        return "between command changes" if low else "at a command change"
     return f"more than {low} s after a command change" if low else f"within {high} s of a command change"
 
 
