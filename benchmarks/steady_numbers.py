@@ -1,7 +1,7 @@
-"""What each number of discovery decides: the names that are said with it at half and at twice, and as it is.
+"""What each number of discovery decides: the names and their odds with it at half and at twice, and as it is.
 
-A number decides where another name is missing or likely, or one no longer is, in any of some logs. What changes nothing
-there is steady: it says how something is computed, or nothing lies near it. Numbers are changed in the source before it
+A number decides where another name is missing or likely, or one no longer is, or where the odds of one change by 0.05
+or more, in any of some logs. What changes less is steady: it says how something is computed, or nothing lies near it. Numbers are changed in the source before it
 is imported, some at a time; of those that change something together each is tried alone on these logs. Of a share
 between a half and one the distance from one is halved and doubled; a whole number stays whole. Verdicts are those of
 `find_missing` on logs that the verb has read, of the tuning seeds.
@@ -31,15 +31,17 @@ LOGS = (
     *(("plain", "gentle", 770), ("plain", "clean", 220), ("nothing", "waves", 200_008)),
     *(("foreign", "short log", 300_000), ("foreign", "heavier on straight runs", 300_000)),
     *(("foreign", "drag with a kink", 300_000), ("others", "CSAD: two effects", 400_001)),
-    *(("others", "WAM-V: one effect", 400_000), ("others", "gusts", 400_000)),
+    *(("others", "WAM-V: one effect", 400_000), ("others", "velocity that is late", 400_000)),
     *(("nameless", "drag without a sign", 9001), ("nameless", "shallow water", 9000)),
 )
 """Logs of each simulator: named and nameless causes, forces and rollouts, right sensors and wrong ones."""
 FACTORS = (0.5, 2.0)
 Change = tuple[str, str, float]
 """Path in the repository, name and factor of a number that is changed."""
-Said = dict[str, list[str]]
-"""What is said of each log: names and their verdicts."""
+Said = dict[str, dict[str, float]]
+"""What is said of each log: the odds of names that stand in a model, over one for what is missing or likely."""
+MOVED = 0.05
+"""Change of odds that counts: what is told within 5 points holds within it."""
 
 
 def changed(value: Any, factor: float) -> Any:
@@ -92,14 +94,14 @@ def said_of(folder: Path, names: Sequence[str]) -> Said:
     for name in names:
         motions, vehicle = pickle.loads((folder / name).read_bytes())
         try:
-            findings = find_missing(motions, vehicle).findings
-            found[name] = sorted(f"{c.key} {c.verdict}" for c in findings.candidates if c.verdict in _SAID)
+            candidates = find_missing(motions, vehicle).findings.candidates
+            found[name] = {c.key: c.confidence + _SAID.get(c.verdict, 0.0) for c in candidates if c.claim}
         except Exception as error:  # a search that falls over is a change, too
-            found[name] = [type(error).__name__]
+            found[name] = {type(error).__name__: 1.0}
     return found
 
 
-_SAID = ("missing", "likely")
+_SAID = {"missing": 2.0, "likely": 1.0}
 
 
 def asked(folder: Path, names: Sequence[str], changes: Sequence[Change]) -> Said:
@@ -107,7 +109,7 @@ def asked(folder: Path, names: Sequence[str], changes: Sequence[Change]) -> Said
     given = json.dumps([str(folder), list(names), [list(one) for one in changes]])
     done = subprocess.run([sys.executable, __file__, "--child"], input=given, capture_output=True, text=True)
     if done.returncode:
-        return {name: ["crashed"] for name in names}
+        return {name: {"crashed": 1.0} for name in names}
     return dict(json.loads(done.stdout.splitlines()[-1]))
 
 
@@ -137,7 +139,11 @@ def prepared(folder: Path) -> list[str]:
 
 def differing(first: Said, other: Said) -> list[str]:
     """Logs of which something else is said."""
-    return [name for name, told in other.items() if told != first[name]]
+    return [
+        name
+        for name, told in other.items()
+        if any(abs(told.get(key, 0.0) - first[name].get(key, 0.0)) >= MOVED for key in {*told, *first[name]})
+    ]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

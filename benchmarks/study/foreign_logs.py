@@ -93,7 +93,9 @@ def foreign(kind: str, seed: int) -> Logged:
         dominant=dominant(world.file, with_each(world.file, _hidden(world)), motion_of(world, truth)),
         matters=world.matters(truth),
         forces=frozenset(FORCES.get(kind, "").split()),
-        bound=partial(why_untold, write, world.file, world.true, world.part) if world.true and not world.sensors else None,
+        bound=partial(why_untold, write, world.file, world.true, world.part)
+        if world.true and not world.sensors
+        else None,
     )
 
 

@@ -173,6 +173,56 @@ def piloted(vehicle: Vehicle, sensors: Sensors, rng: np.random.Generator) -> Sim
     return SimulatedLog(vehicle, truth, stamps, seen, stamps, orders)
 
 
+# Waves, and sensors whose noise is not white
+
+SEAS = {
+    "waves": Part("one effect, in waves", 1, 0, ALL, ("field", "rough"), waves=True),
+    "drifting sensors": Part("one effect, noise that lasts", 1, 0, ALL, ("field", "low")),
+    "two in waves": Part("two effects, in waves", 2, 0, ALL, ("field", "rough"), waves=True),
+    "nothing": Part("noise that lasts alone", 0, 0, ALL, ("field", "low")),
+}
+SEA = {"tuning": (800_000, 60), "reporting": (850_000, 100)}
+"""First seed and number of logs of a kind, of which nothing hidden has a third."""
+LASTING = ((0.15, 8.0), (0.15, 8.0), (0.012, 15.0), (0.025, 2.0), (0.025, 2.0), (0.002, 1.0))
+"""Noise of a filter that merges a receiver, a compass and a gyro, by column: size [m, m, rad, m/s, m/s, rad/s], and the
+time after which it is forgotten [s]."""
+
+
+def sea_keys(purpose: str) -> list[Key]:
+    """Kinds and seeds, in turn."""
+    start, logs = SEA[purpose]
+    kinds = list(SEAS)
+    return [
+        (kind, start + 1000 * k + n)
+        for n in range(logs)
+        for k, kind in enumerate(kinds)
+        if kind != "nothing" or n % 3 == 0
+    ]
+
+
+def sea(kind: str, seed: int) -> Logged:
+    """A log of effects that act in waves, or are measured with noise that lasts."""
+    number = seed % 1000
+    case = draw(SEAS[kind], number + number // len(EFFECTS), seed)
+    if SEAS[kind].waves:
+        return logged("seas", kind, seed, case)
+    rng, log = np.random.default_rng([seed, 16]), case.log
+    share = float(rng.uniform(0.4, 1.2))
+    lasting = np.stack([coloured(log.odometry_time, share * size, time, rng) for size, time in LASTING], axis=1)
+    return logged("seas", kind, seed, case, replace(log, odometry=log.odometry + lasting))
+
+
+def coloured(time: Array, size: float, memory: float, rng: np.random.Generator) -> Array:
+    """Noise of a standard deviation that is forgotten exponentially, at some instants [s]."""
+    kept = np.exp(-np.diff(time) / memory)
+    fresh = rng.standard_normal(time.size)
+    found = np.empty(time.size)
+    found[0] = fresh[0]
+    for k, share in enumerate(kept.tolist()):
+        found[k + 1] = share * found[k] + np.sqrt(1.0 - share**2) * fresh[k + 1]
+    return size * found
+
+
 # Pieces of logs
 
 SHORT = {"tuning": (220_000, 60), "reporting": (280_000, 100)}

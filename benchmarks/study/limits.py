@@ -89,13 +89,13 @@ def _tellable_or_named(some: Sequence[Record]) -> list[Record]:
     return [r for r in some if r.get("tellable") is not False or named(r, "missing", "likely")]
 
 
-def _exact(*kinds: str, words: Sequence[str] = ("missing",)) -> Callable[[Records], Figure]:
-    return lambda records: share(lambda r: exact(r, *words), _tellable(_of(records, "plain", kinds=kinds)))
+def _exact(*kinds: str, words: Sequence[str] = ("missing",), study: str = "plain") -> Callable[[Records], Figure]:
+    return lambda records: share(lambda r: exact(r, *words), _tellable(_of(records, study, kinds=kinds)))
 
 
-def _first(*kinds: str) -> Callable[[Records], Figure]:
+def _first(*kinds: str, study: str = "plain") -> Callable[[Records], Figure]:
     return lambda records: share(
-        lambda r: label(r.get("first", ""), r["true"], ()) == "true", _of(records, "plain", kinds=kinds)
+        lambda r: label(r.get("first", ""), r["true"], ()) == "true", _of(records, study, kinds=kinds)
     )
 
 
@@ -245,6 +245,15 @@ HIDDEN = (
 NOTHING = (
     Row("a name is missing", _false("missing", "nothing"), high=1.0 / 3000.0),
     Row("a name is likely", _false("likely", "nothing"), high=0.005),
+)
+_ALONE = ("waves", "drifting sensors")
+SEAS = (
+    Row("one effect: exactly it is missing or likely", _exact(*_ALONE, words=("missing", "likely"), study="seas")),
+    Row("one effect: first-ranked right", _first(*_ALONE, study="seas")),
+    Row("a false name is missing", _false("missing", "seas"), high=0.01),
+    Row("a false name is likely", _false("likely", "seas"), high=0.03),
+    Row("95 % intervals hold the truth", _covered("seas"), 0.92, 0.98),
+    Row(_WRITTEN, _fresh("seas"), high=0.0),
 )
 SHORT = (
     Row("a false name is missing", _false("missing", "short"), high=0.01),

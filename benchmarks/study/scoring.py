@@ -117,7 +117,7 @@ def kind_of_world(record: Record) -> str:
         return "nameless"
     if record["sensors_true"] or record["study"] == "sensors":
         return "sensors"
-    return "plain" if record["study"] in ("plain", "nothing", "short") or record["kind"] == PAIR else "foreign"
+    return "plain" if record["study"] in ("plain", "nothing", "short", "seas") or record["kind"] == PAIR else "foreign"
 
 
 def refused_rightly(record: Record) -> bool:

@@ -42,6 +42,7 @@ STUDIES = {
     "plain": Study(hidden_worlds.plain_keys, hidden_worlds.plain),
     "nothing": Study(hidden_worlds.empty_keys, hidden_worlds.empty),
     "short": Study(hidden_worlds.short_keys, hidden_worlds.short),
+    "seas": Study(hidden_worlds.sea_keys, hidden_worlds.sea),
     "foreign": Study(foreign_logs.keys, foreign_logs.foreign),
     "nameless": Study(foreign_logs.nameless_keys, foreign_logs.nameless),
     "sensors": Study(wrong_sensors.keys, wrong_sensors.logged),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .limits import FIELD, FOREIGN, HIDDEN, NAMELESS, NOTHING, SENSORS, SHORT, Records, Row
+from .limits import FIELD, FOREIGN, HIDDEN, NAMELESS, NOTHING, SEAS, SENSORS, SHORT, Records, Row
 from .records import Record, bound, in_a_table
 from .scoring import OUTCOMES, accused, exact, false_names, outcome
 
@@ -55,6 +55,14 @@ PAGES = {
         "a random moment on, or the whole.",
         ("short",),
         SHORT,
+    ),
+    "seas": Page(
+        "Waves, and noise that lasts",
+        "Logs of 300 s as those of hidden effects, with one effect, two or none, but measured in waves (0.05 to 0.2 m/s "
+        "of orbital velocity, which is no force and no noise of any sensor), or with noise that lasts for seconds, as "
+        "that of a filter which merges a receiver, a compass and a gyro. Most are judged by rollouts.",
+        ("seas",),
+        SEAS,
     ),
     "foreign_worlds": Page(
         "Foreign worlds",
