@@ -97,7 +97,7 @@ def listed() -> list[Number]:
 
 
 def candidates() -> list[Number]:
-    """The numbers of discovery that may decide a verdict, whatever their sentences say: `steady_numbers.py` tries them."""
+    """The numbers of discovery that may decide a verdict, whatever their sentences say; see `steady_numbers.py`."""
     rooms = [path for path in sorted((ROOT / "discovery").rglob("*.py")) if not set(path.parts) & set(ELSEWHERE)]
     return [number for path in rooms for number in constants(path)]
 

@@ -19,7 +19,7 @@ import pickle
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -126,6 +126,7 @@ def child() -> int:
 def prepared(folder: Path) -> list[str]:
     """Read and prepare each log as the verb does, once; their names."""
     from study.studies import STUDIES
+
     from undertow.workflows.inputs import read_inputs
 
     names = []
