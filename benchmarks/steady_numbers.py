@@ -1,10 +1,10 @@
 """What each number of discovery decides: the names and their odds with it at half and at twice, and as it is.
 
 A number decides where another name is missing or likely, or one no longer is, or where the odds of one change by 0.05
-or more, in any of some logs. What changes less is steady: it says how something is computed, or nothing lies near it. Numbers are changed in the source before it
-is imported, some at a time; of those that change something together each is tried alone on these logs. Of a share
-between a half and one the distance from one is halved and doubled; a whole number stays whole. Verdicts are those of
-`find_missing` on logs that the verb has read, of the tuning seeds.
+or more, in any of some logs. What changes less is steady: it says how something is computed, or nothing lies near it.
+Numbers are changed in the source before it is imported, some at a time; of those that change something together each
+is tried alone on these logs. Of a share between a half and one the distance from one is halved and doubled; a whole
+number stays whole. Verdicts are those of `find_missing` on logs that the verb has read, of the tuning seeds.
 
     python benchmarks/steady_numbers.py [--group 6] [--only NAME]... [--kept FILE]
 
@@ -23,7 +23,7 @@ from collections.abc import Sequence
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Any
+from typing import Any, ClassVar
 
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "benchmarks" / "records" / "steady_numbers.json"
@@ -58,7 +58,7 @@ def changed(value: Any, factor: float) -> Any:
 class Changing(PathFinder):
     """Finds modules as ever, and those with numbers that are changed with these."""
 
-    changes: dict[str, dict[str, float]] = {}
+    changes: ClassVar[dict[str, dict[str, float]]] = {}
 
     @classmethod
     def find_spec(

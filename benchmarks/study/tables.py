@@ -58,8 +58,8 @@ PAGES = {
     ),
     "seas": Page(
         "Waves, and noise that lasts",
-        "Logs of 300 s as those of hidden effects, with one effect, two or none, but measured in waves (0.05 to 0.2 m/s "
-        "of orbital velocity, which is no force and no noise of any sensor), or with noise that lasts for seconds, as "
+        "Logs of 300 s as those of hidden effects, with one effect, two or none, but measured in waves (0.05 to 0.2 m/s"
+        " of orbital velocity, which is no force and no noise of any sensor), or with noise that lasts for seconds, as "
         "that of a filter which merges a receiver, a compass and a gyro. Most are judged by rollouts.",
         ("seas",),
         SEAS,
