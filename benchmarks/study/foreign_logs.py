@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from contextlib import suppress
 from copy import deepcopy
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.typical_effects import random_hull, typical_effect
-from undertow.physics.worlds.world import NOISE, World, simulate_world
+from undertow.physics.worlds.world import NOISE, Sensors, World, simulate_world
 
 from .foreign_forces import FOLLOWS, SECONDS, Foreign, causes
 from .foreign_kinds import KINDS, prepare
@@ -23,7 +24,7 @@ from .foreign_world import World as ForeignWorld
 from .oracle import why_untold
 from .scoring import PAIR
 from .verb import Logged
-from .worlds import Values, dominant, label, merged, parted, with_each
+from .worlds import WAVES, Values, dominant, label, merged, parted, with_each
 
 FIRST = {"tuning": 300_000, "reporting": 360_000}
 """First seeds; those from 310,000 to 310,004, 320,000 to 320,007, 330,000 to 330,011, 340,000 to 340,011 and 350,000 to
@@ -144,6 +145,8 @@ NAMELESS = {"tuning": 9_000, "reporting": 18_000}
 """First seeds; those from 12,000 to 12,013, 15,000 to 15,007, 16,000 to 16,007 and 17,000 to 17,027 were reported once,
 and tuned on since."""
 CAUSES = tuple(FOLLOWS)
+IN_WAVES = "nameless in waves"
+"""The kind of causes without a name in waves, of the study of seas."""
 _PAIRED = [e.name for e in EFFECTS if not e.channels and not e.requires]
 _NAMELESS_LOGS = 400
 
@@ -169,18 +172,42 @@ def partly_true(cause: str, motion: Motion) -> set[str]:
     return {"surge_quadratic_damping"} if cause == "drag without a sign" and seldom_astern else set()
 
 
-def nameless(cause: str, seed: int) -> Logged:
-    """A hull with a force more that the catalogue does not hold, or with two effects that it does."""
+def nameless(cause: str, seed: int, waves: float = 0.0) -> Logged:
+    """A hull with a force more that the catalogue does not hold, or with two effects that it does.
+
+    Parameters
+    ----------
+    waves : significant amplitude of their orbital velocity [m/s], beside a force without a name
+    """
     rng = np.random.default_rng([seed, *cause.encode()])
     for _ in range(_DRAWS):
         with suppress(RequestError):  # no sound world: another hull
             hull = random_hull(load_vehicle("blueboat"), rng)
             programme, noise = str(rng.choice(PROGRAMMES)), str(rng.choice(QUALITIES))
-            return (_of_two if cause == PAIR else _of_none)(cause, seed, hull, programme, noise, rng)
+            if cause == PAIR:
+                return _of_two(cause, seed, hull, programme, noise, rng)
+            return _of_none(
+                cause, seed, hull, programme, replace(NOISE[noise], waves=waves), f"{programme}, {noise}", rng
+            )
     raise RequestError(f"seed {seed}: no sound world in {_DRAWS} draws")
 
 
-def _of_none(cause: str, seed: int, hull: Vehicle, programme: str, noise: str, rng: np.random.Generator) -> Logged:
+def nameless_in_waves(seed: int) -> Logged:
+    """A hull with a force that has no name, in waves; causes in turn."""
+    cause = CAUSES[seed % len(CAUSES)]
+    found = nameless(cause, seed, float(np.random.default_rng([seed, 17]).uniform(*WAVES)))
+    return replace(found, study="seas", kind=IN_WAVES, note=f"{cause}, {found.note}")
+
+
+def _of_none(
+    cause: str,
+    seed: int,
+    hull: Vehicle,
+    programme: str,
+    noise: Sensors,
+    note: str,
+    rng: np.random.Generator,
+) -> Logged:
     """A hull with a force that has no name."""
     state, other = rng.bit_generator.state, PROGRAMMES[PROGRAMMES.index(programme) - 1]
 
@@ -190,7 +217,7 @@ def _of_none(cause: str, seed: int, hull: Vehicle, programme: str, noise: str, r
         again.bit_generator.state = state
         return Foreign(hull, programme, SECONDS, seed, force=causes(hull, again)[cause])
 
-    log = world(programme, seed).run(NOISE[noise])
+    log = world(programme, seed).run(noise)
     return Logged(
         "nameless",
         cause,
@@ -198,7 +225,7 @@ def _of_none(cause: str, seed: int, hull: Vehicle, programme: str, noise: str, r
         hull,
         log.write,
         fresh=lambda path: world(other, seed + _AFRESH).run(NOISE["field"]).write(path),
-        note=f"{programme}, {noise}",
+        note=note,
         part=frozenset(partly_true(cause, log.motion())),
         nameless=True,
         matters=float(np.sqrt(parted(hull, log.truth).max())),

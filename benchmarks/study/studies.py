@@ -38,11 +38,21 @@ def _other_keys(purpose: str) -> list[Key]:
     return [(kinds[n % len(kinds)], first + n // len(kinds)) for n in range(_OTHER_LOGS)]
 
 
+def _sea_keys(purpose: str) -> list[Key]:
+    own = hidden_worlds.sea_keys(purpose)
+    first, logs = hidden_worlds.SEA[purpose]
+    return own + [(foreign_logs.IN_WAVES, first + 10_000 + n) for n in range(logs)]
+
+
+def _sea(kind: str, seed: int) -> Logged:
+    return foreign_logs.nameless_in_waves(seed) if kind == foreign_logs.IN_WAVES else hidden_worlds.sea(kind, seed)
+
+
 STUDIES = {
     "plain": Study(hidden_worlds.plain_keys, hidden_worlds.plain),
     "nothing": Study(hidden_worlds.empty_keys, hidden_worlds.empty),
     "short": Study(hidden_worlds.short_keys, hidden_worlds.short),
-    "seas": Study(hidden_worlds.sea_keys, hidden_worlds.sea),
+    "seas": Study(_sea_keys, _sea),
     "foreign": Study(foreign_logs.keys, foreign_logs.foreign),
     "nameless": Study(foreign_logs.nameless_keys, foreign_logs.nameless),
     "sensors": Study(wrong_sensors.keys, wrong_sensors.logged),
