@@ -46,7 +46,7 @@ def train(
     ] = None,
     epochs: Annotated[int | None, typer.Option("--epochs", help="Most epochs to train (150 when not given).")] = None,
     seed: SeedOption = 0,
-    device: Annotated[str, typer.Option("--device", help="auto, cpu or cuda.")] = "auto",
+    device: Annotated[str, typer.Option("--device", help="cpu (auto is the same) or cuda.")] = "auto",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted training in the folder.")] = False,
     lambda_phys: Annotated[
         float | None, typer.Option("--lambda-phys", help="Weight of the laws of energy (100).")

@@ -183,7 +183,10 @@ class _Run:
         self.prepared, self.settings, self.folder, self.begun = prepared, settings, folder, begun
         self.network = prepared.network
         self.grown = prepared.network.grown
-        self.averaged = deepcopy(prepared.network) if self._averages else prepared.network
+        device = (
+            prepared.objective.inputs.device
+        )  # moved there, a copy lies in one piece, as a GPU's recurrence wants it
+        self.averaged = deepcopy(prepared.network).to(device) if self._averages else prepared.network
         self.optimiser = adam(self.network, settings)
         self.draw = torch.Generator().manual_seed(settings.seed)
         self.history: list[Epoch] = []

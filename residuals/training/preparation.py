@@ -292,10 +292,9 @@ def _check_rollouts(settings: TrainingSettings, windows: Windows) -> None:
 
 
 def _device(wanted: str) -> torch.device:
-    there = torch.cuda.is_available()
-    if wanted == "cuda" and not there:
+    if wanted == "cuda" and not torch.cuda.is_available():
         raise RequestError("training: no GPU that torch can use was found; give device cpu or auto")
-    return torch.device("cuda" if there and wanted != "cpu" else "cpu")
+    return torch.device("cuda" if wanted == "cuda" else "cpu")
 
 
 def _digest(*arrays: Array) -> str:

@@ -97,7 +97,7 @@ class TrainingSettings:
     decline : do not train beside a vehicle whose error is no more than the noise of the sensors (`undertow.train`)
     augmentation : of the training data
     seed : decides the weights at the start, the order of windows and all else that is random
-    device : "auto" is a GPU where there is one
+    device : "auto" is the processor, which is the faster one for most networks: `benchmarks/training_on_a_gpu.py`
 
     Raises
     ------
