@@ -261,7 +261,8 @@ def _remembers(choice: Choice) -> bool:
         Standardisation(("u", "v", "r", "thrust"), np.zeros(4), np.ones(4)), np.ones(3), np.eye(3), np.eye(3)[:, :1]
     )
     with torch.random.fork_rng(), torch.no_grad():
-        return bool(build(choice.network, scaling, choice.options)(torch.zeros(1, 1, 4))[1])
+        asked = build(choice.network, scaling, choice.options)
+        return bool(asked(torch.zeros(1, 1, 4).to(asked.get_buffer("input_mean")))[1])
 
 
 def _unit(windows: Windows, motions: tuple[Motion, ...]) -> Array:
