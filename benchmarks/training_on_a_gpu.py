@@ -11,6 +11,7 @@ time, and what it finds is printed, and written to `--out`, at once: a piece tha
     rollouts   a pass with rollouts of 2 s in the loss: as it is, and with the force equation compiled
     replayed   a step as a recorded graph of kernels (CUDA graphs), its draws held: what a GPU could do at most
     whole      `train` from end to end, its probes included, with 40 epochs
+    rounding   how far three epochs part two trainings whose weights at the start differ by one rounding
 """
 
 import argparse
@@ -45,6 +46,7 @@ BESIDE = (
     ("compiled", "cpu", "1", "lstm"),
     ("whole", "cpu", "1", "mlp"),
     ("whole", "cpu", "1", "lstm"),
+    ("rounding", "cpu", "1", "mlp lstm tcn transformer"),
 )
 """On one thread each, beside those of the GPU, where there are cores for them."""
 ON_GPU = (
@@ -282,7 +284,34 @@ def whole(kind: str, device: str, seconds: float, budget: float) -> Found:
     yield "train", {"seconds": time.perf_counter() - begun, "epochs": last.number, "error": last.rmse}
 
 
-PIECES = {f.__name__: f for f in (epoch, ensemble, rollouts, compiled, replayed, whole)}
+def rounding(kind: str, device: str, seconds: float, budget: float) -> Found:
+    """What three epochs make of one rounding of the weights at the start, as a share of the largest correction."""
+    from dataclasses import replace
+
+    import numpy as np
+    import torch
+
+    from undertow.residuals.networks.registry import build
+    from undertow.residuals.training import preparation
+    from undertow.residuals.training.epochs import train
+
+    def rounded(*given: Any) -> Any:
+        network = build(*given)
+        with torch.no_grad():
+            for weights in network.parameters():
+                weights.mul_(1.0 + 2.0**-23 * torch.randint(-1, 2, weights.shape).to(weights))
+        return network
+
+    training, said = Training(kind, device, seconds), []
+    for made in (build, rounded):
+        with mock.patch.object(preparation, "build", made):
+            settings = replace(training.settings, epochs=3, trust=False)
+            model = train(training.split, training.vehicle, training.choice, settings=settings).model
+        said.append(np.concatenate([model.correction(motion) for motion in training.split.test.motions]))
+    yield "single precision", {"apart": float((abs(said[1] - said[0]).max(axis=0) / abs(said[0]).max(axis=0)).max())}
+
+
+PIECES = {f.__name__: f for f in (epoch, ensemble, rollouts, compiled, replayed, whole, rounding)}
 
 
 def child(piece: str, device: str, threads: str, kinds: str, out: str, seconds: float, budget: float) -> None:
@@ -301,7 +330,7 @@ def child(piece: str, device: str, threads: str, kinds: str, out: str, seconds: 
 
 
 def say(found: dict[str, Any], out: str) -> None:
-    line = json.dumps({k: round(v, 5) if isinstance(v, float) else v for k, v in found.items()})
+    line = json.dumps({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in found.items()})
     print(line, flush=True)
     if out:
         with Path(out).open("a", encoding="utf-8") as file:
@@ -317,7 +346,8 @@ def main() -> int:
     parser.add_argument("--piece", nargs=4, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.piece:
-        child(*given.piece, given.out, 60.0 * given.minutes, given.seconds)
+        piece, device, threads, kinds = given.piece
+        child(piece, device, threads, kinds, given.out, 60.0 * given.minutes, given.seconds)
         return 0
     import torch
 

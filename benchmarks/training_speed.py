@@ -7,8 +7,8 @@ The others are rows of windows a second through a pass of our loop over that tra
 one would write down without undertow: shuffled batches from a TensorDataset and a DataLoader, the same network, AdamW,
 batch size and gradient clipping, and the data term of the same windows (output through the same filter, errors in the
 same units). Ours has laws and smoothness switched off for the ratio; a line with them on follows. The loops take turns,
-and the best pass of each counts: seconds of the processor, of which other work on the machine takes none, and of the
-clock on a GPU. Exits 1 when a limit is broken.
+and the best pass of each counts: seconds of the processor, of which other work on the machine takes none. Exits 1 when
+a limit is broken. `training_on_a_gpu.py` has what a GPU is worth.
 """
 
 import argparse
@@ -33,7 +33,7 @@ HULL = load_vehicle("blueboat")
 HIDDEN = {"surge_quadratic_damping": -8.0, "sway_lift": 15.0}
 LIMIT, RATIO = 60.0, 0.9
 """Most seconds of a training, and most of the plain loop's time that a pass of ours may take."""
-BARE = TrainingSettings(lambda_phys=0.0, lambda_smooth=0.0, sensor_noise=0.0, trust=False)
+BARE = TrainingSettings(lambda_phys=0.0, lambda_smooth=0.0, sensor_noise=0.0, trust=False, device="cpu")
 
 
 def logs() -> Split:
@@ -69,33 +69,29 @@ def plain(parts: Split, settings: TrainingSettings) -> Callable[[], object]:
     return go
 
 
-def fastest(loops: list[Callable[[], object]], passes: int, device: str) -> list[float]:
+def fastest(loops: list[Callable[[], object]], passes: int) -> list[float]:
     """Shortest time of a pass of each loop [s]."""
-    clock = time.perf_counter if device == "cuda" else time.process_time
-    wait = torch.cuda.synchronize if device == "cuda" else lambda: None
     best = [float("inf")] * len(loops)
     for k in range(passes + 2):
         for which, loop in enumerate(loops):
-            begun = clock()
+            begun = time.process_time()
             loop()
-            wait()
             if k >= 2:
-                best[which] = min(best[which], clock() - begun)
+                best[which] = min(best[which], time.process_time() - begun)
     return best
 
 
-def compared(parts: Split, device: str, passes: int) -> float:
-    """Print samples a second on a device; the ratio of ours to the plain loop."""
-    bare = replace(BARE, device=device)
-    loop, prepared = ours(parts, bare)
-    whole, _ = ours(parts, TrainingSettings(device=device))  # type: ignore[arg-type]
+def compared(parts: Split, passes: int) -> float:
+    """Print samples a second; the ratio of ours to the plain loop."""
+    loop, prepared = ours(parts, BARE)
+    whole, _ = ours(parts, TrainingSettings(device="cpu"))
     rows = prepared.objective.count * prepared.objective.inputs.shape[1]
-    seconds = fastest([loop, plain(parts, bare), whole], passes, device)
+    seconds = fastest([loop, plain(parts, BARE), whole], passes)
     names = ("ours, data term only", "plain PyTorch loop", "ours, laws and smoothness on")
     for name, taken in zip(names, seconds, strict=True):
-        print(f"{device}: {name:30s} {rows / taken:10.0f} samples a second")
+        print(f"{name:30s} {rows / taken:10.0f} samples a second")
     ratio = seconds[0] / seconds[1]
-    print(f"{device}: ours takes {ratio:.2f} of the plain loop's time  (limit {RATIO:g}) ", end="")
+    print(f"ours takes {ratio:.2f} of the plain loop's time  (limit {RATIO:g}) ", end="")
     print("ok" if ratio <= RATIO else "BROKEN")
     return ratio
 
@@ -112,11 +108,7 @@ def main() -> int:
     print(f"LSTM, 4 logs of 4 min: {seconds:.1f} s to epoch {found.epochs[-1].number}, kept {found.best_epoch}", end="")
     print(f" ({found.stopped}; lawful: {found.lawful})  (limit {LIMIT:g} s) {verdict}")
     torch.set_num_threads(1)  # as `train` has it
-    ratio = compared(parts, "cpu", passes)
-    if torch.cuda.is_available():
-        compared(parts, "cuda", passes)
-    else:
-        print("cuda: none here")
+    ratio = compared(parts, passes)
     return int(seconds >= LIMIT or ratio > RATIO)
 
 
