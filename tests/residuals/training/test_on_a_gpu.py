@@ -70,7 +70,8 @@ def test_slopes_of_a_batch_are_those_of_a_processor_in_single_precision(
         slopes = [weights.grad for weights in made.network.parameters() if weights.grad is not None]
         found.append(torch.cat([slope.flatten().cpu().double() for slope in slopes]))
     assert 0.0 < float(found[0].norm()) < np.inf
-    assert float((found[1] - found[0]).norm()) < 1e-4 * float(found[0].norm())
+    # An H100 parts them by at most 1.2e-6; where its kernels round products to ten bits, by 1.3e-5 to 1.8e-3.
+    assert float((found[1] - found[0]).norm()) < 1e-5 * float(found[0].norm())
 
 
 def test_a_training_on_a_gpu_is_resumed_and_repeated(dragged: Split, tmp_path: Path) -> None:
