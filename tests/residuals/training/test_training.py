@@ -44,7 +44,8 @@ from undertow.residuals.training.training_settings import Augmentation, Choice, 
 from undertow.residuals.training.windows import filter_taps, windows_of
 
 BOX = Envelope((-1.0, -0.6, -1.1), (2.2, 0.6, 1.1))
-QUICK = TrainingSettings(epochs=8, learning_rate=1e-2)
+QUICK = TrainingSettings(epochs=8, learning_rate=1e-2, trust=False)
+"""Without the probes that tell how far a correction is trusted, which are as many trainings more."""
 
 
 @pytest.fixture(scope="module")
@@ -239,7 +240,7 @@ def test_what_the_nominal_model_lacks_is_learnt(dragged: Split) -> None:
 
 def test_no_gain_is_invented_where_nothing_is_missing() -> None:
     parts = parts_of({})
-    found = train(parts, HULL, Choice("lstm"), settings=QUICK)
+    found = train(parts, HULL, Choice("lstm"), settings=replace(QUICK, trust=True))
     before = acceleration_score(VehicleModel(HULL, "nominal"), parts.test).rmse
     after = acceleration_score(found.model, parts.test).rmse
     assert (np.abs(after / before - 1.0) < 0.1).all()
@@ -378,10 +379,11 @@ def test_a_checkpoint_goes_on_only_with_its_own_settings_and_data(brief: Split, 
         train(brief, HULL, Choice("mlp"), settings=settings, resume=True)
 
 
-def test_a_loss_that_is_not_finite_stops_and_keeps_the_last_good_state(dragged: Split, tmp_path: Path) -> None:
-    wild = replace(QUICK, learning_rate=1e30)
+def test_a_loss_that_is_not_finite_stops_and_keeps_the_last_good_state(brief: Split, tmp_path: Path) -> None:
+    settings = replace(QUICK, epochs=4)
+    wild = replace(settings, learning_rate=1e30)
     with pytest.raises(RequestError, match="in epoch 1; try a smaller learning rate than 1e\\+30"):
-        train(dragged, HULL, Choice("mlp"), settings=wild)
+        train(brief, HULL, Choice("mlp"), settings=wild)
 
     poisoned: list[int] = []
 
@@ -402,9 +404,9 @@ def test_a_loss_that_is_not_finite_stops_and_keeps_the_last_good_state(dragged: 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("undertow.residuals.training.epochs.prepare_training", spied)
         with pytest.raises(RequestError, match="loss is (nan|inf) in epoch 3.*state after epoch 2 is kept in"):
-            train(dragged, HULL, Choice("mlp"), settings=QUICK, folder=tmp_path, progress=poison)
-    resumed = train(dragged, HULL, Choice("mlp"), settings=QUICK, folder=tmp_path, resume=True)
-    assert weights(resumed) == weights(train(dragged, HULL, Choice("mlp"), settings=QUICK))
+            train(brief, HULL, Choice("mlp"), settings=settings, folder=tmp_path, progress=poison)
+    resumed = train(brief, HULL, Choice("mlp"), settings=settings, folder=tmp_path, resume=True)
+    assert weights(resumed) == weights(train(brief, HULL, Choice("mlp"), settings=settings))
 
 
 def epochs_of(*rows: tuple[float, float]) -> list[Epoch]:
@@ -420,8 +422,9 @@ def test_the_best_epochs_are_kept_those_that_break_laws_last() -> None:
     assert stale([]) == 0
 
 
-def test_training_stops_early(dragged: Split) -> None:
-    found = train(dragged, HULL, Choice("mlp"), settings=TrainingSettings(epochs=200, patience=2, learning_rate=3e-2))
+def test_training_stops_early(brief: Split) -> None:
+    settings = replace(QUICK, epochs=200, patience=2, learning_rate=3e-2)
+    found = train(brief, HULL, Choice("mlp"), settings=settings)
     assert found.stopped == "no better validation error for 2 epochs"
     assert found.epochs[-1].number < 200
 
@@ -521,10 +524,10 @@ def test_the_envelope_of_the_penalty_is_that_of_training(dragged: Split) -> None
 
 
 @pytest.mark.parametrize("name", ["mlp", "lstm"])
-def test_a_hybrid_is_trusted_by_its_log_and_a_pure_network_wholly(dragged: Split, name: str) -> None:
+def test_a_hybrid_is_trusted_by_its_log_and_a_pure_network_wholly(brief: Split, name: str) -> None:
     few = TrainingSettings(epochs=3)
-    model = train(dragged, HULL, Choice(name), settings=few).model
-    (motion,) = dragged.train.motions
+    model = train(brief, HULL, Choice(name, {"units": 8}), settings=few).model
+    (motion,) = brief.train.motions
     assert model.fades
     assert model.beyond(motion) == pytest.approx(0.0, abs=0.0)
     fast = replace(motion, velocity=30.0 * motion.velocity)
@@ -537,5 +540,5 @@ def test_a_hybrid_is_trusted_by_its_log_and_a_pure_network_wholly(dragged: Split
     assert (left[0] <= gain[0]).all()
     model.trust(None)
     np.testing.assert_allclose(said, gain * model.correction(motion), rtol=1e-4, atol=1e-9)
-    assert not train(dragged, HULL, Choice(name), settings=replace(few, trust=False)).model.fades
-    assert not train(dragged, HULL, Choice(name, pure=True), settings=few).model.fades
+    assert not train(brief, HULL, Choice(name, {"units": 8}), settings=replace(few, trust=False)).model.fades
+    assert not train(brief, HULL, Choice(name, {"units": 8}, pure=True), settings=few).model.fades
