@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from envelopes import encloses
-from judging import BOX, HULL, formula, judged, pushed
+from judging import BOX, HULL, formula, half_a_minute, judged, pushed
 
 from undertow.comparison.audit import audit, witness_of
 from undertow.physics.errors import RequestError
@@ -31,9 +31,6 @@ from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.foreign import FunctionModel, load_function
 from undertow.workflows.check import check
 from undertow.workflows.run_folder.read import check_bounds
-
-MOTION = simulate_world(HULL, {}, duration=30.0, noise="clean", seed=2).motion(0.1)
-
 
 # What laws take as stated
 
@@ -200,7 +197,7 @@ def test_stiff_damping_is_no_unbounded_speed(rate: float):
     hull = VehicleModel(stiff, "stiff")
     for model in (FunctionModel(hull.settled, HULL, "foreign"), hull):
         assert judged(BoundedSpeed(), model).verdict == "pass", model.name
-    done = FunctionModel(hull.settled, HULL, "foreign").rollout(MOTION, np.array([0, 50]), 100)
+    done = FunctionModel(hull.settled, HULL, "foreign").rollout(half_a_minute(), np.array([0, 50]), 100)
     assert not done.diverged.any()
 
 
@@ -286,7 +283,7 @@ def test_states_lie_evenly_in_their_box(size: int):
 def test_a_formula_is_asked_for_a_hundred_thousand_states_at_most(monkeypatch: pytest.MonkeyPatch):
     settled, asked = VehicleModel.settled, []
     monkeypatch.setattr(VehicleModel, "settled", lambda *words: asked.append(len(words[1])) or settled(*words))
-    audit(formula(), BOX, motions=[MOTION])
+    audit(formula(), BOX, motions=[half_a_minute()])
     assert 10_000 < sum(asked) < 100_000
     assert len(asked) < 50, "many states at once"
 
@@ -313,9 +310,9 @@ def test_the_file_says_all_and_equal_seeds_give_equal_files():
 def test_a_function_rolls_out_like_the_vehicle_it_copies():
     model, true = pushed(lambda nu: 0.0 * nu), VehicleModel(HULL, "hull")
     starts = np.array([0, 50, 100])
-    one, other = (m.rollout(MOTION, starts, 100).states for m in (model, true))
+    one, other = (m.rollout(half_a_minute(), starts, 100).states for m in (model, true))
     assert one == pytest.approx(other, abs=6e-2), "it meets commands held over a step"
-    assert model.acceleration(MOTION) == pytest.approx(true.acceleration(MOTION), abs=1e-9)
+    assert model.acceleration(half_a_minute()) == pytest.approx(true.acceleration(half_a_minute()), abs=1e-9)
     assert audit(model, BOX).verdict == "pass"
 
 

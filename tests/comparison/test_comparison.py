@@ -4,6 +4,7 @@ import io
 import json
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any, final
 
@@ -48,7 +49,11 @@ from undertow.workflows.run_folder.write import write_run
 
 HULL = load_vehicle("blueboat")
 TRUE = HULL.with_values({"X_uu": -20.0})
-MOTION = simulate_world(HULL, {}, duration=60.0, noise="clean", seed=4).motion(0.1)
+
+
+@cache
+def minute() -> Motion:
+    return simulate_world(HULL, {}, duration=60.0, noise="clean", seed=4).motion(0.1)
 
 
 @pytest.fixture(scope="module")
@@ -97,9 +102,9 @@ def verdict(comparison: dict[str, Any], model: str, quantity: str, horizon: str 
 @pytest.mark.parametrize("model", baselines(HULL), ids=lambda model: model.name)
 def test_the_rollouts_of_a_baseline_follow_its_acceleration(model: Model):
     start, steps = np.array([100, 250]), 300
-    states = model.rollout(MOTION, start, steps).states
+    states = model.rollout(minute(), start, steps).states
     middle = 0.5 * (states[:, 1:] + states[:, :-1])
-    rates = np.diff(states, axis=1) / MOTION.time_step
+    rates = np.diff(states, axis=1) / minute().time_step
     flat = middle.reshape(-1, 6)
     said = model.settled(flat[:, 3:], flat[:, 2], np.zeros((len(flat), 2))).reshape(*middle.shape[:2], 3)
     assert rates[..., 3:] == pytest.approx(said, abs=2e-3)
@@ -107,17 +112,17 @@ def test_the_rollouts_of_a_baseline_follow_its_acceleration(model: Model):
     over_ground = np.stack([u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)], axis=-1)
     assert rates[..., :2] == pytest.approx(over_ground, abs=2e-3)
     assert rates[..., 2] == pytest.approx(middle[..., 5], abs=1e-9)
-    assert states[:, 0, :2] == pytest.approx(MOTION.position[start])
+    assert states[:, 0, :2] == pytest.approx(minute().position[start])
 
 
 def test_a_boat_that_goes_on_as_it_is_is_predicted_without_error():
-    states = ZeroAcceleration(HULL).rollout(MOTION, np.array([300]), 200).states[0]
-    assert states[:, 3:] == pytest.approx(np.repeat(MOTION.velocity[300:301], 201, axis=0))
+    states = ZeroAcceleration(HULL).rollout(minute(), np.array([300]), 200).states[0]
+    assert states[:, 3:] == pytest.approx(np.repeat(minute().velocity[300:301], 201, axis=0))
     circle = np.hypot(*(states[:, :2] - states[:, :2].mean(axis=0)).T)
     assert np.ptp(circle) < np.ptp(states[:, 0])  # body velocities held: it turns
-    straight = HoldVelocity(HULL).rollout(MOTION, np.array([300]), 200).states[0]
+    straight = HoldVelocity(HULL).rollout(minute(), np.array([300]), 200).states[0]
     assert np.diff(straight[:, :2], n=2, axis=0) == pytest.approx(0.0, abs=1e-9)
-    assert np.hypot(*straight[:, 3:5].T) == pytest.approx(np.hypot(*MOTION.velocity[300, :2]))
+    assert np.hypot(*straight[:, 3:5].T) == pytest.approx(np.hypot(*minute().velocity[300, :2]))
 
 
 def test_zero_acceleration_explains_nothing(found: dict[str, Any]):
@@ -167,7 +172,7 @@ def test_domain_errors_add_up_to_those_of_all_rows(found: dict[str, Any]):
 def test_the_domain_is_what_the_training_part_spans(inputs: Inputs):
     train = inputs.parts.split.train.motions
     assert in_box(HULL, train, train).all()
-    fast = replace(MOTION, velocity=MOTION.velocity + np.array([5.0, 0.0, 0.0]))
+    fast = replace(minute(), velocity=minute().velocity + np.array([5.0, 0.0, 0.0]))
     assert not in_box(HULL, train, [fast]).any()
 
 
@@ -457,7 +462,7 @@ class Narrow(Model):
 
 
 def test_a_model_far_from_its_training_is_said_to_be(inputs: Inputs):
-    slow = replace(MOTION, velocity=np.full_like(MOTION.velocity, 0.02), commands=np.zeros_like(MOTION.commands))
+    slow = replace(minute(), velocity=np.full_like(minute().velocity, 0.02), commands=np.zeros_like(minute().commands))
     assert Narrow().beyond(slow) == pytest.approx(2.0 * np.sqrt(3.0))
     assert not VehicleModel(HULL, "hull").beyond(slow).any()
     models, _ = reference_models(inputs)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from judging import BOX, HULL, formula, judged, pushed
+from judging import BOX, HULL, formula, half_a_minute, judged, pushed
 
 from undertow.comparison.audit import audit, witness_of
 from undertow.physics.laws.audit.bounded import BoundedSpeed
@@ -16,12 +16,10 @@ from undertow.physics.laws.audit.symmetry import SHARE, MirrorSymmetry
 from undertow.physics.laws.audit.thrust import PowerUnderThrust
 from undertow.physics.momentum_balance import coriolis_matrix, mass_matrix, thruster_matrix
 from undertow.physics.motion import Array
-from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.foreign import FunctionModel
 
 EDGE = pytest.mark.parametrize(("sign", "verdict"), [(-1.0, "pass"), (1.0, "fail")], ids=["kept", "broken"])
-MOTION = simulate_world(HULL, {}, duration=30.0, noise="clean", seed=2).motion(0.1)
 
 
 @EDGE
@@ -53,7 +51,7 @@ def test_positive_damping(sign: float, verdict: str):
 @EDGE
 def test_energy_balance(sign: float, verdict: str):
     none = dict.fromkeys(HULL.damping, 0.0)
-    ruling = judged(EnergyBalance(), formula(**{**none, "X_u": 1e-6 * sign}), motions=[MOTION])
+    ruling = judged(EnergyBalance(), formula(**{**none, "X_u": 1e-6 * sign}), motions=[half_a_minute()])
     assert (ruling.verdict, ruling.proof) == (verdict, "data only")
 
 

@@ -1,6 +1,7 @@
 """The BlueBoat before one law: as a formula, and as foreign code that something else pushes."""
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -9,13 +10,20 @@ from undertow.comparison.audit import witness_of
 from undertow.physics.laws.audit.base import Law, Ruling
 from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.momentum_balance import mass_matrix
-from undertow.physics.motion import Array
+from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.foreign import FunctionModel
 
 HULL = load_vehicle("blueboat")
 BOX = Envelope((-1.0, -0.6, -1.1), (2.2, 0.6, 1.1))
+
+
+@cache
+def half_a_minute() -> Motion:
+    """The hull under way."""
+    return simulate_world(HULL, {}, duration=30.0, noise="clean", seed=2).motion(0.1)
 
 
 def judged(law: Law, model: Model, **more: Any) -> Ruling:

@@ -30,35 +30,42 @@ def data_of(*motions: Motion) -> DataSet:
     return DataSet(motions, (), WEAK)
 
 
-FIRST, SECOND = driven(1, 300.0), driven(2, 300.0)
+@pytest.fixture(scope="module")
+def first() -> Motion:
+    return driven(1, 300.0)
 
 
 @pytest.fixture(scope="module")
-def band() -> PredictionBand:
-    found = prediction_band(MODEL, data_of(FIRST))
+def second() -> Motion:
+    return driven(2, 300.0)
+
+
+@pytest.fixture(scope="module")
+def band(first: Motion) -> PredictionBand:
+    found = prediction_band(MODEL, data_of(first))
     assert found is not None
     return found
 
 
-def test_a_band_holds_its_share_of_a_second_run_and_half_of_it_does_not(band: PredictionBand):
-    held = held_predictions(MODEL, band, data_of(SECOND))
+def test_a_band_holds_its_share_of_a_second_run_and_half_of_it_does_not(band: PredictionBand, second: Motion):
+    held = held_predictions(MODEL, band, data_of(second))
     assert held.predictions == 290
     assert all(0.9 <= held.of(quantity) <= 0.99 for quantity in QUANTITIES), held
     halved = band.but(factor={name: tuple(0.5 * x for x in row) for name, row in band.factor.items()})
-    assert held_predictions(MODEL, halved, data_of(SECOND)).position < 0.85
+    assert held_predictions(MODEL, halved, data_of(second)).position < 0.85
 
 
-def test_what_a_model_lacks_widens_its_band(band: PredictionBand):
-    lacking = prediction_band(VehicleModel(LACKING, "lacking"), data_of(FIRST))
+def test_what_a_model_lacks_widens_its_band(band: PredictionBand, first: Motion, second: Motion):
+    lacking = prediction_band(VehicleModel(LACKING, "lacking"), data_of(first))
     assert lacking is not None
     assert lacking.half_width["position"][-1] > 3.0 * band.half_width["position"][-1]
-    held = held_predictions(VehicleModel(LACKING, "lacking"), lacking, data_of(SECOND))
+    held = held_predictions(VehicleModel(LACKING, "lacking"), lacking, data_of(second))
     assert 0.85 <= held.position <= 1.0
 
 
-def test_each_fold_is_predicted_by_the_fit_that_did_not_see_it(band: PredictionBand):
-    fold = Fold(((FIRST.source, float(FIRST.time[0]), float(FIRST.time[-1])),))
-    blind = prediction_band(VehicleModel(HULL, "fitted", unseen=[(fold, LACKING)]), data_of(FIRST))
+def test_each_fold_is_predicted_by_the_fit_that_did_not_see_it(band: PredictionBand, first: Motion):
+    fold = Fold(((first.source, float(first.time[0]), float(first.time[-1])),))
+    blind = prediction_band(VehicleModel(HULL, "fitted", unseen=[(fold, LACKING)]), data_of(first))
     assert blind is not None
     assert blind.half_width["position"][-1] > 3.0 * band.half_width["position"][-1]
 
@@ -86,45 +93,45 @@ def test_repeated_scores_count_once():
     assert independent(np.repeat(white[:40], 10)) == pytest.approx(40, rel=0.4)
 
 
-def test_the_band_along_a_log_begins_anew_with_each_prediction(band: PredictionBand):
-    [states], [widths] = restarted([MODEL], [SECOND])[0], half_widths(MODEL, band, [SECOND])
-    error: Array = np.abs(states[:, 3:] - SECOND.velocity)
-    after = np.arange(SECOND.time.size) % 100
+def test_the_band_along_a_log_begins_anew_with_each_prediction(band: PredictionBand, second: Motion):
+    [states], [widths] = restarted([MODEL], [second])[0], half_widths(MODEL, band, [second])
+    error: Array = np.abs(states[:, 3:] - second.velocity)
+    after = np.arange(second.time.size) % 100
     assert ((error <= widths[:, 1:]).mean(axis=0) > 0.9).all()
     assert widths[after == 99, 0].mean() > 1.5 * widths[after == 10, 0].mean()
-    moved = [replace(SECOND, heading=SECOND.heading + band.shift[0])]
-    assert band.moved(SECOND)[0].heading == pytest.approx(moved[0].heading)
+    moved = [replace(second, heading=second.heading + band.shift[0])]
+    assert band.moved(second)[0].heading == pytest.approx(moved[0].heading)
 
 
-def test_a_band_says_nothing_far_beyond_the_speeds_of_its_run(band: PredictionBand):
+def test_a_band_says_nothing_far_beyond_the_speeds_of_its_run(band: PredictionBand, first: Motion, second: Motion):
     """Half the range of each speed is as far as it is told: a boat that drags more there, or less, is another."""
     assert band.highest is not None
-    low, high = FIRST.velocity.min(axis=0), FIRST.velocity.max(axis=0)
+    low, high = first.velocity.min(axis=0), first.velocity.max(axis=0)
     assert band.highest[0] == pytest.approx(high[0] + ROOM * (high[0] - low[0]), abs=0.1)
-    assert band.highest[1:] == pytest.approx((1.0 + 2.0 * ROOM) * np.abs(FIRST.velocity[:, 1:]).max(axis=0), rel=0.1)
-    held = held_predictions(MODEL, band, data_of(SECOND))
+    assert band.highest[1:] == pytest.approx((1.0 + 2.0 * ROOM) * np.abs(first.velocity[:, 1:]).max(axis=0), rel=0.1)
+    held = held_predictions(MODEL, band, data_of(second))
     assert held.beyond == 0
-    half = 0.5 * float(SECOND.velocity[:, 0].max())
+    half = 0.5 * float(second.velocity[:, 0].max())
     slow = band.but(highest=(half, *band.highest[1:]))
-    part = held_predictions(MODEL, slow, data_of(SECOND))
+    part = held_predictions(MODEL, slow, data_of(second))
     assert part.predictions + part.beyond == held.predictions
     assert min(part.predictions, part.beyond) > 20
-    [widths] = half_widths(MODEL, slow, [SECOND])
-    [states] = restarted([MODEL], [SECOND])[0]
+    [widths] = half_widths(MODEL, slow, [second])
+    [states] = restarted([MODEL], [second])[0]
     row = np.arange(len(states))
     fast = np.flatnonzero(states[:, 3] > half)
     for k in fast[:50]:
         assert np.isnan(widths[k : k + 100 - k % 100]).all(), "and not again until the next prediction begins"
     assert np.isfinite(widths[(row % 100 == 0) & (states[:, 3] <= half)]).all()
     none = band.but(highest=(-1.0, 0.0, 0.0))
-    assert held_predictions(MODEL, none, data_of(SECOND)).position != 0.0
-    assert "All 290 go far beyond" in held_words(held_predictions(MODEL, none, data_of(SECOND)), "it")
+    assert held_predictions(MODEL, none, data_of(second)).position != 0.0
+    assert "All 290 go far beyond" in held_words(held_predictions(MODEL, none, data_of(second)), "it")
     assert f"{part.beyond} go far beyond the speeds" in held_words(part, "it")
 
 
-def test_a_band_of_an_earlier_file_is_told_everywhere(band: PredictionBand):
+def test_a_band_of_an_earlier_file_is_told_everywhere(band: PredictionBand, second: Motion):
     earlier = PredictionBand.model_validate({k: v for k, v in band.to_dict().items() if k not in ("lowest", "highest")})
-    assert held_predictions(MODEL, earlier, data_of(SECOND)).beyond == 0
+    assert held_predictions(MODEL, earlier, data_of(second)).beyond == 0
     assert earlier.knows(np.full((2, 3), 99.0)).all()
 
 

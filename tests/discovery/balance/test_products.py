@@ -9,12 +9,11 @@ from undertow.discovery.balance.base import Remembered
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.physics.forces import modelled_acceleration, modelled_force, relative_velocity
 from undertow.physics.momentum_balance import mass_matrix
+from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Hull, load_vehicle
 from undertow.physics.worlds.world import simulate_world, with_hull
 
 HULL = with_hull(load_vehicle("blueboat"), np.random.default_rng(1))
-LOG = simulate_world(HULL, {"steady_current": (0.2, -0.1)}, duration=40.0, noise="field", seed=3).motion()
-WINDY = replace(LOG, air=np.column_stack([np.full(LOG.time.size, 3.0), np.linspace(-2.0, 2.0, LOG.time.size)]))
 MOVES = {
     "nothing": {},
     "hull": {"X_uu": -4.0, "N_ur": -0.5, "Y_ur": 2.0, "X_udot": -5.0, "x_g": 0.1, "surge:u^2|r|": 0.7},
@@ -34,25 +33,35 @@ MOVES = {
 
 
 @pytest.fixture(scope="module")
-def weak() -> WeakForm:
-    return WeakForm([WINDY], WeakSettings())
+def log() -> Motion:
+    return simulate_world(HULL, {"steady_current": (0.2, -0.1)}, duration=40.0, noise="field", seed=3).motion()
+
+
+@pytest.fixture(scope="module")
+def windy(log: Motion) -> Motion:
+    return replace(log, air=np.column_stack([np.full(log.time.size, 3.0), np.linspace(-2.0, 2.0, log.time.size)]))
+
+
+@pytest.fixture(scope="module")
+def weak(windy: Motion) -> WeakForm:
+    return WeakForm([windy], WeakSettings())
 
 
 @pytest.mark.parametrize("changes", MOVES.values(), ids=MOVES)
-def test_the_balance_is_that_of_the_force_equation(weak: WeakForm, changes: dict[str, float]):
+def test_the_balance_is_that_of_the_force_equation(weak: WeakForm, windy: Motion, changes: dict[str, float]):
     vehicle = HULL.with_values(changes)
-    relative = np.stack(relative_velocity(vehicle, WINDY.heading, tuple(WINDY.velocity.T)), axis=-1)
-    expected = weak.derivative([relative @ mass_matrix(vehicle)]) - weak.average([modelled_force(vehicle, WINDY)])
+    relative = np.stack(relative_velocity(vehicle, windy.heading, tuple(windy.velocity.T)), axis=-1)
+    expected = weak.derivative([relative @ mass_matrix(vehicle)]) - weak.average([modelled_force(vehicle, windy)])
     np.testing.assert_allclose(weak.balance(vehicle), expected, rtol=1e-9, atol=1e-9)
 
 
-def test_two_hulls_are_not_taken_for_one_another(weak: WeakForm):
+def test_two_hulls_are_not_taken_for_one_another(weak: WeakForm, windy: Motion):
     """Products are remembered by what they depend on, and the force across a hull depends on its size."""
     one = HULL.with_values({"cross_flow": 0.9})
     other = one.model_copy(update={"hull": Hull(length=3.0, draught=0.3)})
     both = [weak.balance(vehicle) for vehicle in (one, other, one)]
     np.testing.assert_array_equal(both[0], both[2])
-    forces = [modelled_force(vehicle, WINDY) for vehicle in (one, other)]
+    forces = [modelled_force(vehicle, windy) for vehicle in (one, other)]
     np.testing.assert_allclose(both[0] - both[1], weak.average([forces[1] - forces[0]]), rtol=1e-8, atol=1e-9)
 
 
@@ -66,12 +75,12 @@ def test_the_order_in_which_models_are_asked_does_not_matter(weak: WeakForm):
 
 
 @pytest.mark.parametrize("changes", [MOVES["hull"], MOVES["water"] | MOVES["wake"]], ids=["hull", "water and wake"])
-def test_a_claim_stands_in_the_place_of_the_measurement(changes: dict[str, float]):
+def test_a_claim_stands_in_the_place_of_the_measurement(log: Motion, changes: dict[str, float]):
     vehicle = HULL.with_values(changes)
-    claim = modelled_acceleration(vehicle, LOG)
-    claims = WeakForm([LOG], WeakSettings(), [claim])
+    claim = modelled_acceleration(vehicle, log)
+    claims = WeakForm([log], WeakSettings(), [claim])
     np.testing.assert_allclose(claims.balance(vehicle), 0.0, atol=1e-9)
-    expected = claims.average([(claim - modelled_acceleration(HULL, LOG)) @ mass_matrix(HULL)])
+    expected = claims.average([(claim - modelled_acceleration(HULL, log)) @ mass_matrix(HULL)])
     np.testing.assert_allclose(claims.balance(HULL), expected, rtol=1e-9, atol=1e-9)
 
 

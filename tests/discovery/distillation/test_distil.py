@@ -3,6 +3,7 @@
 import io
 import json
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
@@ -26,8 +27,12 @@ from undertow.residuals.models.base import Model, VehicleModel
 
 HULL = load_vehicle("blueboat")
 HIDDEN = {"surge_quadratic_damping": -9.0}
-MOTION = smooth(simulate_world(HULL, {}, duration=180.0, noise="field", seed=1).motion(0.1), 1.2, 4)
-"""As the paper's preparation leaves a log with field noise: the velocities are measured ones."""
+
+
+@cache
+def driven() -> Motion:
+    """As the paper's preparation leaves a log with field noise: the velocities are measured ones."""
+    return smooth(simulate_world(HULL, {}, duration=180.0, noise="field", seed=1).motion(0.1), 1.2, 4)
 
 
 class Pushing(Model):
@@ -49,7 +54,7 @@ class Pushing(Model):
 
 
 def distilled(effects: dict[str, float]) -> Distilled:
-    return distil_model(VehicleModel(apply_effects(HULL, effects), "network"), [MOTION], HULL)
+    return distil_model(VehicleModel(apply_effects(HULL, effects), "network"), [driven()], HULL)
 
 
 def values(found: Distilled) -> dict[str, float]:
@@ -96,15 +101,15 @@ def test_the_past_is_called_memory_and_leaves_the_named_part_alone():
         slow = first_order_lag(u, 2.0, motion.time_step)
         return np.column_stack([-12.0 * slow, np.zeros_like(u), -8.0 * r * np.abs(r)])
 
-    found = distil_model(Pushing(force), [MOTION], HULL)
+    found = distil_model(Pushing(force), [driven()], HULL)
     surge, _, yaw = found.axes
     assert yaw.named is not None
     assert yaw.named > 0.97
     assert values(found)["N_rr"] == pytest.approx(-8.0, rel=0.02)
     assert surge.explained is not None
     assert surge.explained < 0.95
-    claimed = force(MOTION)[:, 0]
-    damping = sum(values(found).get(s, 0.0) * form for s, form in _drag(MOTION).items())
+    claimed = force(driven())[:, 0]
+    damping = sum(values(found).get(s, 0.0) * form for s, form in _drag(driven()).items())
     by_rows = 1.0 - ((claimed - damping) ** 2).mean() / (claimed**2).mean()
     assert surge.explained == pytest.approx(by_rows, abs=0.1)
     assert surge.past is not None
@@ -123,7 +128,7 @@ def test_a_bend_of_the_present_state_is_no_memory():
         thrust = motion.commands @ np.array([0.02, -0.02])
         return np.column_stack([np.zeros_like(thrust), 3.0 * np.tanh(thrust), np.zeros_like(thrust)])
 
-    found = distil_model(Pushing(force), [MOTION], HULL)
+    found = distil_model(Pushing(force), [driven()], HULL)
     sway = found.axes[1]
     assert sway.explained is not None
     assert sway.explained < 0.5
@@ -147,7 +152,7 @@ def test_random_forces_are_given_no_name(seconds: float, seed: int):
         slow = gaussian_filter1d(rng.standard_normal(motion.velocity.shape), seconds / motion.time_step, axis=0)
         return slow / slow.std(axis=0) * [3.0, 3.0, 1.0]
 
-    found = distil_model(Pushing(force), [MOTION], HULL)
+    found = distil_model(Pushing(force), [driven()], HULL)
     assert all(axis.matters for axis in found.axes)
     assert [part.effect for part in found.effects if part.verdict == "named"] == []
     assert max(axis.named for axis in found.axes if axis.named is not None) < 0.05
@@ -157,7 +162,7 @@ def test_random_forces_are_given_no_name(seconds: float, seed: int):
 def test_accelerations_that_are_not_finite_are_refused():
     broken = Pushing(lambda motion: np.full_like(motion.velocity, np.nan))
     with pytest.raises(RequestError, match="distil network: expected finite accelerations"):
-        distil_model(broken, [MOTION], HULL)
+        distil_model(broken, [driven()], HULL)
 
 
 def test_the_function_on_a_log_its_file_and_its_table(tmp_path, capsys: pytest.CaptureFixture[str]):

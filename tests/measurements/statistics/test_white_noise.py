@@ -13,7 +13,6 @@ from undertow.physics.worlds.world import simulate_world
 
 STEP = 0.1
 LEVEL = np.array([0.02, 0.03, 0.01])
-WORLD = simulate_world(load_vehicle("blueboat"), {}, duration=120.0, noise="clean", seed=3)
 
 
 def smoothed(rows: Array) -> Array:
@@ -21,10 +20,11 @@ def smoothed(rows: Array) -> Array:
 
 
 def test_what_a_filter_leaves_is_what_it_leaves_of_drawn_noise():
-    motion = replace(WORLD.motion(STEP), derived=(False, True, False))
+    plain = simulate_world(load_vehicle("blueboat"), {}, duration=120.0, noise="clean", seed=3).motion(STEP)
+    motion = replace(plain, derived=(False, True, False))
     rng = np.random.default_rng(1)
     drawn = np.mean([smoothed(one) ** 2 for one in drawn_noise(motion, LEVEL, rng, 40)], axis=(0, 1))
     left = filtered_noise(motion, LEVEL, smoothed)
     assert left == pytest.approx(drawn, rel=0.05)
-    white = filtered_noise(WORLD.motion(STEP), LEVEL, smoothed)
+    white = filtered_noise(plain, LEVEL, smoothed)
     assert white[1] > 1.5 * left[1]  # a derivative has little that is slow
