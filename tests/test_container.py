@@ -72,7 +72,8 @@ def test_make_shell_has_the_command(tmp_path: Path) -> None:
     """In a folder whose venv is set up, without a file of make's newer than it."""
     shutil.copy(ROOT / "Makefile", tmp_path)
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
-    for name in ("pyproject.toml", "constraints.txt", ".venv/undertow-runs", ".venv/bin/undertow"):
+    stamps = (".venv/undertow-venv", ".venv/undertow-runs")
+    for name in ("pyproject.toml", "constraints.txt", *stamps, ".venv/bin/undertow"):
         (tmp_path / name).touch()
     (tmp_path / ".venv" / "bin" / "undertow").chmod(0o755)
     words, env = ["make", "--no-print-directory", "shell"], {**os.environ, "SHELL": "/bin/sh"}
