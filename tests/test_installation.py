@@ -81,9 +81,9 @@ def test_what_is_installed_works_outside_the_clone(wheel: Path, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("checker", [by_pyright, by_mypy])
-def test_what_is_installed_is_typed(wheel: Path, tmp_path: Path, checker: Callable[[Path, str], list[str]]) -> None:
+def test_what_is_installed_is_typed(wheel: Path, tmp_path: Path, checker: Callable[..., list[list[str]]]) -> None:
     home = BareVenv(tmp_path / "installed")
     with zipfile.ZipFile(wheel) as held:
         held.extractall(home.packages)
     script = Path(shutil.copy(ROOT / "tests" / "helpers" / "user_script.py", tmp_path))
-    assert checker(script, str(home.scripts / "python")) == []
+    assert checker(script, python=str(home.scripts / "python")) == [[]]

@@ -13,7 +13,6 @@ from type_checkers import by_mypy, by_pyright
 import undertow
 
 SCRIPT = ROOT / "tests" / "helpers" / "user_script.py"
-LEAKS = "import undertow\n\nrun = undertow.discover(undertow.read_inputs('log.csv', 'boat.yaml'))\n"
 
 
 def typed_names() -> dict[str, str]:
@@ -39,34 +38,47 @@ def beside(tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.fixture
+def script(tmp_path: Path) -> Path:
+    """A user's script."""
+    return Path(shutil.copy(SCRIPT, tmp_path))
+
+
+@pytest.fixture
+def leaks(tmp_path: Path) -> Path:
+    """The beginning of one that will use what has no type, or is not there."""
+    path = tmp_path / "leaks.py"
+    path.write_text("import undertow\n\nrun = undertow.discover(undertow.read_inputs('log.csv', 'boat.yaml'))\n")
+    return path
+
+
 def test_type_checkers_see_the_names_that_are_loaded() -> None:
     assert typed_names() == undertow._PUBLIC
 
 
-def test_pyright_knows_every_public_name_and_no_other(tmp_path: Path, beside: Path) -> None:
+def test_pyright_knows_every_public_name_and_no_other_and_finds_no_any_in_a_users_script(
+    tmp_path: Path, beside: Path, script: Path, leaks: Path
+) -> None:
     names = [*undertow._PUBLIC, "__version__"]
     asked = tmp_path / "asked.py"
     asked.write_text("\n".join(["import undertow", *(f"reveal_type(undertow.{n})" for n in names), "undertow.discovr"]))
-    *told, unknown = [line for line in by_pyright(asked, beside=beside) if "Expression value is unused" not in line]
+    leaks.write_text(f"{leaks.read_text()}run.plot.forse()\nprint(run.findings.missing[0].uper())\n")
+    answers, clean, leaked = by_pyright(asked, script, leaks, beside=beside)  # in one go: it reads the package once
+    *told, unknown = [line for line in answers if "Expression value is unused" not in line]
     assert '"discovr" is not a known attribute of module "undertow"' in "\n".join([*told[-1:], unknown])
     types = {line.split('"')[1].removeprefix("undertow."): line.split('" is "')[1] for line in told if '" is "' in line}
     assert list(types) == names
     assert [n for n, t in types.items() if "Unknown" in t or "Any" in t.replace("tuple[Any, ...]", "")] == []
     assert "-> Run" in types["discover"], "a decorator keeps the signature"
+    assert clean == []
+    assert "forse" in "".join(leaked)
 
 
-def test_pyright_finds_no_any_in_a_users_script(tmp_path: Path, beside: Path) -> None:
-    script = Path(shutil.copy(SCRIPT, tmp_path))
-    assert by_pyright(script, beside=beside) == []
-    script.write_text(f"{LEAKS}run.plot.forse()\nprint(run.findings.missing[0].uper())\n")
-    assert "forse" in "".join(by_pyright(script, beside=beside))
-
-
-def test_mypy_finds_no_any_in_a_users_script(tmp_path: Path, beside: Path) -> None:
-    script = Path(shutil.copy(SCRIPT, tmp_path))
-    assert by_mypy(script, beside=beside) == []
-    script.write_text(f"{LEAKS}verdict = run.findings['verdict']\n")
-    assert 'has type "Any"' in "".join(by_mypy(script, beside=beside)), "JSON has no other type, and a leak is found"
+def test_mypy_finds_no_any_in_a_users_script(beside: Path, script: Path, leaks: Path) -> None:
+    leaks.write_text(f"{leaks.read_text()}verdict = run.findings['verdict']\n")
+    clean, leaked = by_mypy(script, leaks, beside=beside)
+    assert clean == []
+    assert 'has type "Any"' in "".join(leaked), "JSON has no other type, and a leak is found"
 
 
 def test_the_users_script_runs(tmp_path: Path) -> None:
