@@ -43,7 +43,7 @@ from undertow.residuals.models.network_inputs import in_box
 from undertow.residuals.scores import Errors, evaluate
 from undertow.residuals.series import series
 from undertow.workflows.compare import compare, compare_run
-from undertow.workflows.discover_and_add import discover
+from undertow.workflows.discover_and_add import add
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.write import write_run
 
@@ -72,7 +72,7 @@ def inputs(path: Path) -> Inputs:
 def files(inputs: Inputs, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run folder, and vehicle files: the truth, and one that creates energy."""
     folder = tmp_path_factory.mktemp("files")
-    write_run(discover(inputs), folder / "run", report=False)
+    write_run(add(["surge_quadratic_damping"], inputs), folder / "run", report=False)
     TRUE.save(folder / "true.yaml")
     TRUE.with_values({"N_r": 0.5}).save(folder / "unlawful.yaml")
     return folder

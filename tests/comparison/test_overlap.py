@@ -19,13 +19,14 @@ from undertow.physics.worlds.world import simulate_world
 from undertow.reports.terminal.comparison_screen import comparison_table, notes_list
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.workflows.compare import compare
-from undertow.workflows.discover_and_add import discover
+from undertow.workflows.discover_and_add import add
 from undertow.workflows.fit import fit
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.write import write_run
 from undertow.workflows.train import Choice, train
 
 HULL = load_vehicle("blueboat")
+LACKS = ["surge_quadratic_damping"]
 
 
 @pytest.fixture(scope="module")
@@ -36,8 +37,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / name).parent.mkdir(exist_ok=True)
         simulate_world(HULL, {"surge_quadratic_damping": -12.0}, duration=100.0, seed=seed).write(folder / name)
     shutil.copy(folder / "mon.csv", folder / "copy.csv")
-    write_run(discover(read_inputs(folder / "mon.csv", HULL, judge="test")), folder / "mon", report=False)
-    write_run(discover(read_inputs(folder / "mon.csv", HULL)), folder / "all", report=False)
+    write_run(add(LACKS, read_inputs(folder / "mon.csv", HULL, judge="test")), folder / "mon", report=False)
+    write_run(add(LACKS, read_inputs(folder / "mon.csv", HULL)), folder / "all", report=False)
     HULL.save(folder / "hand.yaml")
     with_sources(HULL, HULL.with_values({"X_u": -5.0}), "fitted by undertow to mon.csv (weak form)").save(
         folder / "fitted.yaml"
@@ -183,7 +184,7 @@ def test_models_that_were_fitted_to_the_judged_rows_are_marked_and_do_not_count(
 def test_a_model_of_other_logs_is_judged_whole_beside_one_that_was_fitted_here(place: Path):
     run = place / "other-run"
     inputs = read_inputs(place / "other/mon.csv", HULL)
-    write_run(discover(inputs), run, report=False)
+    write_run(add(LACKS, inputs), run, report=False)
     found = compare(inputs, [place / "mon", run])
     assert found.split == "all"
     assert [model.name for model in found.models if model.fitted_here] == ["calibrated", "other-run"]
