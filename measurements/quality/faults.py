@@ -208,7 +208,7 @@ class Kind(Enum):
     )
     AXES = Words(
         "units",
-        "{told} (so {follows:.1f} % of the track follows from heading and speeds)",
+        "{told} (so {follows:.1f} % of the track follows from {by})",
         "{told}",
         "forces act along other axes than the boat's; nothing can be learned",
         "{cure}",
@@ -216,10 +216,10 @@ class Kind(Enum):
     SPEED_UNIT = Words("units", "{told}", "", _POWERS, "{cure}")
     UNRELATED = Words(
         "units",
-        "positions and speeds contradict each other: {weight} of the track follows from neither",
+        "{told} contradict each other: {weight} of what one says does not follow from the other",
         "",
         "one of them is of another motion, or was never measured",
-        "find out which, and leave it out with 'u: null' (and v) or 'x: null' (and y) in a channel map",
+        "find out which, and leave it out with {cure} in a channel map, or map the boat's own",
     )
     REVERSED = Words(
         "direction",

@@ -16,9 +16,9 @@ from ...canonical import Channel
 from ...log import Log
 from ...statistics.blocks import robust_fit
 from ..axes import LENGTHS, SPEEDS, Track, mixed_up, surveyed, track_of
-from ..course import contradicts, course_of, off_course
+from ..course import course_of, off_course
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
-from ..finding import Channels, Check, Finding, Fix, Reach
+from ..finding import Channels, Check, Finding, Fix
 from ..lags import Turns, apart, blocks_of_pieces, turns
 from ..record import RATE, Record, Stretch
 
@@ -53,10 +53,8 @@ class Units(Check):
             found.append(degrees)
         elif turning is not None:
             found.append(_turns(turning, track))
-        elif turned and (left := apart(logs)) is not None:
-            found.append(_unlike(left))
         elif turned:
-            found.append(Finding(check=self.name, verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r")))
+            found.append(_unlike(apart(logs)))
         opposed = None if turning is None else turning.sign < 0
         speeds = _speeds(cured, track, opposed)
         if speeds is None or (speeds.verdict == "ok" and all(_turned_by_heading(log) for log in cured)):
@@ -180,20 +178,13 @@ def _turns(turning: _Turning, track: Track | None) -> Finding:
     return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
 
 
-def _unlike(left: float) -> Finding:
-    """Heading and yaw rate that have nothing to do with each other, whichever of them is late."""
-    return Finding(
-        check="units",
-        verdict="defect",
-        sentence=f"heading and yaw rate contradict each other: {100.0 * left:.0f} % of the turning of psi does not "
-        "follow from r",
-        value=left,
-        unit="1",
-        channels=("psi", "r"),
-        consequence="one of them is of another thing, or was never measured",
-        remedy="find out which, and leave it out with 'psi: null' or 'r: null' in a channel map, or map the boat's own",
-        reach=Reach.LOG,
-    )
+def _unlike(left: Size | None) -> Finding:
+    """Heading and yaw rate that do not agree: nothing to do with each other, whichever is late, or too little seen."""
+    if left is not None:
+        facts = {"told": "heading and yaw rate", "cure": "'psi: null' or 'r: null'"}
+        if (found := Fault(Kind.UNRELATED, ("psi", "r"), left, facts, left.weight.value).ruled()) is not None:
+            return found
+    return Finding(check="units", verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r"))
 
 
 def _clock(turning: _Turning | None, track: Track | None) -> Finding | None:
@@ -215,11 +206,13 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
         return None
     channels = ("u", "v", "x", "y") if all("v" in log.channels for log in both) else ("u", "x", "y")
     if track is None or not track.certain:
-        found = None if track is None else Fault(Kind.UNRELATED, channels, track.unrelated, value=track.left).ruled()
+        facts = {"told": "positions and speeds", "cure": "'u: null' (and v) or 'x: null' (and y)"}
+        found = None if track is None else Fault(Kind.UNRELATED, channels, track.unrelated, facts, track.left).ruled()
         return found or Finding(check="units", verdict="cannot tell", sentence=_MOVES_LITTLE, channels=channels)
     mixed, ratio, ends = mixed_up(track, opposed), track.scale, track.interval
     if mixed is not None:
-        facts = {"told": mixed.sentence, "follows": 100.0 * (1.0 - track.left), "cure": mixed.remedy}
+        facts = {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - track.left)}
+        facts |= {"by": "heading and speeds"}
         angle = float(np.degrees(track.angle))
         parts = {"angle": angle, "heading": float(track.turn), "sway": float(track.side)}
         found = Fault(Kind.AXES, mixed.channels, track.size, facts, ratio, ends, mixed.fix, parts).ruled()
@@ -250,46 +243,21 @@ def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
     course = course_of(logs)
     if course is None:
         return []
-    channels, wrong = ("psi", "x", "y"), "forces act along other axes than the boat's; nothing can be learned"
-    if contradicts(course):
-        text = (
-            f"heading and track contradict each other: over {course.pieces} pieces under way the course has nothing to "
-            f"do with psi, nor with its mirror image (concentrations {course.kept:.2f} and {course.other:.2f})"
-        )
-        remedy = "one of them is of another thing or another run: find out which, and map the boat's own (--map)"
-        return [
-            Finding(
-                check="units",
-                verdict="defect",
-                sentence=text,
-                value=course.kept,
-                unit="1",
-                channels=channels,
-                consequence=wrong,
-                remedy=remedy,
-                reach=Reach.LOG,
-            )
-        ]
+    facts = {"told": "heading and track", "cure": "'psi: null' or 'x: null' (and y)"}
+    apart = Fault(Kind.UNRELATED, ("psi", "x", "y"), course.unrelated, facts, course.unrelated.weight.value).ruled()
+    if apart is not None:
+        return [apart]
     rated = any("r" in log.channels for log in logs)  # else the heading alone can be turned
-    off = off_course(course, opposed if rated else True, surveyed(logs))
-    if off is None:
+    mixed = off_course(course, opposed if rated else True, surveyed(logs))
+    if mixed is None:
         return []
-    mixed, sure = off
-    return [
-        Finding(
-            check="units",
-            verdict="defect" if sure else "warning",
-            sentence=mixed.sentence
-            if sure
-            else f"{mixed.sentence}, on one course or in turns to one side: a current or much drift does so, too",
-            value=float(np.degrees(course.angle)),
-            unit="deg",
-            channels=mixed.channels,
-            consequence=wrong,
-            remedy=mixed.remedy,
-            reach=Reach.LOG,
-        )
-    ]
+    facts = {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - course.left), "by": "the heading"}
+    angle = float(np.degrees(course.angle))
+    fault = Fault(Kind.AXES, mixed.channels, course.size, facts, angle, unit="deg")
+    if not course.drifts:
+        return [found] if (found := fault.ruled()) is not None else []
+    text = f"{mixed.sentence}, on one course or in turns to one side: a current or much drift does so, too"
+    return [fault.told("warning").model_copy(update={"sentence": text})]
 
 
 def _turned_by_heading(log: Log) -> bool:
