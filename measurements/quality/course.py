@@ -132,7 +132,8 @@ def _read(ways: _Ways, block: NDArray[np.int64], beside: bool) -> tuple[int, flo
     if reading == (1, 0.0, 0) and ways.push.any() and np.cos(free[1]) < 0.0:  # doubled angles: the stern leaves as much
         astern = np.cos(np.angle(ways.way) - ways.heading) * ways.push < 0.0
         reading, as_is, told = (1, np.pi, 2), power * astern, power * ~astern
-    return (*reading, float(told.sum() / power.sum()), size_of(as_is, told, 0.5 * power, block))
+    turn, angle, quarters = reading
+    return turn, angle, quarters, float(told.sum() / power.sum()), size_of(as_is, told, 0.5 * power, block)
 
 
 def _joined(found: Sequence[_Ways]) -> _Ways | None:
@@ -141,8 +142,9 @@ def _joined(found: Sequence[_Ways]) -> _Ways | None:
         return None
     begun = np.cumsum([0, *(int(one.piece[-1]) + 1 for one in found)])
     piece = np.concatenate([one.piece + first for one, first in zip(found, begun, strict=False)])
-    names = ("way", "heading", "turning", "span", "push")
-    return _Ways(*(np.concatenate([getattr(one, name) for one in found]) for name in names), piece)
+    columns = zip(*((one.heading, one.turning, one.span, one.push) for one in found), strict=True)
+    heading, turning, span, push = (np.concatenate(column) for column in columns)
+    return _Ways(np.concatenate([one.way for one in found]), heading, turning, span, push, piece)
 
 
 def _ways(log: Log) -> _Ways | None:
@@ -155,8 +157,8 @@ def _ways(log: Log) -> _Ways | None:
     driven = np.flatnonzero((push != 0.0) if push.any() else np.abs(way) > 0.0)
     if not driven.size:
         return None
-    span = ends - begins
-    return _Ways(*(part[driven] for part in (way, heading, turning, span, push)), driven)
+    heading, turning, span, push = (part[driven] for part in (heading, turning, ends - begins, push))
+    return _Ways(way[driven], heading, turning, span, push, driven)
 
 
 def _push(log: Log, begins: Array, ends: Array) -> Array:

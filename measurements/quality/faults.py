@@ -200,11 +200,11 @@ class Kind(Enum):
     ANGLE_UNIT = Words("units", "{told}", "", _FACTOR, "{cure}")
     OPPOSED = Words("units", "{told}", "", "which side is port is lost", "{cure}")
     TIME_UNIT = Words(
-        "units",
-        "the stamps run {fast:.3g} times as fast as the motion: heading and track both say so",
-        "",
-        "every acceleration is wrong",
-        "give the time in seconds (times {slow:.3g})",
+        "time unit",
+        "{told}: heading and track both say so",
+        "{told}",
+        "every rate and acceleration is wrong",
+        "{cure}",
     )
     AXES = Words(
         "units",
@@ -220,6 +220,14 @@ class Kind(Enum):
         "",
         "one of them is of another motion, or was never measured",
         "find out which, and leave it out with {cure} in a channel map, or map the boat's own",
+    )
+    MIXED = Words(
+        "mixed commands",
+        "{told} look like throttle and steering, not like two sides: one pushes and hardly turns the boat, the other "
+        "turns and hardly pushes it; {how}, they explain {share} of what is left of surge and yaw",
+        "{names} look like throttle and steering",
+        "what the two sides did is lost, and a thruster is blamed for it",
+        "mix them in a channel map (--map): {cure}",
     )
     REVERSED = Words(
         "direction",

@@ -22,7 +22,7 @@ from ..finding import Channels, Check, Finding, Fix
 from ..lags import Turns, apart, blocks_of_pieces, turns
 from ..record import RATE, Record, Stretch
 
-_FINE = 0.1
+FINE = 0.1
 """Share by which two records of one quantity may differ in size, and a factor from a unit: sensors are calibrated to
 some per cent, thrust and mass are known to ten."""
 _PIECE = 2.0
@@ -41,13 +41,10 @@ class Units(Check):
         """See `Check`: one finding for the angles, one for the speeds."""
         logs = [record.log for record in records]
         turned = any({"psi", "r"} <= set(log.channels) for log in logs)
-        turning = _turning([log for log in logs if {"psi", "r"} <= set(log.channels)])
+        turning = turning_of(logs)
         degrees = None if turning is None else _in_degrees(turning)
         cured = [_with(log, degrees.fix.apply) for log in logs] if degrees and degrees.fix else logs
         track = track_of(cured)
-        clock = _clock(turning, track)
-        if clock is not None:
-            return [clock]
         found: list[Finding] = []
         if degrees is not None:
             found.append(degrees)
@@ -67,7 +64,7 @@ class Units(Check):
         ]
 
 
-class _Turning(NamedTuple):
+class Turning(NamedTuple):
     """How heading and yaw rate are read: factors to radians, the sign of the rate, and what that explains.
 
     Attributes
@@ -86,8 +83,9 @@ class _Turning(NamedTuple):
     size: Size
 
 
-def _turning(logs: Sequence[Log]) -> _Turning | None:
+def turning_of(every_log: Sequence[Log]) -> Turning | None:
     """The simplest reading of heading and yaw rate; None where no reading makes them agree."""
+    logs = [log for log in every_log if {"psi", "r"} <= set(log.channels)]
     wraps = _wraps(logs) if logs else None
     every = {scale: found for scale in (1.0, _DEGREE) if logs and (found := turns(logs, scale)) is not None}
     scales = (_DEGREE,) if wraps is not None and wraps.warns else tuple(every)
@@ -113,7 +111,7 @@ def _turning(logs: Sequence[Log]) -> _Turning | None:
         size = wraps
     ends = fit.interval(0)
     ends = None if ends is None else (ends[0] / scale, ends[1] / scale)
-    return _Turning(scale, abs(rate), 1 if rate > 0.0 else -1, float(fit.values[0]) / scale, ends, size)
+    return Turning(scale, abs(rate), 1 if rate > 0.0 else -1, float(fit.values[0]) / scale, ends, size)
 
 
 def _errors(found: Turns, rate: float) -> Array:
@@ -137,7 +135,7 @@ def _wraps(logs: Sequence[Log]) -> Size | None:
     return size_of(as_is, turned, power, np.concatenate(number)) if as_is.size else None
 
 
-def _in_degrees(turning: _Turning) -> Finding | None:
+def _in_degrees(turning: Turning) -> Finding | None:
     """The finding that heading or yaw rate is in degrees, None where neither is."""
     told = f"the heading psi turns {abs(turning.ratio):.3g} times as fast as the yaw rate r says"
     names = tuple(n for n, unit in (("psi", turning.heading), ("r", turning.rate)) if unit == _DEGREE)
@@ -156,7 +154,7 @@ def _in_degrees(turning: _Turning) -> Finding | None:
     return Fault(Kind.ANGLE_UNIT, names, turning.size, facts, turning.ratio, turning.ends, fix).ruled()
 
 
-def _turns(turning: _Turning, track: Track | None) -> Finding:
+def _turns(turning: Turning, track: Track | None) -> Finding:
     """How heading and yaw rate compare where both are in radians; the track says which of the two is at fault."""
     ratio, ends, channels = turning.ratio, turning.ends, ("psi", "r")
     told = f"the heading psi turns {ratio:.3g} times as fast as the yaw rate r says"
@@ -172,7 +170,7 @@ def _turns(turning: _Turning, track: Track | None) -> Finding:
     fault = Fault(kind, channels, turning.size, {"told": told, "cure": cure}, ratio, ends)
     if (found := fault.ruled()) is not None:
         return found
-    if abs(ratio - 1.0) > _FINE:
+    if abs(ratio - 1.0) > FINE:
         return fault.told("note")
     text = f"heading and yaw rate agree in size (ratio {ratio:.3f})"
     return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
@@ -185,18 +183,6 @@ def _unlike(left: Size | None) -> Finding:
         if (found := Fault(Kind.UNRELATED, ("psi", "r"), left, facts, left.weight.value).ruled()) is not None:
             return found
     return Finding(check="units", verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r"))
-
-
-def _clock(turning: _Turning | None, track: Track | None) -> Finding | None:
-    """Stamps in another unit: heading and track both move as much faster, or slower, than their rates say."""
-    if turning is None or track is None or not track.certain or turning.heading == _DEGREE or turning.sign < 0:
-        return None
-    ratio = turning.ratio
-    if not turning.size.warns or turning.rate == _DEGREE or abs(track.scale / ratio - 1.0) > _FINE:
-        return None
-    return Fault(
-        Kind.TIME_UNIT, ("t",), turning.size, {"fast": 1.0 / ratio, "slow": ratio}, ratio, turning.ends
-    ).ruled()
 
 
 def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> Finding | None:
@@ -220,7 +206,7 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
             return found
     names, told, cure, fix = channels, f"the way made good is {ratio:.3g} times what the speeds say", _EITHER, None
     speeds = tuple(name for name in ("u", "v") if name in channels)
-    unit = next((one for one in (*SPEEDS, *LENGTHS) if abs(ratio / one - 1.0) <= _FINE and track.unit == one), None)
+    unit = next((one for one in (*SPEEDS, *LENGTHS) if abs(ratio / one - 1.0) <= FINE and track.unit == one), None)
     if unit in SPEEDS:
         names, told = speeds, f"{told}: they are in {SPEEDS[unit]}"
         cure = f"map them with 'scale: {unit:g}'"
@@ -232,7 +218,7 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
     fault = Fault(Kind.SPEED_UNIT, names, track.size, {"told": told, "cure": cure}, ratio, ends, fix)
     if track.unit != 1.0 and (found := fault.ruled()) is not None:
         return found
-    if abs(ratio - 1.0) > _FINE:
+    if abs(ratio - 1.0) > FINE:
         return fault.told("note")
     text = f"position and speed agree in size (ratio {ratio:.3f})"
     return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
@@ -284,14 +270,14 @@ def speed_unit(records: Sequence[Record]) -> list[Finding]:
         if found is None:
             continue
         factor, size = found
-        unit = next((one for one in SPEEDS if abs(factor / one - 1.0) <= _FINE), None)
+        unit = next((one for one in SPEEDS if abs(factor / one - 1.0) <= FINE), None)
         if unit is not None and size.share.low > 1.0 - OVERWHELMING:  # it explains the log, and does not only better it
             told = f"{' and '.join(channels)} are in {SPEEDS[unit]}: {witness} moves {factor:.3g} times as fast as said"
             cure = f"map them with 'scale: {unit:g}', or mend the vehicle's mass or thrust if speeds are right"
             fault = Fault(Kind.SPEED_UNIT, channels, size, {"told": told, "cure": cure}, factor)
             if (one := fault.ruled()) is not None:
                 return [one]
-        if abs(factor - 1.0) <= _FINE:
+        if abs(factor - 1.0) <= FINE:
             text = f"{witness} agrees with speeds in m/s"
             return [Finding(check="units", verdict="ok", sentence=text, value=factor, unit="1", channels=channels)]
     top = max(float(np.abs(stretch.motion.velocity[:, 0]).max()) for record in having for stretch in record.stretches)
