@@ -234,9 +234,7 @@ def check_limits(channel: Channel, where: str) -> None:
         unit = " Is it in degrees per second?" if channel.name == "r" else ""
         largest = float(np.abs(channel.value).max())
         if command and command[0] == "normalized" and largest <= 2.0 * high:
-            unit = (
-                " Are the commands throttle and steering, sum and difference of two sides? Then mix them ('mix: skid')."
-            )
+            unit = " Are they throttle and steering, sum and difference of two sides? Then mix them ('mix: skid')."
         elif command and command[0] == "normalized" and largest <= 100.0 * high:
             unit = f" Is it in percent? Map it with '{channel.name}: {{from: {channel.origin}, unit: percent}}'."
         raise LogError(
