@@ -92,29 +92,34 @@ class Fitted:
 
     def errors(self, idle: Collection[str] = (), turning_nothing: Collection[str] = ()) -> Array:
         """Squared errors (n,) where some commands push nothing ahead, and some turn nothing."""
-        kept = [
-            np.delete(columns, [k for k, name in enumerate(self.names) if name in silent], axis=1)
-            for columns, silent in zip(self.columns, (idle, turning_nothing), strict=True)
-        ]
-        return self._errors(kept)
+        found = np.zeros(self.stretch.size)
+        for axis, silent in enumerate((idle, turning_nothing)):
+            kept = np.delete(self.columns[axis], [k for k, name in enumerate(self.names) if name in silent], axis=1)
+            found += self._errors(axis, kept)
+        return found
 
-    def _errors(self, columns: Sequence[Array]) -> Array:
-        pairs = zip(columns, self.changes.T, strict=True)
-        return np.sum(
-            [(wanted - table @ np.linalg.lstsq(table, wanted, rcond=None)[0]) ** 2 for table, wanted in pairs], 0
-        )
+    def _errors(self, axis: int, columns: Array) -> Array:
+        wanted = self.changes[:, axis]
+        return np.asarray((wanted - columns @ np.linalg.lstsq(columns, wanted, rcond=None)[0]) ** 2)
 
     def size_of_mix(self, throttle: str, steering: str) -> Size:
-        """How much better a throttle that pushes alone and a steering that turns alone explain than two sides alike."""
+        """How much better a throttle that pushes alone and a steering that turns alone explain than two sides alike.
+
+        Of surge and of yaw each, it is weighed against what the commands explain there.
+        """
+        sides, mix, power = (np.zeros(self.stretch.size) for _ in range(3))
         one, two = (self.names.index(name) for name in (throttle, steering))
-        besides = [columns[:, len(self.names) :] for columns in self.columns]
-        (push, other), (turn, against) = ((columns[:, one], columns[:, two]) for columns in self.columns)
-        pairs = ((push + other, turn - against), (push, against))
-        sides, mix = (
-            self._errors([np.column_stack([moved, rest]) for moved, rest in zip(pair, besides, strict=True)])
-            for pair in pairs
-        )
-        return size_of(sides, mix, self.errors(self.names, self.names) - self.errors(), self.stretch)
+        for axis, (alone, sign) in enumerate(((one, 1.0), (two, -1.0))):
+            columns, besides = self.columns[axis], self.columns[axis][:, len(self.names) :]
+            left = self._errors(axis, columns)
+            explained = self._errors(axis, besides) - left
+            total = max(float(explained.sum()), 1e-300)
+            both = columns[:, one] + sign * columns[:, two]
+            pair = (self._errors(axis, np.column_stack([moved, besides])) for moved in (both, columns[:, alone]))
+            power += explained / total
+            for found, errors in zip((sides, mix), pair, strict=True):
+                found += (errors - left) / total
+        return size_of(sides, mix, power, self.stretch)
 
     def size_beside(self, without: Array) -> Size:
         """How much of what the commands explain is gone where another fit leaves these squared errors (n,)."""

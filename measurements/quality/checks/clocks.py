@@ -189,11 +189,9 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     ends = seconds - CI * error, seconds + CI * error
     if seconds > SLOW and far:
         return [_early(seconds, ends, channels)]
-    # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in rows of a second, with
-    # which a programme may keep step, nearly all of it.
-    before = max(0.5 * row, row - 0.5 * ROW)
-    if ends[1] >= -_IN_STEP - before:
-        if ends[0] < -ROW - before:
+    # A command was given up to a row before the one that holds it, and always a whole one where a programme keeps step.
+    if ends[1] >= -_IN_STEP - row:
+        if ends[0] < -ROW - row:
             between = " to ".join(_when(end, 2) for end in ends)
             text = f"the boat may answer its commands {between}: too little to tell"
             return [

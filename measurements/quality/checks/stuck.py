@@ -72,7 +72,8 @@ class Stuck(Check):
                 if time.size < 3 or any(channel.time.size != time.size for channel in channels):
                     continue
                 usual = held.rows if held is not None and names == _PLACE else 1
-                spans.setdefault(names, []).extend(high - low for low, high in _stays(channels, usual))
+                stays = [span for span in _stays(channels, usual) if _rest_moves(record.log, names, span)]
+                spans.setdefault(names, []).extend(high - low for low, high in stays)
                 times[names] = times.get(names, 0.0) + float(time[-1] - time[0])
         found = [finding for names in _SENSORS if (finding := _never(records, names)) is not None]
         for names, lengths in spans.items():
@@ -159,6 +160,19 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
             continue
         found.append((float(time[start]), float(time[end])))
     return found
+
+
+def _rest_moves(log: Log, names: tuple[str, ...], span: tuple[float, float]) -> bool:
+    """Whether another speed changes meanwhile: all of them stand in a steady turn without noise, and at rest."""
+    others = [log.channels[name] for name in "uvr" if name in log.channels and name not in names]
+    if names[0] in _GOES_ON or not others:
+        return True
+    for other in others:
+        during = other.value[(other.time >= span[0]) & (other.time <= span[1])]
+        digit = _last_digit(np.abs(np.diff(other.value)))
+        if digit is not None and during.size and float(np.ptp(during)) > _PLAINLY * digit:
+            return True
+    return False
 
 
 def _last_digit(steps: Array) -> float | None:
