@@ -24,7 +24,7 @@ from ..record import Record
 from ..response import trials
 
 _SCALES = (1.0, 0.5)
-"""Of throttle and steering that are half the sum and half the difference of the sides, or sum and difference."""
+"""Scales that are tried: throttle and steering are half the sum and half the difference of the sides, or all of it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,9 +38,6 @@ _BEFORE = 10
 _BEFORE_SECONDS = 0.5
 """Time that they take at least [s]: a log that was interpolated to a fine grid has ten rows on one line.
 Steady, see `benchmarks/steady_limits.py`."""
-_MUCH = 0.05
-"""Share of the time from which a stuck sensor spoils what is learnt, as gaps do (`rates`).
-Steady, see `benchmarks/steady_limits.py`."""
 _TURNS = 0.5
 """Turning from which the rest of the log says that the boat moved [rad]. Steady, see `benchmarks/steady_limits.py`."""
 _RUNS = 3.0
@@ -83,9 +80,9 @@ class Stuck(Check):
             counted = Share(share, 0.0)
             facts = {"seconds": longest, "times": _times(len(lengths))}
             fault = Fault(Kind.STUCK, names, Size(counted, counted), facts, longest, parts={"share": share})
-            verdict = "defect" if share > _MUCH else "warning"
-            reach = Reach.LOG if fault.size.refuses else Reach.SECONDS
-            found.append(fault.told(verdict).model_copy(update={"reach": reach}))
+            refused = fault.size.refuses
+            told = fault.told("defect" if refused else "warning")
+            found.append(told.model_copy(update={"reach": Reach.LOG if refused else Reach.SECONDS}))
         return found or [
             Finding(
                 check=self.name, verdict="ok", sentence="no sensor repeats a value in mid-motion", value=0.0, unit="s"
