@@ -191,7 +191,7 @@ def read_right(log: Log, sound: Sound) -> bool:
         else:
             error = channel.value - np.interp(time, at, true)
         reach = float(np.ptp(true))
-        if name == "psi":  # a boat that turns round and round has a range of many turns, and errs by half a turn at most
+        if name == "psi":  # of a boat that turns round and round, errors stay within half a turn
             error, reach = np.angle(np.exp(1j * error)), min(reach, np.pi)
         elif name in ("x", "y"):
             error = error - np.median(error)

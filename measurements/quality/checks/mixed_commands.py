@@ -75,11 +75,10 @@ class MixedCommands(Check):
         told = next((one.best for one in trials(records) if set(names) <= set(one.best.answers)), None)
         if told is None or told.fitted is None:
             return []
-        alone, pair = max(
-            ((told.fitted.size_of_mix(*order), order) for order in (names, names[::-1])),
-            key=lambda found: found[0].share.value,
-        )
-        if not alone.warns:
+        orders = [(a, b) for a, b in (names, names[::-1]) if told.answers[a].ahead and told.answers[b].turn]
+        weighed = [(told.fitted.size_of_mix(*order), order) for order in orders]
+        alone, pair = max(weighed, key=lambda found: found[0].share.value, default=(None, names))
+        if alone is None or not alone.warns:
             return []
         tried = [_Mix(pair[0], pair[1], scale, sign) for scale in _SCALES for sign in (1.0, -1.0)]
         sizes = [(mix, size_by_model(records, partial(_alter, mix, names), delayed(told.seconds))) for mix in tried]

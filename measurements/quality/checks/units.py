@@ -94,8 +94,9 @@ def turning_of(every_log: Sequence[Log]) -> Turning | None:
     fits = {s: robust_fit(np.column_stack([t.rate, t.span]), t.heading, t.piece) for s, t in every.items()}
     block = blocks_of_pieces(every[1.0].piece)
     as_is, power = _errors(every[1.0], 1.0), np.ones(block.size)
-    free = min(scales, key=lambda scale: float(_errors(every[scale], float(fits[scale].values[0])).sum()))
-    least = _errors(every[free], float(fits[free].values[0]))
+    left = {scale: _errors(every[scale], float(fits[scale].values[0])) for scale in scales}
+    free = scales[-1] if size_of(left[scales[0]], left[scales[-1]], power, block).warns else scales[0]
+    least = left[free]
     units = [(s, q) for q in (1.0, _DEGREE, -1.0, -_DEGREE) for s in scales]
     levels: list[list[tuple[float, float]]] = [[(1.0, 1.0)]] if 1.0 in scales else []
     for level in (*levels, units, [(free, float(fits[free].values[0]))]):
