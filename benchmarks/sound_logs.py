@@ -14,7 +14,6 @@ record is a log. All checks are made of it, with its vehicle file; the discovery
 
 import sys
 from collections.abc import Mapping, Sequence
-from functools import cache
 from typing import Any
 
 from study.noted_faults import noted, sure_sizes
@@ -34,7 +33,6 @@ REFUSING = tuple(dict.fromkeys([*(kind.value.check for kind in Kind), *(check.na
 """All checks, by the names of their findings: those whose refusals are weighed by their size first."""
 
 
-@cache
 def _outside(purpose: str) -> list[tuple[str, int]]:
     """Logs from outside come first, and are only reported."""
     return from_outside() if purpose == "reporting" else []

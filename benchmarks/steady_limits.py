@@ -1,16 +1,15 @@
 """What the numbers of the checks of single records decide: false alarms and misses with each at half and at twice.
 
-Stuck and spiked values are found by rules on single rows. A number of such a rule is well placed where half of it and
-twice as much accuse no more sound logs and miss no more spoilt ones.
+Stuck and spiked values are found by rules on single rows, and a few numbers say what an answer to the commands is. Each
+is well placed where half of it and twice as much accuse no more sound logs and miss no more spoilt ones.
 
-    python benchmarks/steady_limits.py [--runs 18] [--seeds 3]
+    python benchmarks/steady_limits.py [--runs 18] [--seeds 3] [--only NAME]...
 """
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 from spoiling import simulated
@@ -18,37 +17,46 @@ from study.sound_worlds import drawn, recorded
 from study.spoils import SPOILS
 
 from undertow.measurements.log import Log
-from undertow.measurements.quality.checks import spikes, stuck
+from undertow.measurements.quality import lags, response
+from undertow.measurements.quality.checks import clocks, spikes, stuck
+from undertow.measurements.quality.checks.clocks import Clocks
+from undertow.measurements.quality.checks.sides import Sides
 from undertow.measurements.quality.checks.spikes import Spikes
 from undertow.measurements.quality.checks.stuck import Stuck
 from undertow.measurements.quality.finding import Check
 from undertow.measurements.quality.record import Record
+from undertow.physics.vehicle import Vehicle
 
 FIRST = 260_000
-ROOMS: tuple[tuple[ModuleType, Check], ...] = ((stuck, Stuck()), (spikes, Spikes()))
+_ANSWERS: tuple[Check, ...] = (Sides(), Clocks())
+NUMBERS: tuple[tuple[str, tuple[ModuleType, ...], tuple[Check, ...]], ...] = (
+    *((n, (stuck,), (Stuck(),)) for n in ("_PLAINLY", "_LEAST", "_BEFORE", "_BEFORE_SECONDS", "_TURNS", "_RUNS")),
+    *((n, (spikes,), (Spikes(),)) for n in ("_LEAST_ROWS", "_OUT", "_STEPS", "_WHOLE")),
+    *((n, (response,), _ANSWERS) for n in ("_SHARE", "_ALONE", "_LATE")),
+    ("_PITCHING", (clocks,), (Clocks(),)),
+    ("FOLLOWS", (lags, response, clocks), (Clocks(),)),
+)
+"""Each number, the modules that hold it, and the checks that it decides."""
+Known = tuple[Log, Vehicle]
 
 
-def numbers(module: ModuleType) -> Iterator[tuple[str, Any]]:
-    """The constants of a module that are numbers, each by its name."""
-    for name, value in vars(module).items():
-        if name.startswith("_") and name.isupper() and isinstance(value, int | float):
-            yield name, value
-
-
-def accused(check: Check, log: Log) -> bool:
+def accused(checks: Sequence[Check], log: Log, vehicle: Vehicle) -> bool:
     """Whether a check calls a defect or a warning in a log."""
-    return any(f.verdict in ("defect", "warning") for f in check.examine([Record(log, (), ())]))
+    rows = all(isinstance(check, Stuck | Spikes) for check in checks)
+    records = [Record(log, (), ()) if rows else Record.of(log, vehicle)]
+    return any(f.verdict in ("defect", "warning") for check in checks for f in check.examine(records))
 
 
-def spoilt(check: Check, seeds: int) -> list[Log]:
-    """Logs that a check must accuse."""
-    found = []
+def spoilt(checks: Sequence[Check], seeds: int) -> list[Known]:
+    """Logs that the checks must accuse."""
+    found: list[Known] = []
+    names = {check.name for check in checks} | {"direction" for check in checks if isinstance(check, Sides)}
     for case in [case for seed in range(seeds) for case in simulated(200 + seed, 180.0)]:
         for spoil in SPOILS:
-            if any(name == check.name for name, _ in spoil.causes):
+            if any(name in names for name, _ in spoil.causes):
                 table = spoil.plant(case.table, np.random.default_rng(len(spoil.name)))
                 channels = {name: table[name].to_numpy(float) for name in table.columns if name != "t"}
-                found.append(Log.from_arrays(table["t"].to_numpy(float), channels))
+                found.append((Log.from_arrays(table["t"].to_numpy(float), channels), case.vehicle))
     return found
 
 
@@ -57,22 +65,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--runs", type=int, default=18)
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--only", action="append", default=[], metavar="NAME")
     given = parser.parse_args(arguments)
-    sound = [log for n in range(given.runs) for log in recorded(drawn(FIRST, n).log, n).values()]
+    runs = [drawn(FIRST, n) for n in range(given.runs)]
+    sound = [(log, run.vehicle) for n, run in enumerate(runs) for log in recorded(run.log, n).values()]
+    broken = {checks: spoilt(checks, given.seeds) for checks in {checks for _, _, checks in NUMBERS}}
     print("| number | as it is | half | twice |\n| --- | ---: | ---: | ---: |")
     wrong = 0
-    for module, check in ROOMS:
-        broken = spoilt(check, given.seeds)
-        for name, value in numbers(module):
-            cells = []
-            for factor in (1.0, 0.5, 2.0):
+    for name, modules, checks in NUMBERS:
+        if given.only and name not in given.only:
+            continue
+        cells, value = [], getattr(modules[0], name)
+        for factor in (1.0, 0.5, 2.0):
+            for module in modules:
                 setattr(module, name, type(value)(factor * value))
-                false = sum(accused(check, log) for log in sound)
-                missed = sum(not accused(check, log) for log in broken)
-                wrong += (false + missed) * (factor == 1.0)
-                cells.append(f"{false} of {len(sound)} false, {missed} of {len(broken)} missed")
+            false = sum(accused(checks, *known) for known in sound)
+            missed = sum(not accused(checks, *known) for known in broken[checks])
+            wrong += missed * (factor == 1.0)
+            cells.append(f"{false} of {len(sound)} false, {missed} of {len(broken[checks])} missed")
+        for module in modules:
             setattr(module, name, value)
-            print(f"| {check.name}: {name} = {value:g} | {' | '.join(cells)} |", flush=True)
+        print(f"| {' and '.join(c.name for c in checks)}: {name} = {value:g} | {' | '.join(cells)} |", flush=True)
     return int(wrong > 0)
 
 

@@ -232,7 +232,10 @@ def check_limits(channel: Channel, where: str) -> None:
     if outside.size:
         first = int(outside[0])
         unit = " Is it in degrees per second?" if channel.name == "r" else ""
-        if command and command[0] == "normalized" and np.abs(channel.value).max() <= 100.0 * high:
+        largest = float(np.abs(channel.value).max())
+        if command and command[0] == "normalized" and largest <= 2.0 * high:
+            unit = " Are they throttle and steering, sum and difference of two sides? Then mix them ('mix: skid')."
+        elif command and command[0] == "normalized" and largest <= 100.0 * high:
             unit = f" Is it in percent? Map it with '{channel.name}: {{from: {channel.origin}, unit: percent}}'."
         raise LogError(
             f"{where}: {channel.name} ({channel.origin}) must lie within {low:g} to {high:g} [{channel.unit}], got "

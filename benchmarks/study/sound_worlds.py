@@ -11,6 +11,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -161,6 +162,7 @@ def drawn(first: int, number: int) -> Run:
     raise RequestError(f"seed {seed}: no sound {kind} in twenty draws")
 
 
+@cache
 def from_outside() -> list[tuple[str, int]]:
     """Keys of logs of a boat on a lake, of Gazebo, and of others: those that lie beside the repository."""
     return field_logs.keys("reporting")

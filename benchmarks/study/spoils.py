@@ -252,7 +252,7 @@ SPOILS = (
     Spoil("one stamp of 1.7e9 s", _stray(1.7e9), (("stamps", "astray"),)),
     Spoil("one stamp of -3 s", _stray(-3.0), (("stamps", "astray"), ("stamps", "backwards"))),
     Spoil("milliseconds from the middle", _with(_milliseconds), (("stamps", "fast"), ("stamps", "set"))),
-    Spoil("time in tenths", _changed(t=lambda t: 10.0 * t), (("units", "stamps"), ("units", "time"))),
+    Spoil("time in tenths", _changed(t=lambda t: 10.0 * t), (("time unit", "stamps"),)),
     Spoil("port command frozen", _with(_port_frozen), (("drive", "port"),)),
     Spoil("port command constant", _with(_port_constant), (("drive", "port"),)),
     Spoil("both commands frozen", _with(_both_frozen), (("drive", ""),)),

@@ -136,7 +136,7 @@ def track_of(logs: Sequence[Log]) -> Track | None:
         other = next(one for one in rules if (one.turn, one.side) == (rule.turn, -rule.side)).errors(reading.c)
         if not size_of(told, least, way, block).warns and not size_of(told, other, sway, block).warns:
             break
-    noise = _noise(both)
+    noise = noise_of_ways(both)
     return Track(
         *(rule.turn, rule.side, abs(rule.best), rule.interval, float(np.angle(rule.best))),
         *(reading.quarters, reading.unit, float(told.sum() / max(way.sum(), 1e-300))),
@@ -160,7 +160,7 @@ def _readings(rules: Sequence[_Rule]) -> list[list[_Reading]]:
     ]
 
 
-def _noise(logs: Sequence[Log]) -> float:
+def noise_of_ways(logs: Sequence[Log]) -> float:
     """Mean square of what noise of the positions makes of the way over a piece [m^2]."""
     found = [sum((noise_level(log.channels[name].value) or 0.0) ** 2 for name in ("x", "y")) for log in logs]
     return 2.0 * float(np.mean(found))

@@ -1,10 +1,11 @@
 """Course over ground against heading: which way the axes point where no speed was measured.
 
-A boat under way goes where its bow points, but for some degrees of drift. So course minus heading keeps to one angle,
-zero, over all of a log (its concentration is the mean resultant length of directional statistics; Mardia and Jupp,
-Directional Statistics, 2000, section 2.3). In a log whose heading is mirrored, or whose positions are, course plus
-heading does; in one whose bow is taken for the stern, course minus heading keeps to half a turn. Doubled angles (ibid.,
-section 9.4) count a boat that goes astern as one that goes ahead.
+A boat under way goes where its bow points, or its stern, but for a current and for the drift of its turns. So its way
+has no part across the heading but these. In a log whose heading is mirrored, or whose positions are, that holds for the
+mirror image of the heading; in one whose heading is off, for a turned one. Each reading is weighed by the squared way
+across it, beside the current and the drift that fit it best, and the simplest is taken on which no other is much
+better, by the rule of `faults`. The angle of a reading is half that of the squared ways (Mardia and Jupp, Directional
+Statistics, 2000, section 9.4: doubled angles count a boat that goes astern as one that goes ahead).
 """
 
 from collections.abc import Sequence
@@ -16,37 +17,12 @@ from numpy.typing import NDArray
 from ...physics.motion import Array
 from ..canonical import command_kind
 from ..log import Log
-from ..statistics.blocks import CI, robust_fit
-from ..statistics.signals import noise_level
-from .axes import Mixed, mixed_axes, other_places
-from .lags import courses
+from .axes import Mixed, mixed_axes, noise_of_ways, other_places
+from .faults import FEWEST, OVERWHELMING, Size, size_of
+from .lags import blocks_of_pieces, courses
 
-_LEAST = 8
-"""Pieces under way that are needed: eight agree by chance in 1 of 128 cases."""
-_FAST = 0.5
-"""Share of its usual top speed from which a boat is under way, and its drift small beside its speed."""
-_NOISE = 6.0
-"""Standard errors of a way between two fixes from which its direction is known to ten degrees."""
-_BETTER = 4.0
-"""Times less that the mirrored reading must leave, as in `axes`."""
-_SLACK = 0.02
-"""What a concentration leaves by drift of eight degrees [1]: less tells nothing of the axes."""
-_KEEPS, _CONTRADICTS = 0.8, 0.3
-"""Concentration of doubled angles from which course and heading go together (drift of 19 degrees leaves it), and below
-which, either way round, they do not; real logs and simulated ones have 0.85 and more, drawn angles of 20 pieces up to
-0.4 in one of a hundred."""
-_MANY = 20
-"""Pieces under way that are needed to say that heading and track have nothing to do with each other."""
-_STRAIGHT = 0.9
-"""Concentration of the doubled heading from which a log holds one course: there, a current or a wind may be what turns
-the track."""
-_TURNED, _ACROSS = np.radians(20.0), np.radians(60.0)
-"""Angle between bow and track up to which a boat drifts that does not turn, as in `axes`, and one that holds one course
-in a current or a wind [rad]."""
-_QUARTER = np.radians(15.0)
-"""Distance from a quarter turn up to which that is what is meant, as in `axes` [rad]."""
-_ASTERN = np.radians(120.0)
-"""Angle from which a boat goes astern [rad]."""
+_QUARTER = 0.5 * np.pi
+"""A quarter turn [rad]: no number that decides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,82 +32,138 @@ class Course:
     Attributes
     ----------
     turn : -1 where course plus heading keeps to one angle, else 1
-    angle, error : that angle, from bow to track, clockwise, where the boat does not turn, and its standard error [rad]:
-        outward drift grows with the turning, and is taken off
-    kept : concentration of the doubled angle, in the better reading
-    other : the same in the other one
-    one_sided : whether the log holds one course, or turns to one side alone: it does not show what drift is left
-        without a current, or without a turn
-    driven : share of the way that is made while the commands push ahead, less that while they push astern; None where
-        no command is known
-    pieces : under way
+    angle : that angle, from bow to track, clockwise [rad]
+    quarters : quarter turns in that angle; None where it is none of these
+    left : share of the way that goes across this reading
+    size : how much this reading explains beside that of the log as it is recorded, over half of the way, which is what
+        a heading of no meaning leaves across it
+    drifts : whether a current, or drift in turns, would have to be most of the way for the log to be right as recorded;
+        nothing else speaks against it
+    unrelated : how much of the way goes across every reading, beyond noise
     """
 
     turn: int
     angle: float
-    error: float
-    kept: float
-    other: float
-    one_sided: bool
-    driven: float | None
-    pieces: int
+    quarters: int | None
+    left: float
+    size: Size
+    drifts: bool
+    unrelated: Size
+
+    @property
+    def sound(self) -> bool:
+        """Whether all axes point where they should."""
+        return self.turn == 1 and self.quarters == 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ways:
+    """Ways over pieces (m,) [m], north and east as one complex number, headings and turning [rad], lengths [s].
+
+    `push` is 1 where the commands push ahead, -1 where they push astern, 0 where they are not known.
+    """
+
+    way: NDArray[np.complex128]
+    heading: Array
+    turning: Array
+    span: Array
+    push: Array
+    piece: NDArray[np.int64]
+
+    def angle(self, turn: int) -> float:
+        """The angle that the course keeps to the heading, or to its mirror image (`turn` -1), where it is driven."""
+        made = self.way * np.exp(-1j * turn * self.heading)
+        axis = 0.5 * float(np.angle((made**2).sum()))
+        ahead = made * (self.push if self.push.any() else 1.0) * np.exp(-1j * axis)
+        return float(np.angle(np.exp(1j * (axis + np.pi * (ahead.real.sum() < 0.0)))))
+
+    def across(self, turn: int, angle: float, beside: bool = True) -> Array:
+        """Squared ways across a reading (m,) [m^2], beside the current and the drift in turns that fit it best."""
+        bow = np.exp(-1j * (turn * self.heading + angle))
+        made, drift = self.way * bow, self.span * bow
+        table = np.column_stack([drift.imag, drift.real, self.turning * made.real])
+        fitted = table @ np.linalg.lstsq(table, made.imag, rcond=1e-9)[0] if beside else 0.0
+        return np.asarray((made.imag - fitted) ** 2)
 
 
 def course_of(logs: Sequence[Log]) -> Course | None:
-    """Compare course and heading of logs with positions; None where the boats are hardly under way."""
-    found = [piece for log in logs if {"x", "y", "psi"} <= set(log.channels) for piece in [_under_way(log)] if piece]
+    """Compare course and heading of logs with positions; None where the boats are hardly driven."""
+    both = [log for log in logs if {"x", "y", "psi"} <= set(log.channels)]
+    ways = _joined([one for log in both if (one := _ways(log)) is not None])
+    if ways is None:
+        return None
+    block = blocks_of_pieces(ways.piece)
+    if np.unique(block).size < FEWEST:
+        return None
+    found, noise = _read(ways, block, beside=True), 0.5 * noise_of_ways(both)  # one of its two parts
+    power, left = np.abs(ways.way) ** 2, min((ways.across(turn, ways.angle(turn)) for turn in (1, -1)), key=np.sum)
+    unrelated = size_of(left - noise, 0.0 * power, power - 2.0 * noise, block)
+    if found[-1].warns:
+        return Course(*found, drifts=False, unrelated=unrelated)
+    alone = _read(ways, block, beside=False)
+    drifts = min(alone[-1].share.value, 0.5 * alone[-1].weight.value) > 1.0 - OVERWHELMING
+    return Course(*(alone if drifts else found), drifts=drifts, unrelated=unrelated)
+
+
+def _read(ways: _Ways, block: NDArray[np.int64], beside: bool) -> tuple[int, float, int | None, float, Size]:
+    """The simplest reading on which no other is much better: turn, angle, quarters, what it leaves, and its size.
+
+    Parameters
+    ----------
+    beside : whether a current and drift in turns explain what they can of every reading
+    """
+
+    def across(turn: int, angle: float, _: int | None) -> Array:
+        return ways.across(turn, angle, beside)
+
+    power, free = np.abs(ways.way) ** 2, {turn: ways.angle(turn) for turn in (1, -1)}
+    numbers = {turn: round(angle / _QUARTER) for turn, angle in free.items()}
+    levels: list[list[tuple[int, float, int | None]]] = [
+        [(1, 0.0, 0)],
+        [(turn, _QUARTER * number, number % 4) for turn, number in numbers.items()],
+        [(turn, angle, None) for turn, angle in free.items()],
+    ]
+    as_is, least = across(1, 0.0, 0), min((across(*one) for one in levels[-1]), key=np.sum)
+    for level in levels:
+        reading = min(level, key=lambda one: float(across(*one).sum()))
+        told = across(*reading)
+        if not size_of(told, least, as_is, block).warns:
+            break
+    if reading == (1, 0.0, 0) and ways.push.any() and np.cos(free[1]) < 0.0:  # doubled angles: the stern leaves as much
+        astern = np.cos(np.angle(ways.way) - ways.heading) * ways.push < 0.0
+        reading, as_is, told = (1, np.pi, 2), power * astern, power * ~astern
+    turn, angle, quarters = reading
+    return turn, angle, quarters, float(told.sum() / power.sum()), size_of(as_is, told, 0.5 * power, block)
+
+
+def _joined(found: Sequence[_Ways]) -> _Ways | None:
+    """The ways of all logs."""
     if not found:
         return None
-    way, heading, turning, push = map(np.concatenate, zip(*found, strict=True))
-    if way.size < _LEAST:
-        return None
-    size = np.abs(way)
-    ahead = way * np.exp(-1j * heading)
-    mirrored = way * np.exp(1j * heading)
-    kept = {turn: _kept(one, size) for turn, one in ((1, ahead), (-1, mirrored))}
-    left = {turn: max(1.0 - one, _SLACK) for turn, one in kept.items()}
-    turn = -1 if left[1] > _BETTER * left[-1] and kept[-1] > _KEEPS else 1
-    angle, error = _angle(ahead if turn == 1 else mirrored, turning)
-    low, high = np.quantile(turning, [0.1, 0.9])
-    one_sided = _kept(size * np.exp(1j * heading), size) > _STRAIGHT or not low < 0.0 < high
-    known = np.isfinite(push).all()
-    driven = float((size * np.sign(push)).sum() / size.sum()) if known else None
-    return Course(turn, angle, error, kept[turn], kept[-turn], bool(one_sided), driven, way.size)
+    begun = np.cumsum([0, *(int(one.piece[-1]) + 1 for one in found)])
+    piece = np.concatenate([one.piece + first for one, first in zip(found, begun, strict=False)])
+    columns = zip(*((one.heading, one.turning, one.span, one.push) for one in found), strict=True)
+    heading, turning, span, push = (np.concatenate(column) for column in columns)
+    return _Ways(np.concatenate([one.way for one in found]), heading, turning, span, push, piece)
 
 
-def _angle(angles: NDArray[np.complex128], turning: Array) -> tuple[float, float]:
-    """Angle of complex numbers (n,) where the turning (n,) is zero, on a line over it, and its standard error [rad].
-
-    What goes the other way round is turned about: the boat goes astern there, or ahead if it mostly goes astern.
-    """
-    axis = 0.5 * float(np.angle((np.abs(angles) * np.exp(2j * np.angle(angles))).sum()))
-    axis += np.pi * float((angles * np.exp(-1j * axis)).sum().real < 0.0)
-    left = np.angle(angles * np.exp(-1j * axis))
-    left = (left + 0.5 * np.pi) % np.pi - 0.5 * np.pi
-    fit = robust_fit(np.column_stack([np.ones(left.size), turning]), left, np.arange(left.size))
-    return float(np.angle(np.exp(1j * (axis + fit.values[0])))), float(fit.errors[0])
-
-
-def _kept(angles: NDArray[np.complex128], weight: Array) -> float:
-    """Concentration of doubled angles (n,) of complex numbers, by weight."""
-    return float(np.abs((weight * np.exp(2j * np.angle(angles))).sum()) / weight.sum())
-
-
-def _under_way(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array] | None:
-    """Ways (m,) [m], north and east as one complex number, headings and turning [rad], and the push of each."""
+def _ways(log: Log) -> _Ways | None:
+    """The ways of a log, where its commands push, if these are known."""
     cut = courses(log)
     if cut is None:
         return None
     way, heading, turning, begins, ends = cut
-    north, east = (noise_level(log.channels[name].value) or 0.0 for name in ("x", "y"))
-    usual = float(np.quantile(np.abs(way), 0.9))
-    fast = np.abs(way) > max(_FAST * usual, _NOISE * float(np.hypot(north, east)), 1e-9)
-    return way[fast], heading[fast], turning[fast], _push(log, begins[fast], ends[fast])
+    push = _push(log, begins, ends)
+    driven = np.flatnonzero((push != 0.0) if push.any() else np.abs(way) > 0.0)
+    if not driven.size:
+        return None
+    heading, turning, span, push = (part[driven] for part in (heading, turning, ends - begins, push))
+    return _Ways(way[driven], heading, turning, span, push, driven)
 
 
 def _push(log: Log, begins: Array, ends: Array) -> Array:
-    """Sum of all commands, counted from what is usually their neutral, in pieces (m,); NaN where none is known."""
-    total = np.full(begins.size, np.nan)
+    """Sign of the sum of all commands, counted from what is usually their neutral, in pieces (m,); 0 for none."""
+    total = np.zeros(begins.size)
     for name, channel in log.channels.items():
         if command_kind(name) is None or channel.time.size < 2:
             continue
@@ -139,51 +171,29 @@ def _push(log: Log, begins: Array, ends: Array) -> Array:
         reach = float(np.abs(value).max())
         sums = np.concatenate(([0.0], np.cumsum(value[:-1] * np.diff(channel.time))))
         over = np.interp(ends, channel.time, sums) - np.interp(begins, channel.time, sums)
-        total = np.where(np.isnan(total), 0.0, total) + (over / reach if reach else 0.0)
-    return total
+        total += over / reach if reach else 0.0
+    return np.sign(total)
 
 
-def contradicts(course: Course) -> bool:
-    """Whether heading and track have nothing to do with each other."""
-    return course.pieces >= _MANY and max(course.kept, course.other) < _CONTRADICTS
-
-
-def off_course(course: Course, opposed: bool | None, surveyed: bool) -> tuple[Mixed, bool] | None:
-    """What is mixed up in a log whose course and heading go together so, and whether that is sure.
+def off_course(course: Course, opposed: bool | None, surveyed: bool) -> Mixed | None:
+    """What is mixed up in a log whose course and heading go together so; None where nothing is.
 
     Parameters
     ----------
     opposed : whether heading and yaw rate have opposite signs; None where that is not known
     surveyed : whether positions are made of latitudes and longitudes, whose axes are sure
-
-    Returns
-    -------
-    (Mixed, bool) or None
-        None where nothing is. What one straight course shows is not sure: a current may do as much.
     """
-    if course.kept < _KEEPS:
+    if course.sound:
         return None
-    number = round(course.angle / (0.5 * np.pi))
-    near = abs(course.angle - 0.5 * np.pi * number) <= _QUARTER
-    angle, quarters = (0.5 * np.pi * number, number % 4) if near else (course.angle, None)
-    if course.turn == 1:
-        least = _ACROSS if course.one_sided else _TURNED
-        if not abs(angle) - CI * course.error > least:
-            return None
-        if abs(angle) > _ASTERN and (course.driven is None or course.driven < 0.0):
-            return None  # it is driven astern, or may be
-    mixed = mixed_axes(course.turn, 1, angle, quarters, opposed)
-    if course.turn == 1 and abs(angle) > _ASTERN:
+    mixed = mixed_axes(course.turn, 1, course.angle, course.quarters, opposed)
+    if course.turn == 1 and course.quarters == 2:
         mixed = replace(mixed, sentence=f"the bow is taken for the stern, for {mixed.sentence}")
-    others = None if course.turn == 1 or surveyed else other_places(quarters)
-    if others is not None:
-        mixed = replace(
-            mixed,
-            channels=(*mixed.channels, "x", "y"),
-            sentence=f"{mixed.sentence}; or {others.sentence}",
-            remedy=f"{mixed.remedy}; or, if it is the positions, {others.remedy}",
-        )
-    known = f"course and heading go together to {course.kept:.2f}, as they are to {course.other:.2f}"
-    if course.turn == 1:
-        known = f"course and heading keep to this angle, to {course.kept:.2f}"
-    return replace(mixed, sentence=f"{mixed.sentence} ({known})"), not course.one_sided
+    others = None if course.turn == 1 or surveyed else other_places(course.quarters)
+    if others is None:
+        return mixed
+    return replace(
+        mixed,
+        channels=(*mixed.channels, "x", "y"),
+        sentence=f"{mixed.sentence}; or {others.sentence}",
+        remedy=f"{mixed.remedy}; or, if it is the positions, {others.remedy}",
+    )

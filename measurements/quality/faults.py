@@ -200,15 +200,15 @@ class Kind(Enum):
     ANGLE_UNIT = Words("units", "{told}", "", _FACTOR, "{cure}")
     OPPOSED = Words("units", "{told}", "", "which side is port is lost", "{cure}")
     TIME_UNIT = Words(
-        "units",
-        "the stamps run {fast:.3g} times as fast as the motion: heading and track both say so",
-        "",
-        "every acceleration is wrong",
-        "give the time in seconds (times {slow:.3g})",
+        "time unit",
+        "{told}: heading and track both say so",
+        "{told}",
+        "every rate and acceleration is wrong",
+        "{cure}",
     )
     AXES = Words(
         "units",
-        "{told} (so {follows:.1f} % of the track follows from heading and speeds)",
+        "{told} (so {follows:.1f} % of the track follows from {by})",
         "{told}",
         "forces act along other axes than the boat's; nothing can be learned",
         "{cure}",
@@ -216,10 +216,18 @@ class Kind(Enum):
     SPEED_UNIT = Words("units", "{told}", "", _POWERS, "{cure}")
     UNRELATED = Words(
         "units",
-        "positions and speeds contradict each other: {weight} of the track follows from neither",
+        "{told} contradict each other: {weight} of what one says does not follow from the other",
         "",
         "one of them is of another motion, or was never measured",
-        "find out which, and leave it out with 'u: null' (and v) or 'x: null' (and y) in a channel map",
+        "find out which, and leave it out with {cure} in a channel map, or map the boat's own",
+    )
+    MIXED = Words(
+        "mixed commands",
+        "{told} look like throttle and steering, not like two sides: one pushes and hardly turns the boat, the other "
+        "turns and hardly pushes it; {how}, they explain {share} of what is left of surge and yaw",
+        "{names} look like throttle and steering",
+        "what the two sides did is lost, and a thruster is blamed for it",
+        "mix them in a channel map (--map): {cure}",
     )
     REVERSED = Words(
         "direction",

@@ -39,6 +39,8 @@ class Fixes:
     moving : (k - 1,) whether the boat moved plainly between two fixes
     off : (k - 1,) whether the step between two fixes misses a whole number of beats
     whole : (k - 1,) that whole number, at least 1
+    digit : last digit of the positions, where the boat usually goes but one from fix to fix [m]: whether a position is
+        held, or rounded, nobody can tell then; else 0
     """
 
     row: NDArray[np.int64]
@@ -50,6 +52,7 @@ class Fixes:
     moving: NDArray[np.bool_]
     off: NDArray[np.bool_]
     whole: NDArray[np.int64]
+    digit: float
 
     @property
     def slope(self) -> float | None:
@@ -137,7 +140,22 @@ def fixes_of(channels: Channels) -> Fixes | None:
     whole = np.maximum(np.rint(steps / beat), 1).astype(np.int64)
     # A step of one and a half beats is off, whichever way it is rounded.
     off = np.abs(steps / beat - whole) > _OFF
-    return Fixes(row, time, position, rows, beat, x.period, moving, off, np.where(off, _shorter(steps, beat), whole))
+    digits = np.array([_last_digit(column) for column in position.T])
+    usual = np.median(np.abs(np.diff(position, axis=0))[moving].max(axis=1, initial=0.0, where=digits > 0.0))
+    digit = float(digits.max()) if usual < 1.5 * digits.max() else 0.0  # one of them, not two
+    whole = np.where(off, _shorter(steps, beat), whole)
+    return Fixes(row, time, position, rows, beat, x.period, moving, off, whole, digit)
+
+
+def _last_digit(values: Array) -> float:
+    """What all values (n,) are whole multiples of, but for where they begin; 0 where there is no such step."""
+    unique = np.unique(values)
+    gaps = np.diff(unique)
+    gaps = gaps[gaps > 1e-6 * np.ptp(values)]  # not the rounding of a latitude
+    if not gaps.size:
+        return 0.0
+    number = (unique - unique[0]) / gaps.min()
+    return float(gaps.min()) if np.abs(number - np.rint(number)).max() < 0.1 else 0.0
 
 
 def _shorter(steps: Array, beat: float) -> NDArray[np.int64]:

@@ -18,13 +18,14 @@ from ..clock import band_passed, drift_free
 from ..log import Log
 from ..statistics.blocks import CI, Fit, robust_fit
 from ..statistics.quantiles import student
-from ..statistics.signals import turning_point
-from .faults import BLOCK, FEWEST, Size, size_of
+from ..statistics.signals import noise_level, turning_point
+from .faults import BLOCK, FEWEST, Size, size_of, squared_held_out
 
 _FAR = (-5.0, 5.0)
 """Delays between records of one quantity that are tried [s]: clocks that were set by hand are seconds apart."""
 FOLLOWS = 0.6
-"""Share of a record that another of the same quantity must explain before its delay means anything."""
+"""Share of a record that another of the same quantity must explain before its delay means anything.
+Steady, see `benchmarks/steady_limits.py`."""
 QUICK = (0.2, 2.0)
 """The band in which a boat answers its thrusters and drag has no say [Hz]."""
 
@@ -183,13 +184,6 @@ _WINDOW = 4.0
 
 _LATEST, _LAG = 5.0, 0.5
 """Delays of heading and rate against each other that are tried, both ways, and their step [s]."""
-_MANY = 20
-"""Pieces from which heading and rate may be said to have nothing in common: chance gives two records a squared
-correlation of 0.3 in one of a hundred."""
-_SHARED = 0.3
-"""That correlation."""
-_TURNS = 0.2
-"""Spread of the turning over pieces [rad] that is no noise of a compass or drift of a gyro."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,22 +224,24 @@ def turns(logs: Sequence[Log], scale: float, late: float = 0.0) -> Turns | None:
     return Turns(*_joined(found)) if found else None
 
 
-def apart(logs: Sequence[Log]) -> float | None:
-    """Share of the turning of the heading that the yaw rate does not explain, whichever of them is how late.
+def apart(logs: Sequence[Log]) -> Size | None:
+    """How much of the turning of the heading the yaw rate does not explain, whichever of them is how late.
 
-    None where they go together, or where neither turns.
+    None where the pieces are too few. The noise of the heading is no turning.
     """
     both = [log for log in logs if {"psi", "r"} <= set(log.channels)]
-    best, turned = 0.0, 0.0
+    noise = 2.0 * float(np.mean([(noise_level(np.unwrap(log.channels["psi"].value)) or 0.0) ** 2 for log in both]))
+    best: Size | None = None
     for late in np.arange(-_LATEST, _LATEST + 0.5 * _LAG, _LAG).tolist():
         found = turns(both, 1.0, late)
-        if found is None or found.span.size < _MANY:
+        if found is None or found.span.size < FEWEST:
             return None
-        spread = float(found.heading.std()), float(found.rate.std())
-        turned = max(turned, *spread)
-        if min(spread) > 0.0:
-            best = max(best, float(np.corrcoef(found.heading, found.rate)[0, 1] ** 2))
-    return 1.0 - best if turned > _TURNS and best < _SHARED else None
+        heading, rate = (part - found.span * np.median(part / found.span) for part in (found.heading, found.rate))
+        power = heading**2 - noise
+        left = squared_held_out(heading, rate[:, None], blocks_of_pieces(found.piece)) - noise
+        size = size_of(left, 0.0 * power, power, blocks_of_pieces(found.piece))
+        best = size if best is None or size.weight.value < best.weight.value else best
+    return best
 
 
 def ways(logs: Sequence[Log], turn: int, side: int) -> Ways | None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...physics.effects import EFFECTS
 from ...physics.motion import Array, earth_to_body
 from ..canonical import command_kind
 from ..clock import band_passed
@@ -17,34 +18,32 @@ from .quick_motion import centre_of, stands_still
 from .record import RATE, Record, Stretch, shared
 
 _STEP = 1.0 / RATE
+"""Of the even time base [s]."""
 _QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)
 """The band in which a boat answers its thrusters and drag has little say [Hz]; a slower one for speeds that are made of
 positions, whose noise grows with frequency."""
 _LEAST_BLOCKS = 8
 """Blocks that are needed: all of eight agree by chance in 1 of 128 cases."""
-_LEAST_ROWS = 200
-"""Rows of a stretch that is looked at: 10 s, the longest delay that is tried both ways."""
 _TIMES = 5.0
 """Standard errors from which a sign is certain."""
 _SHARE = 0.15
 """Share of the record's size that a command must make: below, what else moves the boat may be what is seen. Thrusters
-that drive the boat make two to four times as much, a propeller that was switched on once a tenth."""
+that drive the boat make two to four times as much, a propeller that was switched on once a tenth.
+Steady, see `benchmarks/steady_limits.py`."""
 _ALONE = 0.1
-"""Share of a command's changes that no other command makes, from which its own effect can be told."""
+"""Share of a command's changes that no other command makes, from which its own effect can be told.
+Steady, see `benchmarks/steady_limits.py`."""
 _REACH, COARSE = 5.0, 0.1
 """Delays that are tried, both ways, and their step [s]: ten to the shortest period in the band is fine enough."""
-_APART = 0.1
-"""Delay of speeds after places from which the boat is looked at with and without it [s]; see `made_good`."""
 MADE_GOOD = frozenset({"x", "y", "psi", "u"})
 """Channels that `made_good` needs."""
 _ENDS = 0.25
-"""Share of a stretch that its delays may take at either end: half of it is left to compare them on."""
-EARLY, SLOW = -0.3, 2.0
-"""Delays of the boat after its commands between which they are in step [s]: rows of 0.1 s and a receiver that is late
-make -0.3 at worst; 2 s is the longest delay of a thruster that the catalogue knows."""
-ROW = 0.1
-"""Time between two records of the commands for which the first of these is [s]. Where it is longer, a boat may answer
-earlier by the rest of it: a command was given some time before its row."""
+"""Share of a stretch, at either end, up to which delays are tried: half of it is left to compare them on."""
+SLOW = next(effect.parameters[0].upper for effect in EFFECTS if effect.name == "input_delay")
+"""Longest delay of a boat after its commands [s]: none that the catalogue knows is longer."""
+_LATE = 0.2
+"""How much earlier than its row of the commands allows a sound boat may seem to answer [s]: a receiver that is late.
+Steady, see `benchmarks/steady_limits.py`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,8 +94,31 @@ class Fitted:
         found = np.zeros(self.stretch.size)
         for axis, silent in enumerate((idle, turning_nothing)):
             kept = np.delete(self.columns[axis], [k for k, name in enumerate(self.names) if name in silent], axis=1)
-            found += (self.changes[:, axis] - kept @ np.linalg.lstsq(kept, self.changes[:, axis], rcond=None)[0]) ** 2
+            found += self._errors(axis, kept)
         return found
+
+    def _errors(self, axis: int, columns: Array) -> Array:
+        wanted = self.changes[:, axis]
+        return np.asarray((wanted - columns @ np.linalg.lstsq(columns, wanted, rcond=None)[0]) ** 2)
+
+    def size_of_mix(self, throttle: str, steering: str) -> Size:
+        """How much better a throttle that pushes alone and a steering that turns alone explain than two sides alike.
+
+        Of surge and of yaw each, it is weighed against what the commands explain there.
+        """
+        sides, mix, power = (np.zeros(self.stretch.size) for _ in range(3))
+        one, two = (self.names.index(name) for name in (throttle, steering))
+        for axis, (alone, sign) in enumerate(((one, 1.0), (two, -1.0))):
+            columns, besides = self.columns[axis], self.columns[axis][:, len(self.names) :]
+            left = self._errors(axis, columns)
+            explained = self._errors(axis, besides) - left
+            total = max(float(explained.sum()), 1e-300)
+            both = columns[:, one] + sign * columns[:, two]
+            pair = (self._errors(axis, np.column_stack([moved, besides])) for moved in (both, columns[:, alone]))
+            power += explained / total
+            for found, errors in zip((sides, mix), pair, strict=True):
+                found += (errors - left) / total
+        return size_of(sides, mix, power, self.stretch)
 
     def size_beside(self, without: Array) -> Size:
         """How much of what the commands explain is gone where another fit leaves these squared errors (n,)."""
@@ -121,7 +143,7 @@ class Trial:
     seconds: float
     answers: Mapping[str, Answer]
     left: Array
-    row: float = ROW
+    row: float = COARSE
     fitted: "Fitted | None" = None
 
     @property
@@ -252,7 +274,7 @@ def _late_speeds(records: Sequence[Record]) -> float:
         return 0.0
     every = [(record, stretch) for record in records for stretch in record.stretches]
     lag = shared(records, "late speeds", lambda: lag_anywhere([made_good(*pair) for pair in every], _STEP))
-    known = lag is not None and lag.explained >= FOLLOWS and abs(lag.seconds) > max(_APART, CI * lag.error)
+    known = lag is not None and lag.explained >= FOLLOWS and abs(lag.seconds) > max(_STEP, CI * lag.error)
     return lag.seconds if lag is not None and known else 0.0
 
 
@@ -269,7 +291,7 @@ def _tables(
         columns = [record.commands.index(name) for name in names]
         for one in record.stretches:
             commands = one.commands[:, columns] - np.array([centre[name] for name in names])
-            if one.motion.time.size < _LEAST_ROWS or not np.isfinite(commands).all():
+            if one.motion.time.size < 2 * _REACH / _STEP or not np.isfinite(commands).all():
                 continue
             surge, _, rate = one.motion.velocity.T
             surge = np.interp(one.motion.time + late, one.motion.time, surge)
@@ -284,14 +306,14 @@ def _tables(
 
 
 def _earliest(row: float) -> float:
-    """The least delay after its commands that a sound log may have, of rows so far apart [s]."""
-    return EARLY - max(row - ROW, 0.0)
+    """The least delay after its commands that a sound log may have [s]: a command was given up to a row before it."""
+    return -_LATE - max(row, COARSE)
 
 
 def row_of(records: Sequence[Record], names: Iterable[str]) -> float:
     """The longest time from one record of some commands to the next, of those that are recorded at a rate [s]."""
     logged = (record.log.channels[n] for n in names for record in records if n in record.log.channels)
-    return command_step(logged) or ROW
+    return command_step(logged) or COARSE
 
 
 def _long_enough(tables: list[_Table]) -> tuple[list[_Table], int]:
@@ -304,7 +326,7 @@ def _long_enough(tables: list[_Table]) -> tuple[list[_Table], int]:
 
 
 _DRAG = (slice(0, 2), slice(2, 5))
-"""The drag of surge and of yaw among the columns of a table."""
+"""The drag of surge and of yaw among the columns of a table: no number that decides."""
 
 
 def _left(tables: Sequence[_Table], lags: Sequence[int], margin: int, axis: int) -> Array:

@@ -248,6 +248,7 @@ BROKEN = {
     "a channel of NaN": (b"t,u,v\n0,,1\n1,nan,2\n", r"u \(u\) holds no number in any of its 2 rows"),
     "time that runs back": (b"t,u\n0,1\n2,2\n1.5,3\n", r"time runs backwards in u \(u\) at row 4: 1.5"),
     "PWM of zero": (b"t,pwm_port\n0,1500\n1,0\n", r"pwm_port \(pwm_port\) must lie within 800 to 2200 \[us\], got 0"),
+    "normalized beyond 1": (b"t,normalized_port\n0,0\n1,1.2\n", "throttle and steering, sum and difference"),
     "normalized in percent": (b"t,normalized_port\n0,0\n1,100\n", r"must lie within -1.05 to 1.05 \[1\], got 100"),
     "a speed of 101 m/s": (b"t,u\n0,1\n1,-101\n", r"u \(u\) must lie within -100 to 100 \[m/s\], got -101 at t = 1"),
     "drift without end": (b"t,v\n0,1\n1,1e300\n", r"v \(v\) must lie within -100 to 100 \[m/s\], got 1e\+300"),

@@ -190,10 +190,11 @@ def read_right(log: Log, sound: Sound) -> bool:
             error = channel.value - true[rows]
         else:
             error = channel.value - np.interp(time, at, true)
-        if name == "psi":
-            error = np.angle(np.exp(1j * error))
+        reach = float(np.ptp(true))
+        if name == "psi":  # of a boat that turns round and round, errors stay within half a turn
+            error, reach = np.angle(np.exp(1j * error)), min(reach, np.pi)
         elif name in ("x", "y"):
             error = error - np.median(error)
-        if float(np.sqrt(np.mean(error**2))) > _NEAR * max(float(np.ptp(true)), 1e-9):
+        if float(np.sqrt(np.mean(error**2))) > _NEAR * max(reach, 1e-9):
             return False
     return True

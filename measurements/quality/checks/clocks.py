@@ -14,14 +14,15 @@ from ..finding import Channels, Check, Finding, Fix
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..quick_motion import centre_of, stands_still
 from ..record import RATE, Record, Stretch
-from ..response import COARSE, MADE_GOOD, ROW, SLOW, Trials, made_good, row_of, trials
+from ..response import COARSE, MADE_GOOD, SLOW, Trials, made_good, row_of, trials
 
 _STEP = 1.0 / RATE
 """Of the even time base [s]."""
 _IN_STEP = 0.03
 """Offset up to which records are in step [s]: half a step of the 20 Hz on which they are compared, and rounding."""
 _PITCHING = 0.05
-"""The same of the accelerometer [s]: a boat that pitches as it speeds up holds it back."""
+"""The same of the accelerometer [s]: a boat that pitches as it speeds up holds it back.
+Steady, see `benchmarks/steady_limits.py`."""
 _REACH = (-0.6, 1.0)
 """Delays that are tried about the one that explains the commands' answer best [s]."""
 
@@ -123,8 +124,8 @@ def on_grid(record: Record, name: str, time: Array) -> Array:
 
 
 def _sure(lag: Lag | None) -> bool:
-    """Whether one record follows the other, at a delay that is known to a row of the commands."""
-    return lag is not None and lag.explained >= FOLLOWS and CI * lag.error <= ROW
+    """Whether one record follows the other, at a delay that is known to the step in which delays are tried."""
+    return lag is not None and lag.explained >= FOLLOWS and CI * lag.error <= COARSE
 
 
 def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: bool) -> Finding:
@@ -136,7 +137,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: 
     low, high = lag.ci95
     if low <= pair.in_step and high >= -pair.in_step:
         verdict, text = "ok", f"{pair.late} is in step with {pair.reference} (to {max(abs(lag.seconds), 0.001):.3f} s)"
-        if max(high, -low) > ROW:
+        if max(high, -low) > COARSE:
             verdict = "cannot tell"
             text = f"{pair.late} may be {low:+.2f} to {high:+.2f} s after {pair.reference}: too little motion to tell"
         return Finding(
@@ -189,11 +190,9 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     ends = seconds - CI * error, seconds + CI * error
     if seconds > SLOW and far:
         return [_early(seconds, ends, channels)]
-    # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in rows of a second, with
-    # which a programme may keep step, nearly all of it.
-    before = max(0.5 * row, row - 0.5 * ROW)
-    if ends[1] >= -_IN_STEP - before:
-        if ends[0] < -ROW - before:
+    # A command was given up to a row before the one that holds it, and always a whole one where a programme keeps step.
+    if ends[1] >= -_IN_STEP - row:
+        if ends[0] < -COARSE - row:
             between = " to ".join(_when(end, 2) for end in ends)
             text = f"the boat may answer its commands {between}: too little to tell"
             return [
@@ -269,7 +268,7 @@ def _answer(records: Sequence[Record], gyro: float, about: float, row: float) ->
     lags = []
     for response in (_surge_answer, _yaw_answer):
         every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
-        lag = lag_of(every, _STEP, quick, (about + _REACH[0] - max(row - ROW, 0.0), about + _REACH[1]))
+        lag = lag_of(every, _STEP, quick, (about + _REACH[0] - row, about + _REACH[1]))
         if lag is not None and lag.stretches >= FEWEST and _sure(lag):
             lags.append(lag)
     if not lags:

@@ -26,6 +26,21 @@ class HeldFixes(Check):
         if not found:
             text = "the boat moves too little to tell how often its position is measured"
             return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=("x", "y"))]
+        digit = max(fixes.digit for fixes in found)
+        if digit > 0.0:
+            text = f"positions are rounded to {digit:.2g} m, as far as the boat goes from one new position to the next"
+            return [
+                Finding(
+                    check=self.name,
+                    verdict="note",
+                    sentence=f"{text}: how often they are measured cannot be told",
+                    value=digit,
+                    unit="m",
+                    channels=("x", "y"),
+                    consequence="a speed made of them is as coarse",
+                    remedy="log positions to the centimetre, or log speeds",
+                )
+            ]
         beat, step, rows = (
             float(np.median([part(fixes) for fixes in found]))
             for part in (lambda f: f.beat, lambda f: f.step, lambda f: f.rows)

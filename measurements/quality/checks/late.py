@@ -33,10 +33,11 @@ class LateFixes(Check):
         if not any({"x", "y"} <= set(record.log.channels) for record in records):
             return []
         every = [fixes_of(record.log.channels) for record in records]
-        found = [fixes for fixes in every if fixes is not None and np.count_nonzero(fixes.moving) >= LEAST]
+        known = [fixes for fixes in every if fixes is not None and not fixes.digit]
+        found = [fixes for fixes in known if np.count_nonzero(fixes.moving) >= LEAST]
         channels = ("x", "y")
         if not found:
-            text = "the boat moves too little to tell whether fixes come late"
+            text = "the boat moves too little, or positions are too coarse, to tell whether fixes come late"
             return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=channels)]
         off = np.concatenate([fixes.off for fixes in found])
         share = float(off.mean())
@@ -44,8 +45,7 @@ class LateFixes(Check):
             text = f"fixes come on their beat ({100.0 * share:.1f} % of the steps between them do not)"
             return [Finding(check=self.name, verdict="ok", sentence=text, value=share, unit="1", channels=channels)]
         late = float(np.median(np.concatenate([np.abs(np.diff(f.time) - f.beat * f.whole)[f.off] for f in found])))
-        slopes = [(f.slope, np.count_nonzero(f.off & f.moving)) for f in found]
-        known = [(s, n) for s, n in slopes if s is not None]
+        slopes = [(s, np.count_nonzero(f.off & f.moving)) for f in found if (s := f.slope) is not None]
         each = {r.log.name: float(f.off.mean()) for r, f in zip(records, every, strict=True) if f in found}
         worst = sorted((name for name in each if each[name] > _OFTEN), key=lambda name: -each[name])[:_TOLD]
         where = f" ({', '.join(f'{name} {100.0 * each[name]:.0f} %' for name in worst)})" if len(records) > 1 else ""
@@ -54,12 +54,12 @@ class LateFixes(Check):
         if late < _ROW * row:
             text = f"{told}: the stamps jitter, and no fix is late by a row of {row:.2g} s"
             return [Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=channels)]
-        if not known:
+        if not slopes:
             text = f"{told}; the boat moves too little there to tell whether the fixes or their stamps are off"
             return [
                 Finding(check=self.name, verdict="cannot tell", sentence=text, value=share, unit="1", channels=channels)
             ]
-        slope = sum(s * n for s, n in known) / sum(n for _, n in known)
+        slope = sum(s * n for s, n in slopes) / sum(n for _, n in slopes)
         if slope > _REAL:
             text = f"{told}, and the boat moves as the stamps say: the fixes are irregular, their stamps are right"
             return [Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=channels)]

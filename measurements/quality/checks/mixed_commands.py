@@ -1,11 +1,12 @@
 """Whether two commands are throttle and steering under the names of two sides: one pushes alone, the other turns alone.
 
 A thruster on one side does both. So where one command surely pushes and hardly turns the boat, and the other surely
-turns it and hardly pushes, they are no sides, or sum and difference of them. With a vehicle, the claim is measured: how
-much of what it leaves of the log it explains when they are mixed into sides.
+turns it and hardly pushes, they are no sides, or sum and difference of them. The claim is weighed by the rule of
+`faults`: how much better they explain the changes of surge and yaw so than as two sides alike; and with a vehicle, how
+much of what it leaves of the log they explain when they are mixed into sides.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar, final
@@ -17,17 +18,13 @@ from ....physics.vehicle import Vehicle
 from ...canonical import Channel, command_kind
 from ...channels.mixing import mixed
 from ..expected_answers import SIDE, called, expected_of
-from ..faults import Size, delayed, size_by_model
-from ..finding import Channels, Check, Finding, Fix, Reach
+from ..faults import Fault, Kind, Size, delayed, size_by_model
+from ..finding import Channels, Check, Finding, Fix
 from ..record import Record
-from ..response import Answer, trials
+from ..response import trials
 
-_HARDLY = 0.3
-"""Share of what the other command does that one may surely do at most: thrusters on two sides do equally much."""
-_CI = 2.0
-"""Standard errors within which what a command does surely lies."""
 _SCALES = (1.0, 0.5)
-"""Of throttle and steering that are half the sum and half the difference of the sides, or sum and difference."""
+"""Scales that are tried: throttle and steering are half the sum and half the difference of the sides, or all of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,42 +73,30 @@ class MixedCommands(Check):
         if names is None:
             return []
         told = next((one.best for one in trials(records) if set(names) <= set(one.best.answers)), None)
-        pair = None if told is None else _pair(names, told.answers)
-        if told is None or pair is None:
+        if told is None or told.fitted is None:
             return []
-        tried = [replace(pair, scale=scale, sign=sign) for scale in _SCALES for sign in (1.0, -1.0)]
-        late = delayed(told.seconds)
-        sizes = [(mix, size_by_model(records, partial(_alter, mix, names), late)) for mix in tried]
+        orders = [(a, b) for a, b in (names, names[::-1]) if told.answers[a].ahead and told.answers[b].turn]
+        weighed = [(told.fitted.size_of_mix(*order), order) for order in orders]
+        alone, pair = max(weighed, key=lambda found: found[0].share.value, default=(None, names))
+        if alone is None or not alone.warns:
+            return []
+        tried = [_Mix(pair[0], pair[1], scale, sign) for scale in _SCALES for sign in (1.0, -1.0)]
+        sizes = [(mix, size_by_model(records, partial(_alter, mix, names), delayed(told.seconds))) for mix in tried]
         known = [(mix, size) for mix, size in sizes if size is not None]
-        mix, size = max(known, key=lambda found: found[1].share.low, default=(pair, None))
-        return [_finding(records, names, mix, size)]
+        mix, size = max(known, key=lambda found: found[1].share.low, default=(tried[0], None))
+        return [found] if (found := _found(records, names, mix, size, alone)) is not None else []
 
 
-def _finding(records: Sequence[Record], names: tuple[str, str], mix: _Mix, size: Size | None) -> Finding:
-    sure = size is None or size.refuses
-    text = (
-        f"{called(records, mix.throttle)} and {called(records, mix.steering)} look like throttle and steering, "
-        "not like two sides: one pushes and hardly turns the boat, the other turns and hardly pushes it"
-    )
-    if size is not None:
-        text += f"; mixed into sides, they explain {size.share} of what the vehicle leaves of surge and yaw"
+def _found(
+    records: Sequence[Record], names: tuple[str, str], mix: _Mix, size: Size | None, alone: Size
+) -> Finding | None:
+    """The finding that two commands are mixed, by the vehicle, or by what they do alone where there is none."""
     lines = " and ".join(mix.line(records, name) for name in names)
-    alone = size is not None and size.refuses and len(records) == 1
-    return Finding(
-        check=MixedCommands.name,
-        verdict="defect" if sure else "warning",
-        sentence=text,
-        value=None if size is None else size.share.value,
-        unit="" if size is None else "1",
-        channels=names,
-        consequence="what the two sides did is lost, and a thruster is blamed for it",
-        remedy=f"mix them in a channel map (--map): {lines}",
-        fix=Fix("throttle and steering mixed into the commands of two sides", partial(_mixed, mix, names))
-        if alone
-        else None,
-        short=f"{' and '.join(names)} look like throttle and steering",
-        reach=Reach.LOG,
-    )
+    facts = {"told": f"{called(records, mix.throttle)} and {called(records, mix.steering)}", "cure": lines}
+    facts["how"] = "read so" if size is None else "mixed into sides"
+    fix = Fix("throttle and steering mixed into the commands of two sides", partial(_mixed, mix, names))
+    mends = size is not None and size.refuses and len(records) == 1
+    return Fault(Kind.MIXED, names, size or alone, facts, fix=fix if mends else None).ruled()
 
 
 def _sides(records: Sequence[Record]) -> tuple[str, str] | None:
@@ -123,22 +108,6 @@ def _sides(records: Sequence[Record]) -> tuple[str, str] | None:
     names = sided[SIDE["port"]], sided[SIDE["starboard"]]
     kinds = {(command_kind(name) or ("",))[0] for name in names}
     return names if len(kinds) == 1 else None
-
-
-def _pair(names: tuple[str, str], answers: Mapping[str, Answer]) -> _Mix | None:
-    """Which is throttle and which steering; None where they are not."""
-    for throttle, steering in (names, names[::-1]):
-        one, two = answers[throttle], answers[steering]
-        pushes, turns = one.ahead != 0, two.turn != 0
-        hardly = _small(one.yaw, one.yaw_error, two.yaw) and _small(two.surge, two.surge_error, one.surge)
-        if pushes and turns and hardly:
-            return _Mix(throttle, steering)
-    return None
-
-
-def _small(value: float, error: float, other: float) -> bool:
-    """Whether what a command does is surely little; without an error, it is too little to be seen."""
-    return not np.isfinite(error) or abs(value) + _CI * error < _HARDLY * abs(other)
 
 
 def _alter(mix: _Mix, names: tuple[str, str], vehicle: Vehicle, motion: Motion) -> tuple[Vehicle, Motion]:

@@ -38,9 +38,6 @@ _BEFORE = 10
 _BEFORE_SECONDS = 0.5
 """Time that they take at least [s]: a log that was interpolated to a fine grid has ten rows on one line.
 Steady, see `benchmarks/steady_limits.py`."""
-_MUCH = 0.05
-"""Share of the time from which a stuck sensor spoils what is learnt, as gaps do (`rates`).
-Steady, see `benchmarks/steady_limits.py`."""
 _TURNS = 0.5
 """Turning from which the rest of the log says that the boat moved [rad]. Steady, see `benchmarks/steady_limits.py`."""
 _RUNS = 3.0
@@ -72,7 +69,8 @@ class Stuck(Check):
                 if time.size < 3 or any(channel.time.size != time.size for channel in channels):
                     continue
                 usual = held.rows if held is not None and names == _PLACE else 1
-                spans.setdefault(names, []).extend(high - low for low, high in _stays(channels, usual))
+                stays = [span for span in _stays(channels, usual) if _rest_moves(record.log, names, span)]
+                spans.setdefault(names, []).extend(high - low for low, high in stays)
                 times[names] = times.get(names, 0.0) + float(time[-1] - time[0])
         found = [finding for names in _SENSORS if (finding := _never(records, names)) is not None]
         for names, lengths in spans.items():
@@ -82,9 +80,9 @@ class Stuck(Check):
             counted = Share(share, 0.0)
             facts = {"seconds": longest, "times": _times(len(lengths))}
             fault = Fault(Kind.STUCK, names, Size(counted, counted), facts, longest, parts={"share": share})
-            verdict = "defect" if share > _MUCH else "warning"
-            reach = Reach.LOG if fault.size.refuses else Reach.SECONDS
-            found.append(fault.told(verdict).model_copy(update={"reach": reach}))
+            refused = fault.size.refuses
+            told = fault.told("defect" if refused else "warning")
+            found.append(told.model_copy(update={"reach": Reach.LOG if refused else Reach.SECONDS}))
         return found or [
             Finding(
                 check=self.name, verdict="ok", sentence="no sensor repeats a value in mid-motion", value=0.0, unit="s"
@@ -159,6 +157,19 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
             continue
         found.append((float(time[start]), float(time[end])))
     return found
+
+
+def _rest_moves(log: Log, names: tuple[str, ...], span: tuple[float, float]) -> bool:
+    """Whether another speed changes meanwhile: all of them stand in a steady turn without noise, and at rest."""
+    others = [log.channels[name] for name in "uvr" if name in log.channels and name not in names]
+    if names[0] in _GOES_ON or not others:
+        return True
+    for other in others:
+        during = other.value[(other.time >= span[0]) & (other.time <= span[1])]
+        digit = _last_digit(np.abs(np.diff(other.value)))
+        if digit is not None and during.size and float(np.ptp(during)) > _PLAINLY * digit:
+            return True
+    return False
 
 
 def _last_digit(steps: Array) -> float | None:

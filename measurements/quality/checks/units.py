@@ -16,13 +16,13 @@ from ...canonical import Channel
 from ...log import Log
 from ...statistics.blocks import robust_fit
 from ..axes import LENGTHS, SPEEDS, Track, mixed_up, surveyed, track_of
-from ..course import contradicts, course_of, off_course
+from ..course import course_of, off_course
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
-from ..finding import Channels, Check, Finding, Fix, Reach
+from ..finding import Channels, Check, Finding, Fix
 from ..lags import Turns, apart, blocks_of_pieces, turns
 from ..record import RATE, Record, Stretch
 
-_FINE = 0.1
+FINE = 0.1
 """Share by which two records of one quantity may differ in size, and a factor from a unit: sensors are calibrated to
 some per cent, thrust and mass are known to ten."""
 _PIECE = 2.0
@@ -41,22 +41,17 @@ class Units(Check):
         """See `Check`: one finding for the angles, one for the speeds."""
         logs = [record.log for record in records]
         turned = any({"psi", "r"} <= set(log.channels) for log in logs)
-        turning = _turning([log for log in logs if {"psi", "r"} <= set(log.channels)])
+        turning = turning_of(logs)
         degrees = None if turning is None else _in_degrees(turning)
         cured = [_with(log, degrees.fix.apply) for log in logs] if degrees and degrees.fix else logs
         track = track_of(cured)
-        clock = _clock(turning, track)
-        if clock is not None:
-            return [clock]
         found: list[Finding] = []
         if degrees is not None:
             found.append(degrees)
         elif turning is not None:
             found.append(_turns(turning, track))
-        elif turned and (left := apart(logs)) is not None:
-            found.append(_unlike(left))
         elif turned:
-            found.append(Finding(check=self.name, verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r")))
+            found.append(_unlike(apart(logs)))
         opposed = None if turning is None else turning.sign < 0
         speeds = _speeds(cured, track, opposed)
         if speeds is None or (speeds.verdict == "ok" and all(_turned_by_heading(log) for log in cured)):
@@ -69,7 +64,7 @@ class Units(Check):
         ]
 
 
-class _Turning(NamedTuple):
+class Turning(NamedTuple):
     """How heading and yaw rate are read: factors to radians, the sign of the rate, and what that explains.
 
     Attributes
@@ -88,8 +83,9 @@ class _Turning(NamedTuple):
     size: Size
 
 
-def _turning(logs: Sequence[Log]) -> _Turning | None:
+def turning_of(every_log: Sequence[Log]) -> Turning | None:
     """The simplest reading of heading and yaw rate; None where no reading makes them agree."""
+    logs = [log for log in every_log if {"psi", "r"} <= set(log.channels)]
     wraps = _wraps(logs) if logs else None
     every = {scale: found for scale in (1.0, _DEGREE) if logs and (found := turns(logs, scale)) is not None}
     scales = (_DEGREE,) if wraps is not None and wraps.warns else tuple(every)
@@ -98,8 +94,9 @@ def _turning(logs: Sequence[Log]) -> _Turning | None:
     fits = {s: robust_fit(np.column_stack([t.rate, t.span]), t.heading, t.piece) for s, t in every.items()}
     block = blocks_of_pieces(every[1.0].piece)
     as_is, power = _errors(every[1.0], 1.0), np.ones(block.size)
-    free = min(scales, key=lambda scale: float(_errors(every[scale], float(fits[scale].values[0])).sum()))
-    least = _errors(every[free], float(fits[free].values[0]))
+    left = {scale: _errors(every[scale], float(fits[scale].values[0])) for scale in scales}
+    free = scales[-1] if size_of(left[scales[0]], left[scales[-1]], power, block).warns else scales[0]
+    least = left[free]
     units = [(s, q) for q in (1.0, _DEGREE, -1.0, -_DEGREE) for s in scales]
     levels: list[list[tuple[float, float]]] = [[(1.0, 1.0)]] if 1.0 in scales else []
     for level in (*levels, units, [(free, float(fits[free].values[0]))]):
@@ -115,7 +112,7 @@ def _turning(logs: Sequence[Log]) -> _Turning | None:
         size = wraps
     ends = fit.interval(0)
     ends = None if ends is None else (ends[0] / scale, ends[1] / scale)
-    return _Turning(scale, abs(rate), 1 if rate > 0.0 else -1, float(fit.values[0]) / scale, ends, size)
+    return Turning(scale, abs(rate), 1 if rate > 0.0 else -1, float(fit.values[0]) / scale, ends, size)
 
 
 def _errors(found: Turns, rate: float) -> Array:
@@ -139,7 +136,7 @@ def _wraps(logs: Sequence[Log]) -> Size | None:
     return size_of(as_is, turned, power, np.concatenate(number)) if as_is.size else None
 
 
-def _in_degrees(turning: _Turning) -> Finding | None:
+def _in_degrees(turning: Turning) -> Finding | None:
     """The finding that heading or yaw rate is in degrees, None where neither is."""
     told = f"the heading psi turns {abs(turning.ratio):.3g} times as fast as the yaw rate r says"
     names = tuple(n for n, unit in (("psi", turning.heading), ("r", turning.rate)) if unit == _DEGREE)
@@ -158,7 +155,7 @@ def _in_degrees(turning: _Turning) -> Finding | None:
     return Fault(Kind.ANGLE_UNIT, names, turning.size, facts, turning.ratio, turning.ends, fix).ruled()
 
 
-def _turns(turning: _Turning, track: Track | None) -> Finding:
+def _turns(turning: Turning, track: Track | None) -> Finding:
     """How heading and yaw rate compare where both are in radians; the track says which of the two is at fault."""
     ratio, ends, channels = turning.ratio, turning.ends, ("psi", "r")
     told = f"the heading psi turns {ratio:.3g} times as fast as the yaw rate r says"
@@ -174,38 +171,19 @@ def _turns(turning: _Turning, track: Track | None) -> Finding:
     fault = Fault(kind, channels, turning.size, {"told": told, "cure": cure}, ratio, ends)
     if (found := fault.ruled()) is not None:
         return found
-    if abs(ratio - 1.0) > _FINE:
+    if abs(ratio - 1.0) > FINE:
         return fault.told("note")
     text = f"heading and yaw rate agree in size (ratio {ratio:.3f})"
     return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
 
 
-def _unlike(left: float) -> Finding:
-    """Heading and yaw rate that have nothing to do with each other, whichever of them is late."""
-    return Finding(
-        check="units",
-        verdict="defect",
-        sentence=f"heading and yaw rate contradict each other: {100.0 * left:.0f} % of the turning of psi does not "
-        "follow from r",
-        value=left,
-        unit="1",
-        channels=("psi", "r"),
-        consequence="one of them is of another thing, or was never measured",
-        remedy="find out which, and leave it out with 'psi: null' or 'r: null' in a channel map, or map the boat's own",
-        reach=Reach.LOG,
-    )
-
-
-def _clock(turning: _Turning | None, track: Track | None) -> Finding | None:
-    """Stamps in another unit: heading and track both move as much faster, or slower, than their rates say."""
-    if turning is None or track is None or not track.certain or turning.heading == _DEGREE or turning.sign < 0:
-        return None
-    ratio = turning.ratio
-    if not turning.size.warns or turning.rate == _DEGREE or abs(track.scale / ratio - 1.0) > _FINE:
-        return None
-    return Fault(
-        Kind.TIME_UNIT, ("t",), turning.size, {"fast": 1.0 / ratio, "slow": ratio}, ratio, turning.ends
-    ).ruled()
+def _unlike(left: Size | None) -> Finding:
+    """Heading and yaw rate that do not agree: nothing to do with each other, whichever is late, or too little seen."""
+    if left is not None:
+        facts = {"told": "heading and yaw rate", "cure": "'psi: null' or 'r: null'"}
+        if (found := Fault(Kind.UNRELATED, ("psi", "r"), left, facts, left.weight.value).ruled()) is not None:
+            return found
+    return Finding(check="units", verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r"))
 
 
 def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> Finding | None:
@@ -215,11 +193,13 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
         return None
     channels = ("u", "v", "x", "y") if all("v" in log.channels for log in both) else ("u", "x", "y")
     if track is None or not track.certain:
-        found = None if track is None else Fault(Kind.UNRELATED, channels, track.unrelated, value=track.left).ruled()
+        facts = {"told": "positions and speeds", "cure": "'u: null' (and v) or 'x: null' (and y)"}
+        found = None if track is None else Fault(Kind.UNRELATED, channels, track.unrelated, facts, track.left).ruled()
         return found or Finding(check="units", verdict="cannot tell", sentence=_MOVES_LITTLE, channels=channels)
     mixed, ratio, ends = mixed_up(track, opposed), track.scale, track.interval
     if mixed is not None:
-        facts = {"told": mixed.sentence, "follows": 100.0 * (1.0 - track.left), "cure": mixed.remedy}
+        facts = {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - track.left)}
+        facts |= {"by": "heading and speeds"}
         angle = float(np.degrees(track.angle))
         parts = {"angle": angle, "heading": float(track.turn), "sway": float(track.side)}
         found = Fault(Kind.AXES, mixed.channels, track.size, facts, ratio, ends, mixed.fix, parts).ruled()
@@ -227,7 +207,7 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
             return found
     names, told, cure, fix = channels, f"the way made good is {ratio:.3g} times what the speeds say", _EITHER, None
     speeds = tuple(name for name in ("u", "v") if name in channels)
-    unit = next((one for one in (*SPEEDS, *LENGTHS) if abs(ratio / one - 1.0) <= _FINE and track.unit == one), None)
+    unit = next((one for one in (*SPEEDS, *LENGTHS) if abs(ratio / one - 1.0) <= FINE and track.unit == one), None)
     if unit in SPEEDS:
         names, told = speeds, f"{told}: they are in {SPEEDS[unit]}"
         cure = f"map them with 'scale: {unit:g}'"
@@ -239,7 +219,7 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
     fault = Fault(Kind.SPEED_UNIT, names, track.size, {"told": told, "cure": cure}, ratio, ends, fix)
     if track.unit != 1.0 and (found := fault.ruled()) is not None:
         return found
-    if abs(ratio - 1.0) > _FINE:
+    if abs(ratio - 1.0) > FINE:
         return fault.told("note")
     text = f"position and speed agree in size (ratio {ratio:.3f})"
     return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
@@ -250,46 +230,21 @@ def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
     course = course_of(logs)
     if course is None:
         return []
-    channels, wrong = ("psi", "x", "y"), "forces act along other axes than the boat's; nothing can be learned"
-    if contradicts(course):
-        text = (
-            f"heading and track contradict each other: over {course.pieces} pieces under way the course has nothing to "
-            f"do with psi, nor with its mirror image (concentrations {course.kept:.2f} and {course.other:.2f})"
-        )
-        remedy = "one of them is of another thing or another run: find out which, and map the boat's own (--map)"
-        return [
-            Finding(
-                check="units",
-                verdict="defect",
-                sentence=text,
-                value=course.kept,
-                unit="1",
-                channels=channels,
-                consequence=wrong,
-                remedy=remedy,
-                reach=Reach.LOG,
-            )
-        ]
+    facts = {"told": "heading and track", "cure": "'psi: null' or 'x: null' (and y)"}
+    apart = Fault(Kind.UNRELATED, ("psi", "x", "y"), course.unrelated, facts, course.unrelated.weight.value).ruled()
+    if apart is not None:
+        return [apart]
     rated = any("r" in log.channels for log in logs)  # else the heading alone can be turned
-    off = off_course(course, opposed if rated else True, surveyed(logs))
-    if off is None:
+    mixed = off_course(course, opposed if rated else True, surveyed(logs))
+    if mixed is None:
         return []
-    mixed, sure = off
-    return [
-        Finding(
-            check="units",
-            verdict="defect" if sure else "warning",
-            sentence=mixed.sentence
-            if sure
-            else f"{mixed.sentence}, on one course or in turns to one side: a current or much drift does so, too",
-            value=float(np.degrees(course.angle)),
-            unit="deg",
-            channels=mixed.channels,
-            consequence=wrong,
-            remedy=mixed.remedy,
-            reach=Reach.LOG,
-        )
-    ]
+    facts = {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - course.left), "by": "the heading"}
+    angle = float(np.degrees(course.angle))
+    fault = Fault(Kind.AXES, mixed.channels, course.size, facts, angle, unit="deg")
+    if not course.drifts:
+        return [found] if (found := fault.ruled()) is not None else []
+    text = f"{mixed.sentence}, on one course or in turns to one side: a current or much drift does so, too"
+    return [fault.told("warning").model_copy(update={"sentence": text})]
 
 
 def _turned_by_heading(log: Log) -> bool:
@@ -316,14 +271,14 @@ def speed_unit(records: Sequence[Record]) -> list[Finding]:
         if found is None:
             continue
         factor, size = found
-        unit = next((one for one in SPEEDS if abs(factor / one - 1.0) <= _FINE), None)
+        unit = next((one for one in SPEEDS if abs(factor / one - 1.0) <= FINE), None)
         if unit is not None and size.share.low > 1.0 - OVERWHELMING:  # it explains the log, and does not only better it
             told = f"{' and '.join(channels)} are in {SPEEDS[unit]}: {witness} moves {factor:.3g} times as fast as said"
             cure = f"map them with 'scale: {unit:g}', or mend the vehicle's mass or thrust if speeds are right"
             fault = Fault(Kind.SPEED_UNIT, channels, size, {"told": told, "cure": cure}, factor)
             if (one := fault.ruled()) is not None:
                 return [one]
-        if abs(factor - 1.0) <= _FINE:
+        if abs(factor - 1.0) <= FINE:
             text = f"{witness} agrees with speeds in m/s"
             return [Finding(check="units", verdict="ok", sentence=text, value=factor, unit="1", channels=channels)]
     top = max(float(np.abs(stretch.motion.velocity[:, 0]).max()) for record in having for stretch in record.stretches)

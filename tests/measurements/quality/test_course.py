@@ -1,17 +1,22 @@
 """Axes told by course and heading, where no speed was measured: on straight and on curved runs."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from logged import without_a_file
 
 from undertow.measurements.canonical import Channel
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log
-from undertow.measurements.quality.course import contradicts, course_of, off_course
+from undertow.measurements.quality.course import course_of
 from undertow.measurements.quality.finding import Finding
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
 
+BOAT = load_vehicle("blueboat")
 TIME = np.arange(0.0, 240.0, 0.2)
 CURVED = 0.8 * np.sin(0.05 * TIME) + 0.02 * TIME
 STRAIGHT = np.full(TIME.size, np.radians(25.0)) + 0.02 * np.sin(0.7 * TIME)
@@ -92,6 +97,18 @@ def test_the_bow_is_told_from_the_stern_by_what_is_commanded():
     assert told(run(CURVED, astern=True)) == [], "it may have been driven astern"
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_axes_are_told_of_a_boat_that_spins_drifts_and_goes_astern(seed):
+    """Of these logs a fixed concentration of course and heading, 0.8, told nothing."""
+    log = without_a_file(simulate_world(BOAT, {}, programme="rich", duration=150.0, noise="field", seed=seed))
+    channels = {name: channel for name, channel in log.channels.items() if name not in ("u", "v", "r")}
+    assert told(channels) == []
+    x, y = channels["x"], channels["y"]
+    (finding,) = told(channels | {"x": replace(x, value=y.value), "y": replace(y, value=x.value)})
+    assert finding.refused
+    assert "x and y are swapped" in finding.sentence
+
+
 def test_half_a_log_astern_is_sound():
     back = (TIME > 60.0) & (TIME < 150.0)
     channels = run(CURVED)
@@ -113,8 +130,7 @@ def test_a_heading_of_another_thing_contradicts_the_track():
     jitter = 0.3 + 0.05 * np.random.default_rng(0).normal(size=TIME.size)
     course = course_of([Log(Path("log.csv"), changed(channels, psi=jitter))])
     assert course is not None
-    assert contradicts(course)
-    assert off_course(course, None, False) is None
+    assert course.unrelated.refuses
     (finding,) = told(changed(channels, psi=jitter))
     assert "heading and track contradict each other" in finding.sentence
 

@@ -12,10 +12,11 @@ from verbs import call, done, inspected, refused, strict
 
 from undertow.measurements.canonical import command_kind
 from undertow.measurements.clock import APART
-from undertow.measurements.log import read_log
+from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.prepare import prepare
 from undertow.measurements.quality.examination import examine
+from undertow.measurements.quality.finding import Finding
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
 from undertow.workflows.inputs import read_inputs
@@ -343,3 +344,48 @@ def test_commands_that_are_recorded_once_a_second_are_late_from_a_row_on(place: 
     for vehicle in (load_vehicle("otter"), None):
         clocks = [f for f in examine(replace(log, channels=seldom), vehicle).findings if f.check == "clocks"]
         assert [f.verdict for f in clocks if f.verdict in ("warning", "defect")] == told
+
+
+def found(columns: dict[str, np.ndarray], check: str) -> list[Finding]:
+    channels = {name: value for name, value in columns.items() if name != "t"}
+    return [f for f in examine(Log.from_arrays(columns["t"], channels)).findings if f.check == check]
+
+
+def test_milliseconds_are_told_by_heading_and_track():
+    (finding,) = found(table(t=1e3 * TIME), "time unit")
+    assert finding.refused
+    assert "the stamps are in ms" in finding.sentence
+    assert finding.fix is not None
+    mended = finding.fix.apply(Log.from_arrays(1e3 * TIME, {"x": table()["x"]}).channels)
+    assert mended["x"].time == pytest.approx(TIME)
+    assert found(table(), "time unit") == []
+
+
+def test_stamps_in_no_unit_are_told_with_their_factor():
+    (finding,) = found(table(t=3.0 * TIME), "time unit")
+    assert finding.fix is None
+    assert "give the time in seconds (times 0.33" in finding.remedy
+
+
+def test_positions_in_whole_metres_are_rounded_and_not_held():
+    columns = table()
+    rounded = {name: columns[name].round() for name in ("x", "y")}
+    (finding,) = found(columns | rounded, "held fixes")
+    assert (finding.verdict, finding.value) == ("note", 1.0)
+    assert "rounded to 1 m" in finding.sentence
+    assert [f.verdict for f in found(columns | rounded, "late fixes")] == ["cannot tell"]
+    held = {name: columns[name][np.arange(TIME.size) // 5 * 5].round(2) for name in ("x", "y")}
+    (finding,) = found(columns | held, "held fixes")
+    assert finding.verdict == "warning"
+    assert "held in between" in finding.sentence
+
+
+def test_a_steady_turn_without_noise_is_no_stuck_sensor():
+    """Of a simulator, rate and sway come to one value each; a gyro that stops while the speed goes on is stuck."""
+    steady = (TIME > 20.0) & (TIME < 40.0)
+    columns = table()
+    r = np.where(steady, 0.2, columns["r"])
+    alone = columns | {"r": r}
+    assert [f.channels for f in found(alone, "stuck")] == [("r",)]
+    all_of_it = alone | {name: np.where(steady, 0.3, columns[name]) for name in ("u", "v")}
+    assert [f.verdict for f in found(all_of_it, "stuck")] == ["ok"]

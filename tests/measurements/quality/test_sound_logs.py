@@ -127,7 +127,7 @@ def test_a_fault_refuses_where_it_is_overwhelming_warns_where_it_is_likely_and_i
 
 FACTS = {
     **dict.fromkeys(
-        ("told", "cure", "cause", "late", "order", "reference", "wrong", "moved", "size", "times"), "words"
+        ("told", "cure", "cause", "late", "order", "reference", "wrong", "moved", "size", "times", "by", "how"), "words"
     ),
     **dict.fromkeys(("change", "unit", "does", "first"), "words"),
     **dict.fromkeys(("seconds", "push", "reach", "fast", "slow", "follows", "shift", "value", "part", "jump"), 1.0),
