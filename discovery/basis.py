@@ -270,7 +270,9 @@ class Basis:
     def rolling(self, why: str) -> "Basis":
         """The same judged by rollouts, for a reason in words, on motions that are cleared of what sensors add."""
         clear = nuisances(self.forces.motions)
-        return replace(self, motions=clear.motions, blind=clear.blind, notes=clear.notes, why=why)
+        shooting = replace(self.settings.shooting, turned=clear.turned)
+        settings = replace(self.settings, shooting=shooting)
+        return replace(self, settings=settings, motions=clear.motions, notes=clear.notes, why=why)
 
     def trusting(self) -> "Basis":
         """The same for a compass that is taken to be right, see `choose`."""

@@ -15,6 +15,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from ...measurements.kinematics import corrected_for
 from ...measurements.statistics.blocks import Difference, paired_ratio, spread
 from ...physics.integration import Legs, rollouts
 from ...physics.motion import Array, Motion
@@ -115,6 +116,10 @@ _NOISE_SEED = 20041
 """Any number: the same noise is drawn for every model, so that two of them can be compared."""
 _HALVINGS = 5
 """After five a step is a thirtieth of the first: too short to lead anywhere."""
+_DEVIATIONS = ("compass_constant", "compass_sine", "compass_cosine")
+"""How a compass deviates: by a constant, and with the heading."""
+_TURN = 0.01
+"""Deviation by which their traces are taken [rad]: what turns speeds is all but linear in so little."""
 _STEP_SHARE = 0.02
 """Share of a parameter's step that bends no column by more than a few per cent; a judgement, not measured."""
 
@@ -174,6 +179,9 @@ class Shooting(Balance):
         self._whitener = self._whitening(moved) if moved is not None and self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
         self._weight[:, np.array(self.blind)] = 0.0
+        self._traces: tuple[Array, Array] | None = None
+        if self.settings.turned > 0.0:
+            self._traces = self._traces_of_a_compass(about, error)
         self._noise = self.finished(self._drawn_noise(moved))
 
     @property
@@ -238,7 +246,28 @@ class Shooting(Balance):
         if self._whitener is not None:
             flat = errors.transpose(2, 0, 1).reshape(starts, bins * 3, 1)
             errors = (self._whitener @ flat)[..., 0].reshape(starts, bins, 3).transpose(1, 2, 0)
-        return self._rows(errors * self._weight)
+        rows = self._rows(errors * self._weight)
+        if self._traces is None or not np.isfinite(rows).all():
+            return rows
+        directions, share = self._traces
+        return rows - ((directions * share) @ (directions.T @ (rows / self.scale).ravel())).reshape(-1, 3) * self.scale
+
+    def _traces_of_a_compass(self, about: Vehicle, error: Array) -> tuple[Array, Array] | None:
+        """What a compass that deviates makes of the rows, as orthogonal directions, and the share of each that goes.
+
+        With a normal prior of the deviation its covariance adds to that of the rows, and they are whitened by the root
+        of the sum (generalised least squares; Ljung 1999, section 7.4). None where rollouts run away.
+        """
+        rest, found = self.finished(error), []
+        for name in _DEVIATIONS:
+            other = self._data.recorded([corrected_for(motion, {name: _TURN}) for motion in self._data.motions])
+            moved = self.finished(self._errors(other.states(about), other.measured))
+            found.append(((moved - rest) / self.scale).ravel() * (self.settings.turned / _TURN))
+        columns = np.column_stack(found)
+        if not np.isfinite(columns).all():
+            return None
+        directions, size, _ = np.linalg.svd(columns, full_matrices=False)
+        return directions, 1.0 - 1.0 / np.sqrt(1.0 + size**2)
 
     def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
         """A Gauss-Newton step from one model to another, halved until the rollouts do not get worse.
