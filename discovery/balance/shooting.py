@@ -20,7 +20,7 @@ from ...measurements.statistics.blocks import Difference, paired_ratio, spread
 from ...physics.integration import Legs, rollouts
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, Remembered, WeakSettings, room
+from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, room
 from .sensitivity import Tangent, transitions
 from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay
 
@@ -138,7 +138,6 @@ class Shooting(Balance):
     motions : the gap-free stretches, unfiltered
     about : model whose rollouts tell how start errors spread and which starts no model follows
     settings : horizon, spacing, bins
-    blind : axes that are not scored
     laid : rollouts laid out before over the same motions with the same settings; None to lay them out
 
     Raises
@@ -155,12 +154,11 @@ class Shooting(Balance):
         motions: Sequence[Motion],
         about: Vehicle,
         settings: ShootingSettings | None = None,
-        blind: Sequence[bool] = SEEING,
         laid: Rollings | None = None,
     ) -> None:
         self.settings = settings or ShootingSettings()
         self._data = data = laid or lay(motions, about, self.settings)
-        self.motions, self.noise, self.blind = data.motions, data.noise, tuple(bool(b) for b in blind)
+        self.motions, self.noise = data.motions, data.noise
         bins = data.measured.shape[0]
         self.block = np.repeat(_blocks(data, self.settings.blocks), bins)
         begin = np.concatenate([m.time[s] for m, s in zip(data.motions, data.starts, strict=True)])
@@ -178,7 +176,6 @@ class Shooting(Balance):
         moved = None if quiet else data.binned(transitions(data, about, states))
         self._whitener = self._whitening(moved) if moved is not None and self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
-        self._weight[:, np.array(self.blind)] = 0.0
         self._traces: tuple[Array, Array] | None = None
         if self.settings.turned > 0.0:
             self._traces = self._traces_of_a_compass(about, error)
@@ -196,7 +193,7 @@ class Shooting(Balance):
 
     def refreshed(self, about: Vehicle) -> "Shooting":
         """The same rollouts, with start errors and weights about another model."""
-        return Shooting(self.motions, about, self.settings, self.blind, self._data)
+        return Shooting(self.motions, about, self.settings, self._data)
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
@@ -334,7 +331,7 @@ class Shooting(Balance):
         """Weight of each start (starts,), 1 for one that the model follows (soft-L1)."""
         if not np.isfinite(self.settings.robust):
             return np.ones(error.shape[2])
-        scored = self._data.weight * ~np.array(self.blind)[None, :, None]
+        scored = self._data.weight
         size = (scored * (error / self.scale[None, :, None]) ** 2).sum(axis=(0, 1)) / np.maximum(
             scored.sum(axis=(0, 1)), 1e-9
         )

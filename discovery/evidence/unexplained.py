@@ -55,7 +55,7 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
     Parameters
     ----------
     forces : the search on the force balance, with the nominal vehicle
-    judge : the balance that judged, of forces or of rollouts; on an axis to which it is blind nothing is told
+    judge : the balance that judged, of forces or of rollouts
     found : the model with everything that the search selected, sure or not
     """
     balance = forces.balance
@@ -68,7 +68,7 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
     little = lasting > _LEFT * usual
     if not judge.forces:
         little &= _size(judge.balance(found)) > _LEFT * _size(judge.balance(forces.nominal))
-    seen = ~np.array(judge.blind) & ~forces.quiet
+    seen = ~forces.quiet
     left = seen & little & (share > _MATERIAL) & (lasting > _LASTING * _size(after))
     return tuple(
         LastingRest(axis=AXES[axis], force=float(lasting[axis]), share=float(share[axis]), unit=balance.unit[axis])
