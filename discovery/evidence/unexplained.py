@@ -36,7 +36,7 @@ from ..search.floating import Search, State
 from .weighing import SURE, TELL_APART, Evidence, share_of_resamples
 
 _SECONDS = 5.0
-"""Time over which noise and the waves of sheltered water vanish in the mean [s]; swell may leave some of itself."""
+"""Time over which white noise and the waves of sheltered water vanish in the mean [s], see `_lasting`."""
 _MATERIAL = 0.1
 """Share of the force at work from which a rest is material. Waves of 0.2 m/s leave 0.07 or less in surge and yaw
 over 5 s where the model is right, commands that are cut at a third 0.15 to 0.5."""
@@ -60,10 +60,9 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
     """
     balance = forces.balance
     after, before = (balance.balance(vehicle) for vehicle in (found, forces.nominal))
-    pieces = _pieces(balance.time)
-    if pieces[-1] + 1 < _LEAST:
+    if _pieces(balance.time, 2.0 * _SECONDS)[-1] + 1 < _LEAST:
         return ()
-    lasting, usual = (_size(_means(rest, pieces)) for rest in (after, before))
+    lasting, usual = (_lasting(rest, balance.time) for rest in (after, before))
     share = lasting / forces.force_scale
     little = lasting > _LEFT * usual
     if not judge.forces:
@@ -76,12 +75,22 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
     )
 
 
-def _pieces(time: Array) -> NDArray[np.int64]:
-    """Numbers of the pieces of 5 s that tests belong to; a piece ends where the time leaps or begins anew."""
+def _lasting(rest: Array, time: Array) -> Array:
+    """Size of the force in a rest (tests, 3) that lasts for 5 to 10 s, without what noise of the speeds makes, (3,).
+
+    The mean force that noise n of a speed feigns over T is (n(t + T) - n(t)) / T: whatever its colour, over twice the
+    time it is half, where a force that lasts stays. From both follows the force alone (Richardson's extrapolation).
+    """
+    short, long = (np.square(_size(_means(rest, _pieces(time, by * _SECONDS)))) for by in (1.0, 2.0))
+    return np.sqrt(np.maximum(4.0 * long - short, 0.0) / 3.0)
+
+
+def _pieces(time: Array, seconds: float) -> NDArray[np.int64]:
+    """Numbers of the pieces of so many seconds that tests belong to; one ends where the time leaps or begins anew."""
     step = np.diff(time, prepend=time[0])
     leaps = (step < 0.0) | (step > _SECONDS)
     begun = time[np.maximum.accumulate(np.where(leaps, np.arange(time.size), 0))]
-    within = ((time - begun) / _SECONDS).astype(np.int64)
+    within = ((time - begun) / seconds).astype(np.int64)
     return np.cumsum((np.diff(within, prepend=0) != 0) | leaps)
 
 
