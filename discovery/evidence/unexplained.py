@@ -45,6 +45,8 @@ _LASTING = 0.5
 _LEFT = 0.5
 """Share of what the nominal model leaves, in these means and in rollouts where those judge, from which what was found
 explains little: weather leaves less in the field where the effects that are missing take the rest."""
+_ONE_SIDED = 1.645
+"""Standard errors beyond which chance leads in one of twenty cases."""
 _LEAST = 8
 """Means below which their size is chance."""
 
@@ -62,27 +64,30 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
     after, before = (balance.balance(vehicle) for vehicle in (found, forces.nominal))
     if _pieces(balance.time, 2.0 * _SECONDS)[-1] + 1 < _LEAST:
         return ()
-    lasting, usual = (_lasting(rest, balance.time) for rest in (after, before))
+    (lasting, sure), (usual, _) = (_lasting(rest, balance.time) for rest in (after, before))
     share = lasting / forces.force_scale
     little = lasting > _LEFT * usual
     if not judge.forces:
         little &= _size(judge.balance(found)) > _LEFT * _size(judge.balance(forces.nominal))
     seen = ~forces.quiet
-    left = seen & little & (share > _MATERIAL) & (lasting > _LASTING * _size(after))
+    left = seen & little & sure & (share > _MATERIAL) & (lasting > _LASTING * _size(after))
     return tuple(
         LastingRest(axis=AXES[axis], force=float(lasting[axis]), share=float(share[axis]), unit=balance.unit[axis])
         for axis in sorted(np.flatnonzero(left).tolist(), key=lambda axis: -share[axis])
     )
 
 
-def _lasting(rest: Array, time: Array) -> Array:
-    """Size of the force in a rest (tests, 3) that lasts for 5 to 10 s, without what noise of the speeds makes, (3,).
+def _lasting(rest: Array, time: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Size (3,) of the force in a rest (tests, 3) that lasts for 5 to 10 s, and whether there surely is one.
 
-    The mean force that noise n of a speed feigns over T is (n(t + T) - n(t)) / T: whatever its colour, over twice the
-    time it is half, where a force that lasts stays. From both follows the force alone (Richardson's extrapolation).
+    The mean force that noise n of a speed feigns by inertia over T goes with (n(t + T) - n(t)) / T: whatever its
+    colour, over twice the time it is half, where a force that lasts stays. From both follows the force (Richardson's
+    extrapolation), and what such noise feigns by damping.
     """
-    short, long = (np.square(_size(_means(rest, _pieces(time, by * _SECONDS)))) for by in (1.0, 2.0))
-    return np.sqrt(np.maximum(4.0 * long - short, 0.0) / 3.0)
+    means = [_means(rest, _pieces(time, by * _SECONDS)) for by in (1.0, 2.0)]
+    short, long = (np.square(_size(each)) for each in means)
+    chance = _ONE_SIDED * np.sqrt(2.0 / len(means[1]))  # of a mean of squares, relative
+    return np.sqrt(np.maximum(4.0 * long - short, 0.0) / 3.0), 4.0 * (1.0 - chance) * long > short
 
 
 def _pieces(time: Array, seconds: float) -> NDArray[np.int64]:

@@ -21,20 +21,18 @@ HULL = load_vehicle("blueboat")
 SEEN = np.ones(3, dtype=bool)
 
 
-def substitutes(motion: Motion, *names: str, forces: bool = True) -> dict[str, Substitute]:
+def substitutes(motion: Motion, *names: str) -> dict[str, Substitute]:
     """The best form in the place of effects that are fitted on the force balance, by their names."""
     pool = [c for c in candidates(HULL) if c.key in names]
     weak = WeakForm([motion], WeakSettings())
     search = Search(weak, HULL, pool, SearchSettings())
     state = search.evaluate(HULL, names)
     columns = FormColumns(search, state, SEEN, free_forms(weak, state.vehicle))
-    judge = WeakForm([motion], WeakSettings())
-    judge.forces = forces  # type: ignore[misc]
-    found = {c.key: in_place(columns, RestBesideForms(columns), c, judge) for c in pool}
+    found = {c.key: in_place(columns, RestBesideForms(columns), c) for c in pool}
     return {key: one for key, one in found.items() if one is not None}
 
 
-def told(motion: Motion, *names: str, forces: bool = True) -> dict[str, str]:
+def told(motion: Motion, *names: str) -> dict[str, str]:
     """Which form explains more in the place of effects, by their names; those in whose place none does, not."""
     found = substitutes(motion, *names, forces=forces)
     return {key: one.form.in_words for key, one in found.items() if one.margin > TELL_APART}

@@ -57,12 +57,12 @@ def test_what_an_effect_takes_is_no_rest():
 
 
 def test_noise_of_the_speeds_that_lasts_is_no_force():
-    """What noise that is remembered for two seconds makes of means over five is half of it over ten."""
+    """What noise that is remembered for a second makes of means over five is half of it over ten, but for its drag."""
     sound, rng = world("field"), np.random.default_rng(3)
-    noise, kept = np.zeros_like(sound.velocity), np.exp(-sound.time_step / 2.0)
+    noise, kept = np.zeros_like(sound.velocity), np.exp(-sound.time_step / 1.0)
     for k in range(1, len(noise)):
         noise[k] = kept * noise[k - 1] + np.sqrt(1.0 - kept**2) * rng.standard_normal(3)
-    assert rest_of(replace(sound, velocity=sound.velocity + noise * (0.02, 0.02, 0.003))) == ()
+    assert rest_of(replace(sound, velocity=sound.velocity + noise * (0.015, 0.015, 0.0015))) == ()
 
 
 def test_what_lasts_is_told_beside_the_names(monkeypatch: pytest.MonkeyPatch):
