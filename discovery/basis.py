@@ -13,7 +13,7 @@ from ..physics.effects import COMMAND_OFFSET
 from ..physics.momentum_balance import mass_matrix
 from ..physics.motion import AXES, FORCE_UNITS, Array, Motion
 from ..physics.vehicle import Vehicle
-from .balance.base import SEEING, Balance
+from .balance.base import Balance
 from .balance.long_logs import STRAIGHT_RUNS, digest, nuisances
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
@@ -210,7 +210,6 @@ class Basis:
     nominal : the vehicle to be corrected
     settings : of the discovery, which say whether the model's own numbers are fitted
     motions : as they are fitted: cleared of what sensors add, where rollouts judge
-    blind : (3,) True for an axis of which the log shows too little to judge its forces
     notes : what was done to the motions, in words
     forces : the force balance of the log as it came
     instant : a search of all that the log can show, on that balance
@@ -222,7 +221,6 @@ class Basis:
     nominal: Vehicle
     settings: DiscoverySettings
     motions: tuple[Motion, ...]
-    blind: tuple[bool, bool, bool]
     notes: tuple[str, ...]
     forces: WeakForm
     instant: Search
@@ -265,30 +263,36 @@ class Basis:
         """
         if not self.rolls:
             return self.forces
-        return Shooting(self.motions, about or self.nominal, shooting or self.settings.shooting, self.blind)
+        return Shooting(self.motions, about or self.nominal, shooting or self.settings.shooting)
 
     def rolling(self, why: str) -> "Basis":
         """The same judged by rollouts, for a reason in words, on motions that are cleared of what sensors add."""
         clear = nuisances(self.forces.motions)
-        return replace(self, motions=clear.motions, blind=clear.blind, notes=clear.notes, why=why)
+        settings = _beside(self.settings, clear.turned)
+        return replace(self, settings=settings, motions=clear.motions, notes=clear.notes, why=why)
 
     def trusting(self) -> "Basis":
         """The same for a compass that is taken to be right, see `choose`."""
         motions = self.forces.motions
         if compass_shown(motions).deviates:
             return self
-        return replace(self, motions=motions, blind=SEEING, notes=())
+        return replace(self, settings=_beside(self.settings, 0.0), motions=motions, notes=())
 
     def leaving(self, left: Collection[str]) -> "Basis":
         """The same with some errors of the record left in it, by the names of their corrections."""
         found = self
         if STRAIGHT_RUNS in left:
-            found = replace(found, motions=self.forces.motions, blind=SEEING, notes=())
+            found = replace(found, motions=self.forces.motions, notes=())
         return replace(found, timed=False) if COMMAND_OFFSET.symbol in left else found
 
     def cleared_forces(self) -> WeakForm:
         """The force balance of the motions as they are fitted."""
         return WeakForm(self.motions, self.settings.weak)
+
+
+def _beside(settings: DiscoverySettings, deviation: float) -> DiscoverySettings:
+    """Settings by which rollouts are judged beside a deviation of the compass [rad]."""
+    return replace(settings, shooting=replace(settings.shooting, turned=deviation))
 
 
 def choose(
@@ -326,6 +330,6 @@ def choose(
         every = (command_timing(motions), *every)
     instant = Search(forces, nominal, every, settings.search)
     why = "" if forces.claimed else why_rollouts(forces, instant)
-    basis = Basis(nominal, settings, forces.motions, SEEING, (), forces, instant, why, told)
+    basis = Basis(nominal, settings, forces.motions, (), forces, instant, why, told)
     cleared = why and (not trusting or compass_shown(motions).deviates)
     return basis.rolling(why) if cleared else basis

@@ -41,7 +41,6 @@ class Tests:
     Attributes
     ----------
     limits : whose numbers are a limit's
-    unjudged : rivals that could not be judged
     invariant : its size in the parts of the log
     changes : where, and by how much of itself, its force differs in a part of the log, as a sentence
     forms : forces without a name beside it and in its place
@@ -52,7 +51,6 @@ class Tests:
     """
 
     limits: Told = field(default_factory=dict)
-    unjudged: Told = field(default_factory=dict)
     invariant: Mapping[str, Invariance] = field(default_factory=dict)
     changes: Told = field(default_factory=dict)
     forms: OtherForms = field(default_factory=OtherForms)
@@ -66,7 +64,6 @@ class Tests:
         listed = {
             Reason.AT_LIMIT: self.limits.get(e.key, "the log asks for more of it than physics allows"),
             Reason.SENSORS: _ACCUSED.format(self.accused.get(e.key, (0.0, "a sensor"))[1]),
-            Reason.UNJUDGED_RIVAL: self.unjudged.get(e.key, ""),
             Reason.LASTING_REST: _LEFT.format(100.0 * e.unexplained, 100.0 * e.remains),
             Reason.SUBSTITUTE: (beside or Beside()).told,
             Reason.OUT_OF_STEP: f"{e.out_of_step:.2f}",
@@ -81,7 +78,6 @@ class Tests:
             "substitute": beside.margin if beside and beside.margin is not None else 0.0,
             "at_limit": float(e.at_limit or e.key in self.limits),
             "out_of_step": e.late,
-            "unjudged_rival": float(e.key in self.unjudged),
             "accused": self.accused.get(e.key, (0.0, ""))[0],
             "unexplained": e.unexplained,
             "remains": e.remains,

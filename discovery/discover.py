@@ -20,7 +20,7 @@ from .candidates.candidate import CALIBRATED, Kind
 from .candidates.linearisation import Linearisation
 from .claims import Tests, claims, widened
 from .evidence.invariance import invariance
-from .evidence.limits import as_timed, at_limits, beside_unjudged, in_step
+from .evidence.limits import as_timed, at_limits, in_step
 from .evidence.other_forms import judged_in_logs, other_forms, own_changes
 from .evidence.record_errors import accused, beside, record_errors, without_forces
 from .evidence.unexplained import inclusion, lasting_rests
@@ -258,16 +258,14 @@ def _test(looked: Selected, model: _Fitted, records: Sequence[SensorError]) -> t
     """Ask every test of every name that was selected; and what lasts and is explained by nothing."""
     search, (forces, there), seed = looked.search, looked.forces, looked.basis.settings.seed
     selected = (*search.named(looked.state.active), *model.untold)
-    with second_processor.beside(partial(other_forms, forces, there, selected, seed, search.balance)) as formed:
+    with second_processor.beside(partial(other_forms, forces, there, selected, seed)) as formed:
         rests = lasting_rests(forces, search.balance, looked.state.vehicle)
-        changes = own_changes(forces, there, selected, seed, search.balance)
-        unjudged = beside_unjudged(forces, there, selected, looked.unseen)
+        changes = own_changes(forces, there, selected, seed)
         forms = formed()
     hand_back()
     final, pool = model.state, search.pool
     tests = Tests(
         limits=_limits(looked, model),
-        unjudged=unjudged,
         invariant=invariance(search, final, model.about),
         changes=changes,
         forms=forms,

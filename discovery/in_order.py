@@ -12,7 +12,7 @@ from ..physics.vehicle import Vehicle, lacking
 from .balance.base import Balance
 from .basis import LEAVES, Basis, choose
 from .calibration.before_calibration import Freed, freed
-from .candidates.candidate import CALIBRATED, Candidate, Kind, candidates, command_timing, measurable, part_by_sight
+from .candidates.candidate import CALIBRATED, Candidate, Kind, candidates, command_timing, measurable
 from .candidates.linearisation import Option
 from .candidates.unnamed_terms import term_candidate
 from .findings import Findings
@@ -129,7 +129,7 @@ def named_candidates(basis: Basis, names: Sequence[str]) -> list[list[Candidate]
     groups = [_candidates(name, basis.nominal) for name in names]
     if len(set(names)) < len(names):
         raise RequestError(f"add: an effect is given twice in {', '.join(names)}; give each once")
-    return _visible(basis, names, groups) if basis.rolls else groups
+    return [slender(group, basis.nominal) for group in groups] if basis.rolls else groups
 
 
 def own_numbers(basis: Basis) -> Freed:
@@ -138,7 +138,7 @@ def own_numbers(basis: Basis) -> Freed:
     found = freed(weak, basis.nominal, basis.pool, basis.settings.search)
     if not basis.rolls:
         return found
-    return found.seen(part_by_sight(slender(found.pool, basis.nominal), basis.blind)[0])
+    return found.seen(slender(found.pool, basis.nominal))
 
 
 def judged_as(basis: Basis, run: RunModels | None) -> Basis:
@@ -308,20 +308,6 @@ def _with(search: Search, state: State, candidate: Candidate) -> State:
     present = [option for option in linear.options[candidate.key] if option.present]
     best = min(present, key=lambda option: search.quick(scores, {**now, candidate.key: option}))
     return search.apply(state, now, {**now, candidate.key: best}, scores)
-
-
-def _visible(basis: Basis, names: Sequence[str], groups: Sequence[list[Candidate]]) -> list[list[Candidate]]:
-    """The candidates of each name, as rollouts can judge them."""
-    seen = []
-    for name, group in zip(names, groups, strict=True):
-        visible, unseen = part_by_sight(slender(group, basis.nominal), basis.blind)
-        if unseen:
-            raise RequestError(
-                f"add {name}: expected a log that shows forces in sway, but {'; '.join(basis.notes)}; leave {name} "
-                "out, or give logs with straight runs on several headings and a compass that is right"
-            )
-        seen.append(visible)
-    return seen
 
 
 def _candidates(name: str, vehicle: Vehicle) -> list[Candidate]:

@@ -40,7 +40,7 @@ class Selected:
     known : what the log can show and tell apart
     plausible, rehearsal : amounts and trials for the advice
     forces : the same model on the force balance [N, N, N m], for the advice and the report
-    unseen : candidates that the log cannot judge because an axis is blind
+    unseen : candidates that what judges the log cannot tell from others
     notes : how the log was judged, and what was done to it, in words
     free : what is calibrated in every model, if anything
     untold : effects that earn something beside the model, but less than tells an effect from nothing
@@ -149,7 +149,7 @@ def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: Sho
     if not symbols or form.forces:
         return state
     limits = {p.symbol: (p.lower, p.upper) for c in search.pool for p in c.parameters}
-    polished = polish(form.motions, state.vehicle, symbols, shooting, blind=form.blind, limits=limits).vehicle
+    polished = polish(form.motions, state.vehicle, symbols, shooting, limits=limits).vehicle
     return min((state, search.evaluate(polished, kept)), key=lambda s: s.score)
 
 

@@ -12,6 +12,7 @@ _FORMER = {
     "untold": "weak",
     "rollouts_object": "weak",
     "mostly_doubted": "lasting_rest",
+    "unjudged_rival": "look_alikes",
     "chance": "weak",
     "crowd": "lasting_rest",
     "uneven": "lasting_rest",
@@ -54,10 +55,6 @@ class Reason(Worded):
         "({meaning})",
     )
     LASTING_REST = ("lasting_rest", f"{_IN}on its axis, {{told}}. ({{meaning}})")
-    UNJUDGED_RIVAL = (
-        "unjudged_rival",
-        f"{_IN}{{told}}, which needs a velocity that may be wrong and was not judged, would do as well. ({{meaning}})",
-    )
     WEAK = ("weak", "Perhaps: {lowered} The evidence is below what undertow demands.")
     NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)
     UNFOUND = ("unfound", "In the model because it was asked for, but not certain: {told}. ({meaning})")

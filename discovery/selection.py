@@ -29,7 +29,7 @@ from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
 from .basis import LEAVES, Basis, beside_few, plenty
 from .calibration.before_calibration import freed
-from .candidates.candidate import Candidate, Kind, part_by_sight
+from .candidates.candidate import Candidate, Kind
 from .candidates.unnamed_terms import shortlist, term_candidate, twins
 from .evidence.unexplained import with_faint
 from .evidence.weighing import TELL_APART, Evidence, modest, weigh
@@ -94,10 +94,9 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
     if basis.settings.refit:
         free = freed(basis.cleared_forces(), nominal, pool, basis.settings.search)
         pool = free.pool
-    seen, unseen = part_by_sight(slender(pool, nominal), basis.blind)
-    unseen = [c for c in (*unseen, *seen) if c in unseen or c.key in _MEASURES]
-    seen = [c for c in seen if c not in unseen]
-    unseen = [c for c in unseen if not c.nuisance]
+    every = slender(pool, nominal)
+    seen = [c for c in every if c.key not in _MEASURES]
+    unseen = [c for c in every if c.key in _MEASURES]
     if free is not None:
         free = free.seen(seen)
         say(free.sentence)
@@ -163,9 +162,7 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
     for group in dict.fromkeys((tuple(fitted), tuple(static))):
         symbols = [s for c in search.pool if c in group or c.fitted(()) for s in c.symbols]
         if symbols:
-            begun = polish(
-                form.motions, search.nominal, symbols, shooting, blind=form.blind, limits=limits, rounds=_POLISHES
-            )
+            begun = polish(form.motions, search.nominal, symbols, shooting, limits=limits, rounds=_POLISHES)
             yield search.evaluate(begun.vehicle, tuple(c.key for c in group))
 
 

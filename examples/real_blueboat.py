@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from undertow.discovery.balance.long_logs import nuisances
+from undertow.discovery.balance.shooting import ShootingSettings
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.search.estimation import polish
 from undertow.measurements.log import Log, read_log
@@ -116,7 +117,7 @@ def divisions(names: Sequence[str], splits: int) -> list[list[str]]:
 def model(train: Sequence[Motion], start: Vehicle) -> tuple[Vehicle, Discovery]:
     """The linear model fitted to rollouts, and what discovery makes of it."""
     clear = nuisances(train)
-    linear = polish(clear.motions, start, FITTED, blind=clear.blind).vehicle
+    linear = polish(clear.motions, start, FITTED, ShootingSettings(turned=clear.turned)).vehicle
     return linear, find_missing(train, linear)
 
 

@@ -25,7 +25,7 @@ more told 90 % of names of which all were true."""
 FOLDS = 5
 FEATURES = (
     *("rollout_worth", "clear", "unlike", "substitute", "at_limit", "out_of_step"),
-    *("unjudged_rival", "unexplained", "remains", "accused", "rolls"),
+    *("unexplained", "remains", "accused", "rolls"),
 )
 """What the odds are made of: of all features those that stop more than they cost (`ablation.py`). Taken one by one for
 what each adds to the log score they change with every hundred names, and leave out what few tuning worlds have."""

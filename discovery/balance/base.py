@@ -62,8 +62,6 @@ def _size(value: Array | tuple[Array, ...]) -> int:
     return sum(part.nbytes for part in value) if isinstance(value, tuple) else value.nbytes
 
 
-SEEING = (False, False, False)
-"""No axis is blind."""
 LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
 
@@ -131,7 +129,6 @@ class Balance(ABC):
     block : (tests,) index of the contiguous block that each test belongs to
     independent : effective number of independent tests
     noise : (3,) white sensor noise on u, v [m/s] and r [rad/s]
-    blind : (3,) True for an axis that is not scored
     """
 
     unit: ClassVar[tuple[str, str, str]]
@@ -142,7 +139,6 @@ class Balance(ABC):
     block: np.ndarray
     independent: float
     noise: Array
-    blind: tuple[bool, ...]
 
     @abstractmethod
     def balance(self, vehicle: Vehicle) -> Array:

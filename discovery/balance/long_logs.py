@@ -108,6 +108,8 @@ def _joined(pieces: Sequence[tuple[int, int, int]]) -> list[tuple[int, int, int]
     return found
 
 
+UNKNOWN = float(np.radians(5.0))
+"""Deviation that a compass on a boat may have of which nothing is known [rad]: one that was swung has less."""
 STRAIGHT_RUNS = "compass_on_straight_runs"
 """Name of the correction for a compass deviation that straight runs show: of what is fitted on rollouts alone."""
 
@@ -119,29 +121,30 @@ class Nuisances:
     Attributes
     ----------
     motions : the motions without it
-    blind : (3,) True for an axis of which the log shows too little to judge its forces
+    turned : standard deviation of what the heading may lack for all that the log shows [rad]; 0 where it is right
     notes : the same in words
     """
 
     motions: tuple[Motion, ...]
-    blind: tuple[bool, bool, bool]
+    turned: float
     notes: tuple[str, ...]
 
 
 def nuisances(motions: Sequence[Motion]) -> Nuisances:
     """Find a compass deviation, and correct headings and velocities for it.
 
-    What is left of the sway velocity is then the difference of two large numbers, and no force is learnt from it; nor
-    where the runs do not show that the compass is right.
+    What stays unknown of the deviation is left out of what is judged.
     """
     compass = compass_shown(motions)
     if compass.sound:
-        return Nuisances(tuple(motions), (False, False, False), ())
-    blind = "no force in sway, and no effect that needs it, is judged"
+        return Nuisances(tuple(motions), 0.0, ())
+    known = float(np.hypot(0.0 if compass.plain else compass.size, compass.error))
+    turned = min(known, UNKNOWN)
+    beside = f"forces are judged beside a deviation of {np.degrees(turned):.1f} degrees"
     if not compass.plain:
-        return Nuisances(tuple(motions), (False, True, False), (f"{compass.sentence}; {blind}",))
-    note = f"{compass.sentence}; heading and velocities are corrected, and {blind}"
-    return Nuisances(tuple(corrected(m, compass) for m in motions), (False, True, False), (note,))
+        return Nuisances(tuple(motions), turned, (f"{compass.sentence}; {beside}",))
+    note = f"{compass.sentence}; heading and velocities are corrected, and {beside}"
+    return Nuisances(tuple(corrected(m, compass) for m in motions), turned, (note,))
 
 
 def misalignment(motions: Sequence[Motion]) -> float:

@@ -15,11 +15,12 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from ...measurements.kinematics import corrected_for
 from ...measurements.statistics.blocks import Difference, paired_ratio, spread
 from ...physics.integration import Legs, rollouts
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, Remembered, WeakSettings, room
+from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, room
 from .sensitivity import Tangent, transitions
 from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay
 
@@ -115,6 +116,10 @@ _NOISE_SEED = 20041
 """Any number: the same noise is drawn for every model, so that two of them can be compared."""
 _HALVINGS = 5
 """After five a step is a thirtieth of the first: too short to lead anywhere."""
+_DEVIATIONS = ("compass_constant", "compass_sine", "compass_cosine")
+"""How a compass deviates: by a constant, and with the heading."""
+_TURN = 0.01
+"""Deviation by which their traces are taken [rad]: what turns speeds is all but linear in so little."""
 _STEP_SHARE = 0.02
 """Share of a parameter's step that bends no column by more than a few per cent; a judgement, not measured."""
 
@@ -133,7 +138,6 @@ class Shooting(Balance):
     motions : the gap-free stretches, unfiltered
     about : model whose rollouts tell how start errors spread and which starts no model follows
     settings : horizon, spacing, bins
-    blind : axes that are not scored
     laid : rollouts laid out before over the same motions with the same settings; None to lay them out
 
     Raises
@@ -150,12 +154,11 @@ class Shooting(Balance):
         motions: Sequence[Motion],
         about: Vehicle,
         settings: ShootingSettings | None = None,
-        blind: Sequence[bool] = SEEING,
         laid: Rollings | None = None,
     ) -> None:
         self.settings = settings or ShootingSettings()
         self._data = data = laid or lay(motions, about, self.settings)
-        self.motions, self.noise, self.blind = data.motions, data.noise, tuple(bool(b) for b in blind)
+        self.motions, self.noise = data.motions, data.noise
         bins = data.measured.shape[0]
         self.block = np.repeat(_blocks(data, self.settings.blocks), bins)
         begin = np.concatenate([m.time[s] for m, s in zip(data.motions, data.starts, strict=True)])
@@ -173,7 +176,9 @@ class Shooting(Balance):
         moved = None if quiet else data.binned(transitions(data, about, states))
         self._whitener = self._whitening(moved) if moved is not None and self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
-        self._weight[:, np.array(self.blind)] = 0.0
+        self._traces: tuple[Array, Array] | None = None
+        if self.settings.turned > 0.0:
+            self._traces = self._traces_of_a_compass(about, error)
         self._noise = self.finished(self._drawn_noise(moved))
 
     @property
@@ -188,7 +193,7 @@ class Shooting(Balance):
 
     def refreshed(self, about: Vehicle) -> "Shooting":
         """The same rollouts, with start errors and weights about another model."""
-        return Shooting(self.motions, about, self.settings, self.blind, self._data)
+        return Shooting(self.motions, about, self.settings, self._data)
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
@@ -238,7 +243,28 @@ class Shooting(Balance):
         if self._whitener is not None:
             flat = errors.transpose(2, 0, 1).reshape(starts, bins * 3, 1)
             errors = (self._whitener @ flat)[..., 0].reshape(starts, bins, 3).transpose(1, 2, 0)
-        return self._rows(errors * self._weight)
+        rows = self._rows(errors * self._weight)
+        if self._traces is None or not np.isfinite(rows).all():
+            return rows
+        directions, share = self._traces
+        return rows - ((directions * share) @ (directions.T @ (rows / self.scale).ravel())).reshape(-1, 3) * self.scale
+
+    def _traces_of_a_compass(self, about: Vehicle, error: Array) -> tuple[Array, Array] | None:
+        """What a compass that deviates makes of the rows, as orthogonal directions, and the share of each that goes.
+
+        With a normal prior of the deviation its covariance adds to that of the rows, and they are whitened by the root
+        of the sum (generalised least squares; Ljung 1999, section 7.4). None where rollouts run away.
+        """
+        rest, found = self.finished(error), []
+        for name in _DEVIATIONS:
+            other = self._data.recorded([corrected_for(motion, {name: _TURN}) for motion in self._data.motions])
+            moved = self.finished(self._errors(other.states(about), other.measured))
+            found.append(((moved - rest) / self.scale).ravel() * (self.settings.turned / _TURN))
+        columns = np.column_stack(found)
+        if not np.isfinite(columns).all():
+            return None
+        directions, size, _ = np.linalg.svd(columns, full_matrices=False)
+        return directions, 1.0 - 1.0 / np.sqrt(1.0 + size**2)
 
     def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
         """A Gauss-Newton step from one model to another, halved until the rollouts do not get worse.
@@ -305,7 +331,7 @@ class Shooting(Balance):
         """Weight of each start (starts,), 1 for one that the model follows (soft-L1)."""
         if not np.isfinite(self.settings.robust):
             return np.ones(error.shape[2])
-        scored = self._data.weight * ~np.array(self.blind)[None, :, None]
+        scored = self._data.weight
         size = (scored * (error / self.scale[None, :, None]) ** 2).sum(axis=(0, 1)) / np.maximum(
             scored.sum(axis=(0, 1)), 1e-9
         )

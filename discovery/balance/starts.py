@@ -45,6 +45,8 @@ class ShootingSettings:
     idle : rows without any command for longer than this are not scored [s]
     whiten : errors of the start states are whitened out
     robust : standard errors from which a start counts less; infinite for least squares
+    turned : standard deviation of what the heading that turned the speeds may lack [rad]; what it may have made of the
+        rollouts is whitened out
     """
 
     horizon: float = 5.0
@@ -55,6 +57,7 @@ class ShootingSettings:
     idle: float = IDLE
     whiten: bool = True
     robust: float = 2.0
+    turned: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from ...physics.forces import modelled_force
 from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import FORCE_UNITS, Array, Motion
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, Remembered, WeakSettings, room
+from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, room
 from .shooting import HORIZON, overlap_of, rollout_squares
 from .tested_terms import Kernel, TestedTerms
 
@@ -141,7 +141,6 @@ class WeakForm(Balance):
         velocities = [
             np.stack([m.velocity, *(m.velocity + noise[k] for noise in drawn)]) for k, m in enumerate(self.motions)
         ]
-        self.blind = SEEING
         self._kernels: list[Kernel] = []
         times = []
         for motion in self.motions:

@@ -15,14 +15,12 @@ from ..balance.shooting import ShootingSettings
 from ..balance.weak_form import WeakForm
 from ..basis import Basis, choose
 from ..candidates.candidate import (
-    NEEDS_SWAY,
     Candidate,
     Kind,
     beside,
     calibratable,
     limit_at,
     nuisance_candidates,
-    part_by_sight,
 )
 from ..findings import Calibrated, Findings, Left
 from ..identifiability.identifiable_effects import Identified, identified
@@ -31,8 +29,6 @@ from ..search.estimation import Interval, polish
 from ..search.floating import SearchSettings
 from ..settings import DiscoverySettings
 
-_BLIND = "it acts on an axis of which the sensors of this log show too little"
-_BY_SWAY = "only its force in sway tells it from a scale of thrust and drag, and of sway the sensors show too little"
 _MASSES = ("X_udot", "Y_vdot", "N_rdot")
 _THRUST = "thrust_scale"
 
@@ -64,13 +60,7 @@ class Freed:
 
     def seen(self, pool: Sequence[Candidate]) -> "Freed":
         """The same for a log that can judge a part of the pool only."""
-        lost = [s for s in self.symbols if s not in {s for c in pool for s in c.symbols}]
-        return replace(self, pool=tuple(pool), reasons={**self.reasons, **{s: why_unseen(s) for s in lost}})
-
-
-def why_unseen(symbol: str) -> str:
-    """Why a log with blind axes does not show a parameter; the axis along which a mass is measured may be seen."""
-    return _BY_SWAY if symbol in NEEDS_SWAY and symbol != "Y_vdot" else _BLIND
+        return replace(self, pool=tuple(pool))
 
 
 def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> Freed:
@@ -173,13 +163,11 @@ def groundwork(
         )
     basis = choose(motions, nominal, settings, trusting=True) if basis is None else basis.trusting()
     weak = basis.cleared_forces() if basis.notes else basis.forces
-    seen, unseen = part_by_sight(nuisance_candidates(nominal, symbols), basis.blind)
-    visible = [s for c in seen for s in c.symbols]
+    visible = [s for c in nuisance_candidates(nominal, symbols) for s in c.symbols]
     known = identified(weak, nominal, visible, settings.search)
     if basis.rolls and visible:
-        about = polish(basis.motions, nominal, visible, ROLLOUTS, blind=basis.blind).vehicle
+        about = polish(basis.motions, nominal, visible, ROLLOUTS).vehicle
         known = identified(basis.balance(about, ROLLOUTS), about, visible, settings.search)
-    known = replace(known, reasons={s: why_unseen(s) for c in unseen for s in c.symbols} | known.reasons)
     if not known.symbols:
         raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {_listed(known)}")
     return Groundwork(basis, weak, known)

@@ -27,7 +27,7 @@ from ...physics.laws.damping_power import mass_margin
 from ...physics.motion import Array, Motion
 from ...physics.stage import CALIBRATING, PREDICTED, Say, Stage
 from ...physics.vehicle import Vehicle
-from ..balance.base import SEEING, Balance
+from ..balance.base import Balance
 from ..balance.shooting import HORIZON, WHOLE_HORIZON, Shooting, overlap_of, rise_of, rollouts_object
 from ..balance.weak_form import WeakForm
 from ..basis import Basis
@@ -80,13 +80,12 @@ def rollout_step(
     start: Vehicle,
     nominal: Vehicle,
     pool: Sequence[Candidate],
-    blind: Sequence[bool] = SEEING,
     folds: Sequence[Fold] = (),
 ) -> Fitted:
     """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws."""
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
-    polished = polish(motions, start, symbols, ROLLOUTS, blind=blind)
-    form = Shooting(motions, polished.vehicle, ROLLOUTS, blind)
+    polished = polish(motions, start, symbols, ROLLOUTS)
+    form = Shooting(motions, polished.vehicle, ROLLOUTS)
     linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
     scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
     chosen = [linear.options[c.key][0] for c in pool]
@@ -237,12 +236,12 @@ def calibrate(
     horizon = WHOLE_HORIZON if long else HORIZON
     fitted = convex_step(motions, nominal, pool, settings)
     _demand_lawful(fitted.lawful, known.symbols)
-    held_out = _held_out(motions, nominal, pool, settings, horizon, basis.blind if basis.rolls else None, say)
+    held_out = _held_out(motions, nominal, pool, settings, horizon, basis.rolls, say)
     best: Method = "weak form"
     overlap = overlap_of(horizon, _SPACING)
     if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
         start = nominal if basis.rolls else fitted.lawful.vehicle
-        best, fitted = "output error", rollout_step(motions, start, nominal, pool, basis.blind)
+        best, fitted = "output error", rollout_step(motions, start, nominal, pool)
         _demand_lawful(fitted.lawful, known.symbols)
     fitted = _rounded(fitted, nominal, known.symbols)
     search = Search(ground.weak, nominal, (), settings.search)
@@ -297,7 +296,7 @@ def calibrate_once(
     motions, known, rolls = ground.basis.motions, ground.known, ground.basis.rolls
     start = nominal if rolls else convex_step(motions, nominal, pool, settings).lawful.vehicle
     try:
-        fitted = rollout_step(motions, start, nominal, pool, ground.basis.blind, folds)
+        fitted = rollout_step(motions, start, nominal, pool, folds)
     except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
         fitted = convex_step(motions, nominal, pool, settings, folds)
     _demand_lawful(fitted.lawful, known.symbols)
@@ -331,7 +330,7 @@ def _held_out(
     pool: Sequence[Candidate],
     settings: DiscoverySettings,
     horizon: float,
-    blind: Sequence[bool] | None,
+    rolls: bool,
     say: Callable[[str], None],
 ) -> dict[str, Array]:
     """Squared errors (starts, 3) of rollouts on each part under models fitted to the others, by method.
@@ -341,7 +340,7 @@ def _held_out(
 
     Parameters
     ----------
-    blind : axes that are not scored, for logs whose error is coloured; rollouts are then fitted from the nominal model
+    rolls : the error of the force balance is coloured, and rollouts are fitted from the nominal model
     """
     found: dict[str, list[Array]] = {"nominal": [], "weak form": [], "output error": []}
     shooting = replace(ROLLOUTS, horizon=horizon, spacing=_SPACING, robust=np.inf)
@@ -349,8 +348,8 @@ def _held_out(
         inside, outside = quarter(motions, k)
         try:
             convex = convex_step(outside, nominal, pool, settings)
-            start = convex.lawful.vehicle if blind is None else nominal
-            rolled = rollout_step(outside, start, nominal, pool, SEEING if blind is None else blind)
+            start = nominal if rolls else convex.lawful.vehicle
+            rolled = rollout_step(outside, start, nominal, pool)
             judge_by = Shooting(inside, rolled.lawful.vehicle, shooting)
         except RequestError:
             return {}

@@ -26,8 +26,6 @@ from ...physics.vehicle import Vehicle, lacking
 
 _LIGHTEST = 0.2
 """Share of a vehicle's mass that is looked for at least: who is five times wrong has taken another unit."""
-NEEDS_SWAY = ("X_udot", "Y_vdot", "x_g", "y_g", "mass")
-"""What is told from a scale of thrust and drag by forces in sway, or of it, alone."""
 
 
 class Kind(Enum):
@@ -105,34 +103,6 @@ def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[C
 def _limited(parameter: Parameter, vehicle: Vehicle) -> Parameter:
     """A parameter with limits that the vehicle sets."""
     return replace(parameter, lower=_LIGHTEST * vehicle.mass) if parameter.symbol == "mass" else parameter
-
-
-def part_by_sight(pool: Sequence[Candidate], blind: Sequence[bool]) -> tuple[list[Candidate], list[Candidate]]:
-    """Candidates that a log with blind axes can judge, and those that it cannot.
-
-    An effect goes when it acts on a blind axis, or in proportion to the velocity along it; wake memory keeps its yaw.
-    Added mass in surge goes too: but for Munk's moment and the Coriolis force, which need the sway velocity, it is a
-    scale of thrust and drag.
-    """
-    if not any(blind):
-        return list(pool), []
-    seen, unseen = [], []
-    for candidate in pool:
-        kept = tuple(p for p in candidate.parameters if not _blinded(p))
-        if len(kept) == len(candidate.parameters):
-            seen.append(candidate)
-        elif any(not p.grid for p in kept) and candidate.effect.family == "memory":
-            seen.append(replace(candidate, effect=replace(candidate.effect, parameters=kept), parameters=kept))
-        else:
-            unseen.append(candidate)
-    return seen, unseen
-
-
-def _blinded(parameter: Parameter) -> bool:
-    """True for a parameter that acts in sway, multiplies the sway velocity, or is told apart by such a force only."""
-    if parameter.symbol in (*NEEDS_SWAY, "memory_sway", "cross_flow"):
-        return True
-    return parameter.axis == 1 or "v" in parameter.form
 
 
 _NEAR = 1e-3

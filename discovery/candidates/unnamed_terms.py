@@ -24,7 +24,6 @@ from ...physics.momentum_balance import HYDRODYNAMIC
 from ...physics.motion import AXES, Array
 from ...physics.terms import Form, monomials
 from ...physics.vehicle import Vehicle
-from ..balance.base import SEEING
 from ..balance.weak_form import WeakForm
 from ..factors.factors import Column, Factors, forward, triangular
 from .candidate import Candidate, Kind
@@ -169,7 +168,7 @@ FINE = 24
 0.06 m/s, between which no log tells them apart."""
 _POWERS = (1.25, 1.5, 1.75, 2.25, 2.5)
 """Powers of a speed between which laws of the catalogue lie: drag of skin friction grows with 1.8, for one."""
-_Form = tuple[str, Array, str]
+_Form = tuple[str, Array]
 """What a form follows, its values along the rows, and the velocities that it takes."""
 
 
@@ -189,18 +188,17 @@ class FreeForms:
     noise: Array
 
 
-def free_forms(weak: WeakForm, vehicle: Vehicle, blind: Sequence[bool] = SEEING) -> FreeForms:
+def free_forms(weak: WeakForm, vehicle: Vehicle) -> FreeForms:
     """Every form along the log that the weak form tests.
 
     Parameters
     ----------
     vehicle : says how the water moves, and the thrust
-    blind : axes whose velocity is not to be trusted: no form takes it
     """
-    return _passed(weak, _along(weak, vehicle), blind)
+    return _passed(weak, _along(weak, vehicle))
 
 
-def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str, blind: Sequence[bool] = SEEING) -> FreeForms:
+def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str) -> FreeForms:
     """What acts beyond many more speeds than `free_forms` has, or grows with powers of one, or sets in at more times.
 
     A kink that lies between two knots is followed better by two smooth laws than by a kink at either.
@@ -208,22 +206,19 @@ def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str, blind: Sequence[b
     Parameters
     ----------
     law_of : the velocity, `u`, `v` or `r`; empty for what sets in
-    blind : see `free_forms`
     """
     speeds, thrusts, _, minutes, _ = weak.signals(vehicle)
     if not law_of:
-        return _passed(weak, _setting_in(_changing(vehicle, speeds, thrusts), onsets(minutes, FINE)), blind)
+        return _passed(weak, _setting_in(_changing(vehicle, speeds, thrusts), onsets(minutes, FINE)))
     index = [name for name, _ in _SPEEDS].index(law_of)
     most = float(np.quantile(np.abs(np.atleast_2d(speeds[index])[0]), _SPEED_KNOTS[-1]))
     knots = [float(f"{knot:.3g}") for knot in np.linspace(0.0, most, FINE + 1)[1:]]
-    return _passed(weak, (*_beyond(*_SPEEDS[index], speeds[index], knots), *_powers(law_of, speeds[index])), blind)
+    return _passed(weak, (*_beyond(*_SPEEDS[index], speeds[index], knots), *_powers(law_of, speeds[index])))
 
 
-def _passed(weak: WeakForm, forms: Iterable[_Form], blind: Sequence[bool]) -> FreeForms:
-    """Forms through the test functions, those that take no velocity which is not to be trusted."""
-    unseen = {name for (name, _), hidden in zip(_SPEEDS, blind, strict=True) if hidden}
-    seen = (form for form in forms if not unseen & set(form[2]))
-    tested = [(name, weak.passed(np.atleast_2d(rows))) for name, rows, _ in seen]
+def _passed(weak: WeakForm, forms: Iterable[_Form]) -> FreeForms:
+    """Forms through the test functions."""
+    tested = [(name, weak.passed(np.atleast_2d(rows))) for name, rows in forms]
     copies = max(column.shape[0] for _, column in tested)
     every = np.stack([np.broadcast_to(column, (copies, column.shape[1])) for _, column in tested], axis=-1)
     return FreeForms(tuple(name for name, _ in tested), every[0], every[1:] - every[0])
@@ -232,58 +227,58 @@ def _passed(weak: WeakForm, forms: Iterable[_Form], blind: Sequence[bool]) -> Fr
 def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
     speeds, thrusts, heading, minutes, place = weak.signals(vehicle)
     steady = np.ones_like(minutes)
-    yield "", steady, ""
-    yield "the cosine of the heading", np.cos(heading), ""
-    yield "the sine of the heading", np.sin(heading), ""
+    yield "", steady
+    yield "the cosine of the heading", np.cos(heading)
+    yield "the sine of the heading", np.sin(heading)
     if not several(minutes):  # each log has an origin of its own
         north, east = place - place.mean(axis=1, keepdims=True)
-        yield "the place ahead", np.cos(heading) * north + np.sin(heading) * east, ""
-        yield "the place abeam", np.cos(heading) * east - np.sin(heading) * north, ""
+        yield "the place ahead", np.cos(heading) * north + np.sin(heading) * east
+        yield "the place abeam", np.cos(heading) * east - np.sin(heading) * north
     for form in monomials(3):
-        yield form.text, form(*speeds), form.text
+        yield form.text, form(*speeds)
     for (name, unit), speed in zip(_SPEEDS, speeds, strict=True):
         yield from _beyond(name, unit, speed, _knots(speed, _SPEED_KNOTS))
     u, v, r = speeds
     beside = {"u": u, "|u|": np.abs(u), "v": v, "|v|": np.abs(v), "r": r, "|r|": np.abs(r)}
     pushes = _pushes(vehicle, thrusts)
     for of, thrust in pushes.items():
-        yield of, thrust, ""
-        yield f"the size of {of}", np.abs(thrust), ""
-        yield f"{of}, squared with its sign", thrust * np.abs(thrust), ""
+        yield of, thrust
+        yield f"the size of {of}", np.abs(thrust)
+        yield f"{of}, squared with its sign", thrust * np.abs(thrust)
         for knot in _knots(thrust, _THRUST_KNOTS):
-            yield f"{of} beyond {knot:g} N", np.maximum(thrust - knot, 0.0), ""
-            yield f"{of} below -{knot:g} N", np.maximum(-thrust - knot, 0.0), ""
+            yield f"{of} beyond {knot:g} N", np.maximum(thrust - knot, 0.0)
+            yield f"{of} below -{knot:g} N", np.maximum(-thrust - knot, 0.0)
     for of, thrust in pushes.items():
         for name, speed in beside.items():
-            yield f"{of} times {name}", thrust * speed, name
+            yield f"{of} times {name}", thrust * speed
     for name in ("v", "|v|", "r", "|r|") if len(thrusts) > 1 else ():  # at speed all thrust is as large as the drag
-        yield f"all thrust times {name}", np.sum(thrusts, axis=0) * beside[name], name
+        yield f"all thrust times {name}", np.sum(thrusts, axis=0) * beside[name]
     yield from _lost_by_turns(vehicle, speeds, thrusts)
     for (of, thrust), (beside_it, other) in combinations(pushes.items(), 2):
-        yield f"{of} times {beside_it}", thrust * other, ""
-        yield f"how unlike {of} and {beside_it} are", np.abs(thrust - other), ""
-        yield f"how unlike {of} and {beside_it} are, squared", (thrust - other) ** 2, ""
+        yield f"{of} times {beside_it}", thrust * other
+        yield f"how unlike {of} and {beside_it} are", np.abs(thrust - other)
+        yield f"how unlike {of} and {beside_it} are, squared", (thrust - other) ** 2
     changing = _changing(vehicle, speeds, thrusts)
     yield from _setting_in(changing, onsets(minutes, _SETS_IN))
-    for name, (signal, takes) in changing.items():
-        yield f"the time{name and f', times {name}'}", minutes * signal, takes
+    for name, signal in changing.items():
+        yield f"the time{name and f', times {name}'}", minutes * signal
         for told, there in places(minutes, place):
-            yield f"{name or 'being'} {told}", there * signal, takes
+            yield f"{name or 'being'} {told}", there * signal
 
 
 def _beyond(name: str, unit: str, speed: Array, knots: Iterable[float]) -> Iterator[_Form]:
     """What acts beyond speeds, to one side or to either."""
     for knot in knots:
-        yield f"{name} beyond {knot:g} {unit}", np.maximum(speed - knot, 0.0), name
-        yield f"{name} below -{knot:g} {unit}", np.maximum(-speed - knot, 0.0), name
+        yield f"{name} beyond {knot:g} {unit}", np.maximum(speed - knot, 0.0)
+        yield f"{name} below -{knot:g} {unit}", np.maximum(-speed - knot, 0.0)
         either = np.sign(speed) * np.maximum(np.abs(speed) - knot, 0.0)
-        yield f"{name} beyond {knot:g} {unit} either way", either, name
+        yield f"{name} beyond {knot:g} {unit} either way", either
 
 
 def _powers(name: str, speed: Array) -> Iterator[_Form]:
     """What grows with a power of a speed that is no whole number."""
     for power in _POWERS:
-        yield f"{name}|{name}|^{power - 1.0:g}", speed * np.abs(speed) ** (power - 1.0), name
+        yield f"{name}|{name}|^{power - 1.0:g}", speed * np.abs(speed) ** (power - 1.0)
 
 
 def _lost_by_turns(vehicle: Vehicle, speeds: Sequence[Array], thrusts: Sequence[Array]) -> Iterator[_Form]:
@@ -292,14 +287,13 @@ def _lost_by_turns(vehicle: Vehicle, speeds: Sequence[Array], thrusts: Sequence[
     The force ahead and the moment; that abeam, of thrusters that are turned, is none of them.
     """
     u, v, r = speeds
-    takes = "uvr" if any(unit.push[1] for unit in vehicle.thrusters) else "ur"
     ahead, turning = np.zeros_like(u), np.zeros_like(u)
     for unit, thrust in zip(vehicle.thrusters, thrusts, strict=True):
         along, aside, arm = unit.push
         lost = np.sqrt(np.abs(thrust)) * (along * u + aside * v + arm * r)
         ahead, turning = ahead + along * lost, turning + arm * lost
-    yield "the turns of the propellers times what they meet", ahead, takes
-    yield "the turns of the propellers times what they meet, to one side more than to the other", turning, takes
+    yield "the turns of the propellers times what they meet", ahead
+    yield "the turns of the propellers times what they meet, to one side more than to the other", turning
 
 
 def _pushes(vehicle: Vehicle, thrusts: Sequence[Array]) -> dict[str, Array]:
@@ -307,23 +301,20 @@ def _pushes(vehicle: Vehicle, thrusts: Sequence[Array]) -> dict[str, Array]:
     return {f"the thrust of {t.name}": thrust for t, thrust in zip(vehicle.thrusters, thrusts, strict=True)}
 
 
-def _changing(vehicle: Vehicle, speeds: Sequence[Array], thrusts: Sequence[Array]) -> dict[str, tuple[Array, str]]:
-    """What may change while a log goes on, and the velocity that it takes, by name; nothing for what is constant."""
+def _changing(vehicle: Vehicle, speeds: Sequence[Array], thrusts: Sequence[Array]) -> dict[str, Array]:
+    """What may change while a log goes on, by name; nothing for what is constant."""
     u, v, r = speeds
-    found: dict[str, tuple[Array, str]] = {"": (np.ones_like(thrusts[0]), ""), "u": (u, "u")}
-    found |= {"u|u|": (u * np.abs(u), "u"), "v": (v, "v"), "r": (r, "r")}
-    pushes = _pushes(vehicle, thrusts) | ({"all thrust": np.sum(thrusts, axis=0)} if len(thrusts) > 1 else {})
-    return found | {of: (thrust, "") for of, thrust in pushes.items()}
+    found = {"": np.ones_like(thrusts[0]), "u": u, "u|u|": u * np.abs(u), "v": v, "r": r}
+    together = {"all thrust": np.sum(thrusts, axis=0)} if len(thrusts) > 1 else {}
+    return found | _pushes(vehicle, thrusts) | together
 
 
-def _setting_in(
-    changing: Mapping[str, tuple[Array, str]], times: Iterable[tuple[str, NDArray[np.bool_]]]
-) -> Iterator[_Form]:
+def _setting_in(changing: Mapping[str, Array], times: Iterable[tuple[str, NDArray[np.bool_]]]) -> Iterator[_Form]:
     """Each of these from each time on."""
     begun = list(times)
-    for name, (signal, takes) in changing.items():
+    for name, signal in changing.items():
         for told, onset in begun:
-            yield f"{name} {told}".strip(), onset * signal, takes
+            yield f"{name} {told}".strip(), onset * signal
 
 
 def onsets(minutes: Array, parts: int) -> Iterator[tuple[str, NDArray[np.bool_]]]:

@@ -81,7 +81,7 @@ class OtherForms:
     beside: Mapping[str, Beside] = field(default_factory=dict)
 
 
-def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance) -> OtherForms:
+def other_forms(search: Search, state: State, kept: Sequence[str], seed: int) -> OtherForms:
     """Forms that the rest of a model follows on the force balance, and what becomes of its effects beside them.
 
     Parameters
@@ -90,41 +90,39 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     state : the model with everything that was selected, sure or not
     kept : effects in question
     seed : of the copies of the rest
-    judge : the balance that judged them, of forces or of rollouts; an axis to which it is blind is not looked at
     """
     there = [key for key in kept if key in state.active]
-    seen = ~(search.quiet | np.array(judge.blind))
+    seen = ~search.quiet
     if not there or not seen.any():
         return OtherForms()
     weak = search.balance
     assert isinstance(weak, WeakForm), "forms are looked for on the force balance"
-    columns = FormColumns(search, state, seen, free_forms(weak, state.vehicle, judge.blind))
+    columns = FormColumns(search, state, seen, free_forms(weak, state.vehicle))
     whole, rest = RestBesideForms(columns), RestBesideForms(columns)
     found = tuple(rest.followed(NoiseCopies(search.balance, state.vehicle, seed)))
     asked = {c.key: c for c in search.pool if c.kind is Kind.EFFECT and not c.effect.general}
     beside = {}
     for key in there:
-        single = in_place(columns, whole, asked[key], judge) if key in asked else None
+        single = in_place(columns, whole, asked[key]) if key in asked else None
         change, by = rest.change(key) if found else (0.0, {})
         beside[key] = Beside(change, by, single.margin, single.form) if single else Beside(change, by)
     return OtherForms(found, beside)
 
 
-def in_place(columns: FormColumns, rest: RestBesideForms, candidate: Candidate, judge: Balance) -> Substitute | None:
+def in_place(columns: FormColumns, rest: RestBesideForms, candidate: Candidate) -> Substitute | None:
     """The form that does most in the place of an effect; None where there is none at all.
 
     Parameters
     ----------
     columns : of the model, with all free forms
     rest : what the model leaves with the effect
-    judge : the balance that judged it; which law of a speed it is, that of forces cannot tell where rollouts judged
     """
     weak = columns.search.balance
     assert isinstance(weak, WeakForm), "forms are looked for on the force balance"
     grows = any(p.unit.endswith("/min") for p in candidate.parameters)  # what grows may have set in at once
     letters = sorted({c for p in candidate.parameters for c in p.form if c in "uvr"})
-    finer = [""] if grows else [letter for letter in letters if not judge.blind["uvr".index(letter)]]
-    tried = [columns, *(columns.of(finer_forms(weak, columns.state.vehicle, by, judge.blind)) for by in finer)]
+    finer = [""] if grows else letters
+    tried = [columns, *(columns.of(finer_forms(weak, columns.state.vehicle, by)) for by in finer)]
     keys = (candidate.key,)
     found = [one for these in tried if (one := RestBesideForms(these, keys).in_one(these.same(keys)))]
     if not found:
@@ -149,7 +147,7 @@ class _Part(NamedTuple):
     tests: NDArray[np.bool_]
 
 
-def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance) -> dict[str, str]:
+def own_changes(search: Search, state: State, kept: Sequence[str], seed: int) -> dict[str, str]:
     """In which part of the log each effect's force differs, and by how much, as a sentence; those that keep it, not.
 
     Parameters
@@ -158,9 +156,8 @@ def own_changes(search: Search, state: State, kept: Sequence[str], seed: int, ju
     state : the model with everything that was selected, sure or not
     kept : effects in question
     seed : of the copies of the noise
-    judge : the balance that judged them; an axis to which it is blind is not looked at
     """
-    seen = ~(search.quiet | np.array(judge.blind))
+    seen = ~search.quiet
     asked = {c.key for c in search.pool if c.kind is Kind.EFFECT and not c.effect.general}
     parts = list(_parts(search))
     there = [key for key in kept if key in state.active and key in asked]

@@ -36,7 +36,7 @@ from ..search.floating import Search, State
 from .weighing import SURE, TELL_APART, Evidence, share_of_resamples
 
 _SECONDS = 5.0
-"""Time over which noise and the waves of sheltered water vanish in the mean [s]; swell may leave some of itself."""
+"""Time over which white noise and the waves of sheltered water vanish in the mean [s], see `_lasting`."""
 _MATERIAL = 0.1
 """Share of the force at work from which a rest is material. Waves of 0.2 m/s leave 0.07 or less in surge and yaw
 over 5 s where the model is right, commands that are cut at a third 0.15 to 0.5."""
@@ -45,6 +45,8 @@ _LASTING = 0.5
 _LEFT = 0.5
 """Share of what the nominal model leaves, in these means and in rollouts where those judge, from which what was found
 explains little: weather leaves less in the field where the effects that are missing take the rest."""
+_ONE_SIDED = 1.645
+"""Standard errors beyond which chance leads in one of twenty cases."""
 _LEAST = 8
 """Means below which their size is chance."""
 
@@ -55,33 +57,45 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
     Parameters
     ----------
     forces : the search on the force balance, with the nominal vehicle
-    judge : the balance that judged, of forces or of rollouts; on an axis to which it is blind nothing is told
+    judge : the balance that judged, of forces or of rollouts
     found : the model with everything that the search selected, sure or not
     """
     balance = forces.balance
     after, before = (balance.balance(vehicle) for vehicle in (found, forces.nominal))
-    pieces = _pieces(balance.time)
-    if pieces[-1] + 1 < _LEAST:
+    if _pieces(balance.time, 2.0 * _SECONDS)[-1] + 1 < _LEAST:
         return ()
-    lasting, usual = (_size(_means(rest, pieces)) for rest in (after, before))
+    (lasting, sure), (usual, _) = (_lasting(rest, balance.time) for rest in (after, before))
     share = lasting / forces.force_scale
     little = lasting > _LEFT * usual
     if not judge.forces:
         little &= _size(judge.balance(found)) > _LEFT * _size(judge.balance(forces.nominal))
-    seen = ~np.array(judge.blind) & ~forces.quiet
-    left = seen & little & (share > _MATERIAL) & (lasting > _LASTING * _size(after))
+    seen = ~forces.quiet
+    left = seen & little & sure & (share > _MATERIAL) & (lasting > _LASTING * _size(after))
     return tuple(
         LastingRest(axis=AXES[axis], force=float(lasting[axis]), share=float(share[axis]), unit=balance.unit[axis])
         for axis in sorted(np.flatnonzero(left).tolist(), key=lambda axis: -share[axis])
     )
 
 
-def _pieces(time: Array) -> NDArray[np.int64]:
-    """Numbers of the pieces of 5 s that tests belong to; a piece ends where the time leaps or begins anew."""
+def _lasting(rest: Array, time: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Size (3,) of the force in a rest (tests, 3) that lasts for 5 to 10 s, and whether there surely is one.
+
+    The mean force that noise n of a speed feigns by inertia over T goes with (n(t + T) - n(t)) / T: whatever its
+    colour, over twice the time it is half, where a force that lasts stays. From both follows the force (Richardson's
+    extrapolation), and what such noise feigns by damping.
+    """
+    means = [_means(rest, _pieces(time, by * _SECONDS)) for by in (1.0, 2.0)]
+    short, long = (np.square(_size(each)) for each in means)
+    chance = _ONE_SIDED * np.sqrt(2.0 / len(means[1]))  # of a mean of squares, relative
+    return np.sqrt(np.maximum(4.0 * long - short, 0.0) / 3.0), 4.0 * (1.0 - chance) * long > short
+
+
+def _pieces(time: Array, seconds: float) -> NDArray[np.int64]:
+    """Numbers of the pieces of so many seconds that tests belong to; one ends where the time leaps or begins anew."""
     step = np.diff(time, prepend=time[0])
     leaps = (step < 0.0) | (step > _SECONDS)
     begun = time[np.maximum.accumulate(np.where(leaps, np.arange(time.size), 0))]
-    within = ((time - begun) / _SECONDS).astype(np.int64)
+    within = ((time - begun) / seconds).astype(np.int64)
     return np.cumsum((np.diff(within, prepend=0) != 0) | leaps)
 
 

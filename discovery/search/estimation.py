@@ -229,7 +229,6 @@ def polish(
     symbols: Sequence[str],
     settings: ShootingSettings | None = None,
     *,
-    blind: Sequence[bool] = (False, False, False),
     limits: Mapping[str, tuple[float, float]] | None = None,
     rounds: int = 20,
 ) -> Polish:
@@ -244,7 +243,6 @@ def polish(
     vehicle : the model to begin from; one whose rollouts diverge is no start
     symbols : parameters to free, of any effect, `mass`, `inertia_z`, or unnamed terms
     settings : horizon, spacing, bins
-    blind : axes that are not scored
     limits : narrower limits of total values by symbol
     rounds : most steps
 
@@ -256,7 +254,7 @@ def polish(
     names = tuple(symbols)
     if not names or len(set(names)) < len(names):
         raise RequestError(f"polish: expected different symbols, at least one, got {', '.join(names) or 'none'}")
-    form = Shooting(motions, vehicle, settings, blind)
+    form = Shooting(motions, vehicle, settings)
     problem = _Problem(names, _limits(vehicle, names, limits or {}))
     x = np.clip([vehicle.value(s) for s in names], problem.lower, problem.upper)
     vehicle = vehicle.with_values(dict(zip(names, x.tolist(), strict=True)))

@@ -51,7 +51,6 @@ def test_what_no_test_concerns_has_no_size():
     ("tests", "name", "size"),
     [
         (Asked(limits={DRAG: "it stands at a limit"}), "at_limit", 1.0),
-        (Asked(unjudged={DRAG: "sway lift"}), "unjudged_rival", 1.0),
         (Asked(accused={DRAG: (0.7, "gyro latency")}), "accused", 0.7),
         (Asked(forms=OtherForms((), {DRAG: Beside(margin=7.0)})), "substitute", 7.0),
         (Asked(forms=OtherForms((), {DRAG: Beside(margin=-30.0)})), "substitute", -30.0),
@@ -92,7 +91,6 @@ def test_every_test_that_has_a_size_tells_what_it_found():
     every = Asked(
         limits={DRAG: "at a limit"},
         accused={DRAG: (1.0, "gyro scale")},
-        unjudged={DRAG: "sway lift"},
         forms=OtherForms((FORM,), {DRAG: Beside(0.6, {"X_uu": 3.0}, 7.0, FORM)}),
     )
     told = every.told(replace(NAMED, late=0.7, out_of_step=0.2, unexplained=0.3))

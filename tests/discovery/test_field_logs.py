@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import Bench, add_effects
-from undertow.discovery.balance.long_logs import misalignment, nuisances
+from undertow.discovery.balance.long_logs import UNKNOWN, misalignment, nuisances
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import unexplained
 from undertow.discovery.candidates.candidate import candidates
@@ -16,7 +16,6 @@ from undertow.discovery.run_models import values_of_step
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.compass import Compass, compass_of, corrected
-from undertow.physics.errors import RequestError
 from undertow.physics.forces import apparent_wind
 from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion, body_to_earth
@@ -121,12 +120,6 @@ def test_what_a_run_on_rollouts_found_is_added_with_its_numbers(nominal: Vehicle
     assert apart.vehicle.values != run.corrected.values
 
 
-def test_an_effect_that_needs_a_blind_axis_is_not_added(nominal: Vehicle) -> None:
-    log = coloured(driven(nominal.with_values(HIDDEN), 4.0, 0).slice(0, 500), (0.08, 0.05, 0.04), 1.5, seed=3)
-    with pytest.raises(RequestError, match="add sway_linear_damping: expected a log that shows forces in sway"):
-        add_effects([log], nominal, ["surge_quadratic_damping", "sway_linear_damping"], DiscoverySettings())
-
-
 def test_coloured_noise_alone_is_no_effect(nominal: Vehicle) -> None:
     log = coloured(driven(nominal, 4.0, 0), (0.08, 0.05, 0.04), 1.5, seed=3)
     assert find_missing([log], nominal).findings.missing == ()
@@ -199,7 +192,7 @@ def test_a_compass_deviation_is_not_called_a_current_or_a_sway_effect(nominal: V
     log = coloured(driven(nominal.with_values(HIDDEN), 10.0, 6, both=True), (0.06, 0.02, 0.03), 1.0, seed=5)
     found = find_missing([deviated(log, 1.0, 3.0, 7.0)], nominal)
     assert not [name for name in found.findings.missing if "sway" in name or name == "steady_current"]
-    assert any("no force in sway, and no effect that needs it, is judged" in note for note in found.notes)
+    assert any("forces are judged beside a deviation" in note for note in found.notes)
 
 
 def test_a_short_field_log_is_undecided(nominal: Vehicle) -> None:
@@ -209,11 +202,21 @@ def test_a_short_field_log_is_undecided(nominal: Vehicle) -> None:
     assert findings.verdict == "undecided"
 
 
-def test_too_few_straight_runs_leave_sway_unjudged(nominal: Vehicle) -> None:
+def test_too_few_straight_runs_leave_a_deviation_beside_which_is_judged(nominal: Vehicle) -> None:
     motion = driven(nominal, 4.0, 0).slice(0, 250)
     clear = nuisances([motion])
-    assert clear.blind == (False, True, False)
+    assert 0.0 < clear.turned <= UNKNOWN
     assert "right to within 2 degrees" in clear.notes[0]
+
+
+def test_a_law_of_sway_is_found_beside_what_a_compass_may_lack(nominal: Vehicle) -> None:
+    """Its size is that of the law, whatever constant the compass lacks."""
+    log = coloured(driven(nominal.with_values({"Y_vv": -150.0}), 4.0, 0), (0.04, 0.03, 0.01), 1.0, seed=2)
+    for turned in (log, deviated(log, 2.0, 0.0, 0.0)):
+        found = find_missing([turned], nominal)
+        assert found.basis.rolls
+        (drag,) = (c for c in found.findings.added if c.effect == "sway_quadratic_damping")
+        assert drag.terms[0].value == pytest.approx(-150.0 - nominal.value("Y_vv"), rel=0.15)
 
 
 def test_a_misalignment_is_not_called_a_delay(nominal: Vehicle) -> None:

@@ -24,7 +24,6 @@ DOUBTS = (
     "substitute",
     "at_limit",
     "out_of_step",
-    "unjudged_rival",
     "unexplained",
     "remains",
     "accused",

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from undertow.discovery.candidates.candidate import candidates, part_by_sight
 from undertow.discovery.discover import find_missing
 from undertow.physics.thrusters import PropellerCurve, TableCurve, Thruster
 from undertow.physics.vehicle import load_vehicle
@@ -58,12 +57,3 @@ def test_an_exponent_is_named_with_its_value(exponent: float) -> None:
     found = find_missing((log.motion(0.05),), HULL)
     assert found.findings.missing == ("thrust_exponent",)
     assert found.corrected.value("thrust_exponent") == pytest.approx(exponent, rel=0.05)
-
-
-def test_added_mass_in_surge_is_not_judged_where_sway_is_blind() -> None:
-    """In surge alone it is a scale of thrust and drag; the forces that would tell need the sway speed."""
-    pool = candidates(HULL)
-    seen, unseen = part_by_sight(pool, (False, True, False))
-    assert "surge_added_mass" in {c.key for c in unseen}
-    assert {"thrust_scale", "thrust_exponent", "yaw_added_mass"} <= {c.key for c in seen}
-    assert part_by_sight(pool, (False, False, False))[1] == []

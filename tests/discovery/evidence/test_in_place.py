@@ -21,22 +21,20 @@ HULL = load_vehicle("blueboat")
 SEEN = np.ones(3, dtype=bool)
 
 
-def substitutes(motion: Motion, *names: str, forces: bool = True) -> dict[str, Substitute]:
+def substitutes(motion: Motion, *names: str) -> dict[str, Substitute]:
     """The best form in the place of effects that are fitted on the force balance, by their names."""
     pool = [c for c in candidates(HULL) if c.key in names]
     weak = WeakForm([motion], WeakSettings())
     search = Search(weak, HULL, pool, SearchSettings())
     state = search.evaluate(HULL, names)
     columns = FormColumns(search, state, SEEN, free_forms(weak, state.vehicle))
-    judge = WeakForm([motion], WeakSettings())
-    judge.forces = forces  # type: ignore[misc]
-    found = {c.key: in_place(columns, RestBesideForms(columns), c, judge) for c in pool}
+    found = {c.key: in_place(columns, RestBesideForms(columns), c) for c in pool}
     return {key: one for key, one in found.items() if one is not None}
 
 
-def told(motion: Motion, *names: str, forces: bool = True) -> dict[str, str]:
+def told(motion: Motion, *names: str) -> dict[str, str]:
     """Which form explains more in the place of effects, by their names; those in whose place none does, not."""
-    found = substitutes(motion, *names, forces=forces)
+    found = substitutes(motion, *names)
     return {key: one.form.in_words for key, one in found.items() if one.margin > TELL_APART}
 
 
@@ -53,10 +51,9 @@ def skin_friction(t: float, x: np.ndarray, c: np.ndarray) -> np.ndarray:
     return np.array([0.0, 0.0, -12.0]) * x[4] * abs(x[4]) ** 0.5
 
 
-@pytest.mark.parametrize("forces", [True, False], ids=["forces", "rollouts"])
 @pytest.mark.parametrize("noise", ["clean", "field", "rough"])
-def test_one_form_that_acts_beats_a_stand_in(noise: str, forces: bool):
-    said = told(log_of(disturbed, noise, "gentle"), "surge_quadratic_damping", forces=forces)
+def test_one_form_that_acts_beats_a_stand_in(noise: str):
+    said = told(log_of(disturbed, noise, "gentle"), "surge_quadratic_damping")
     assert "the thrust of port times the thrust of stbd" in said["surge_quadratic_damping"]
 
 
@@ -73,7 +70,6 @@ def test_a_power_between_two_laws_beats_either():
     assert "v|v|^0.5" in told(log_of(skin_friction, "clean"), "sway_yaw_coupling")["sway_yaw_coupling"]
 
 
-@pytest.mark.parametrize("forces", [True, False], ids=["forces", "rollouts"])
 @pytest.mark.parametrize("noise", ["field", "rough"])
 @pytest.mark.parametrize(
     "hidden",
@@ -86,9 +82,9 @@ def test_a_power_between_two_laws_beats_either():
     ],
     ids=lambda hidden: " and ".join(hidden),
 )
-def test_nothing_does_in_the_place_of_what_acts(hidden: dict[str, float], noise: str, forces: bool):
+def test_nothing_does_in_the_place_of_what_acts(hidden: dict[str, float], noise: str):
     motion = simulate_world(HULL, hidden, duration=240.0, noise=noise, seed=5).motion()
-    assert told(motion, *hidden, forces=forces) == {}
+    assert told(motion, *hidden) == {}
 
 
 def test_a_loss_by_the_command_beside_drag_is_what_it_is():

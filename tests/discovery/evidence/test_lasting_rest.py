@@ -7,7 +7,6 @@ import pytest
 
 from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
-from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.unexplained import lasting_rests
@@ -57,11 +56,13 @@ def test_what_an_effect_takes_is_no_rest():
     assert rest_of(missing, HULL.with_values({"X_uu": HULL.value("X_uu") - 30.0})) == ()
 
 
-def test_an_axis_that_the_judge_does_not_see_is_not_told_of():
-    missing = world(hidden=-30.0)
-    forces = Search(WeakForm([missing], WeakSettings()), HULL, (), SearchSettings())
-    judge = Shooting([missing], HULL, ShootingSettings(), (True, False, False))
-    assert lasting_rests(forces, judge, HULL) == ()
+def test_noise_of_the_speeds_that_lasts_is_no_force():
+    """What noise that is remembered for a second makes of means over five is half of it over ten, but for its drag."""
+    sound, rng = world("field"), np.random.default_rng(3)
+    noise, kept = np.zeros_like(sound.velocity), np.exp(-sound.time_step / 1.0)
+    for k in range(1, len(noise)):
+        noise[k] = kept * noise[k - 1] + np.sqrt(1.0 - kept**2) * rng.standard_normal(3)
+    assert rest_of(replace(sound, velocity=sound.velocity + noise * (0.015, 0.015, 0.0015))) == ()
 
 
 def test_what_lasts_is_told_beside_the_names(monkeypatch: pytest.MonkeyPatch):

@@ -32,13 +32,11 @@ def log_of(name: str, noise: str, sets_in: float | None, programme: str = "rich"
     return (begun if sets_in else World(other, programme, 200.0, 3)).run(NOISE[noise]).motion()
 
 
-def changes(motions: list[Motion], *names: str, blind: tuple[int, ...] = ()) -> dict[str, str]:
+def changes(motions: list[Motion], *names: str) -> dict[str, str]:
     """Where each effect differs in a part of the logs, and by how much."""
     pool = [c for c in candidates(HULL) if c.key in names]
     search = Search(WeakForm(motions, WeakSettings()), HULL, pool, SearchSettings())
-    judge = WeakForm(motions, WeakSettings())
-    judge.blind = tuple(axis in blind for axis in range(3))
-    return own_changes(search, search.evaluate(HULL, names), names, 0, judge)
+    return own_changes(search, search.evaluate(HULL, names), names, 0)
 
 
 def percent(told: str) -> float:
@@ -97,10 +95,6 @@ def test_beside_what_changes_another_keeps_its_size():
     said = changes([world.run(NOISE["field"]).motion()], *names)
     assert percent(said[names[1]]) > 100.0
     assert percent(said.get(names[0], "0 %")) < 30.0, "what the other's change is not all of"
-
-
-def test_an_axis_that_is_not_trusted_tells_nothing():
-    assert changes([log_of("sway_trim", "field", 90.0)], "sway_trim", blind=(1,)) == {}
 
 
 def test_of_several_logs_the_part_is_told():
