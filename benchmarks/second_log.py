@@ -3,9 +3,9 @@
 Of each pair of logs in a folder a model is found on the first, with `discover`, and judged on the second, with
 `compare` as it is by default. The same errors are computed here from `model.yaml` and the table of the log alone: of
 open-loop predictions of 10 s from every half second of the whole log, integrated by equations written in this file.
-The two must agree in sign, and within five points. The speeds of the log are low-passed as the manual says (4th order,
-1.2 Hz, zero phase), because raw fixes of a receiver err by more than a good model, and white noise that the low-pass
-leaves is taken out of the errors, as `compare` takes it out of its verdict.
+The two must agree in sign, and within five points. The speeds of the log and of the predictions are low-passed as the
+manual says (4th order, 1.2 Hz, zero phase), because raw fixes of a receiver err by more than a good model, and white
+noise that the low-pass leaves is taken out of the errors, as `compare` takes it out of its verdict.
 
 Run it as `python benchmarks/second_log.py FOLDER [FIRST ...]` with `log_NNN.csv` files of `examples/real_blueboat.py`;
 FIRST are the numbers of the logs on which models are found. It exits with 1 where one pair disagrees.
@@ -175,7 +175,8 @@ def squares(vehicle: Mapping[str, Any], table: Table, seen: Table | None = None)
 
     Parameters
     ----------
-    seen : the track from which predictions start, where it is not the one that judges them
+    table : judges the predictions: a record that was low-passed, as they then are, too, or a true track
+    seen : the low-passed record from which predictions start, where a true track judges them
     """
     check(vehicle)
     step, parts = 1.0 / RATE, 4
@@ -184,7 +185,7 @@ def squares(vehicle: Mapping[str, Any], table: Table, seen: Table | None = None)
     starts = np.arange(0, len(measured) - rows, round(SPACING * RATE))
     begins = table if seen is None else seen
     speed = np.column_stack([begins["u"], begins["v"], begins["r"]])[starts]
-    total, small = np.zeros(3), step / parts
+    ahead, small = [speed], step / parts
     for row in range(rows):
         push = force[starts + row]
         for _ in range(parts):
@@ -193,8 +194,10 @@ def squares(vehicle: Mapping[str, Any], table: Table, seen: Table | None = None)
             k3 = accelerated(speed + 0.5 * small * k2, push)
             k4 = accelerated(speed + small * k3, push)
             speed = speed + small / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        total += ((speed - measured[starts + row + 1]) ** 2).mean(axis=0)
-    return total / rows
+        ahead.append(speed)
+    told = np.array(ahead) if seen is not None else sosfiltfilt(LOW, ahead, axis=0)
+    judges = measured[starts + np.arange(rows + 1)[:, None]]
+    return np.asarray(((told - judges)[1:] ** 2).mean(axis=(0, 1)))
 
 
 def saved(before: Array, after: Array) -> float:

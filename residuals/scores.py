@@ -286,7 +286,7 @@ def _rollout_errors(
 ) -> list[Mapping[str, RolloutErrors]]:
     spacing = max(spacing, data.seconds / MOST_STARTS)
     asked = [legs for motion in data.motions for legs in _starts(motion, horizons, spacing)]
-    found = {model: _Rolled(horizons) for model in models}
+    found = {model: _Rolled(horizons, data) for model in models}
     for model, legs, states in rolled_out(models, asked):
         found[model].take(legs, states)
     return [found[model].errors(data.motions, spacing) for model in models]
@@ -295,8 +295,8 @@ def _rollout_errors(
 class _Rolled:
     """Rollouts of one model, of which only their squared errors are kept."""
 
-    def __init__(self, horizons: Sequence[float]) -> None:
-        self._horizons = horizons
+    def __init__(self, horizons: Sequence[float], data: DataSet) -> None:
+        self._horizons, self._data = horizons, data
         self._begun: dict[tuple[str, int], list[np.ndarray]] = {}
         self._squares: dict[tuple[str, int], list[Array]] = {}
         self._lost = dict.fromkeys([f"{h:g}" for h in horizons], 0)
@@ -305,9 +305,10 @@ class _Rolled:
         """Take the states (starts, steps + 1, 6) of some rollouts."""
         motion, rows = legs.motion, legs.starts[:, None] + np.arange(legs.steps + 1)
         truth = np.column_stack([motion.position, motion.heading, motion.velocity])
-        error = states - truth[rows]
-        place = (error[..., :2] ** 2).sum(axis=-1, keepdims=True)
-        per_row = np.concatenate([error[..., 3:] ** 2, place], axis=-1)
+        place = ((states[..., :2] - truth[rows, :2]) ** 2).sum(axis=-1, keepdims=True)
+        # The record went through the low-pass, so quick turns are in a prediction that is not passed through it, too.
+        speeds = same_filter(states[..., 3:].swapaxes(0, 1), motion, self._data).swapaxes(0, 1)
+        per_row = np.concatenate([(speeds - truth[rows, 3:]) ** 2, place], axis=-1)
         for h in self._horizons:
             key, length = (f"{h:g}", id(motion)), round(h / motion.time_step)
             if length <= legs.steps:
