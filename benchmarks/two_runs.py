@@ -2,8 +2,8 @@
 
 Each boat is a shipped hull with two hidden effects of typical random size, and logs of four minutes at field noise. Of
 one boat every number that both runs hold should be the same, by the 95 % intervals in 95 of 100; of a boat with a third
-effect, that effect should be told as a difference. `python benchmarks/two_runs.py 30 --kept FOLDER` asks thirty boats, a minute
-each; runs that the folder holds are not made again.
+effect, that effect should be told as a difference. `python benchmarks/two_runs.py 30 --kept FOLDER` asks thirty boats,
+a minute each; runs that the folder holds are not made again.
 
 `python benchmarks/two_runs.py 7 --versions` asks whether the versions of one log agree: as an autopilot recorded it,
 with a fault, with that repaired by `inspect LOG --fix`, which knows no vehicle, and without the fault. The hidden
