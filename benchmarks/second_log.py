@@ -44,6 +44,8 @@ LOW = butter(4, 1.2, fs=RATE, output="sos")
 """Rows a second that are judged, and what their speeds are low-passed by, as in `docs/method.md`."""
 HORIZON, SPACING = 10.0, 0.5
 """Length of predictions, and from one to the next [s]."""
+LONGEST = 0.025
+"""Longest step of the integration [s]."""
 POINTS = 0.05
 """Share by which the two may differ."""
 KNOWN = {
@@ -132,13 +134,18 @@ def thrust(thruster: Mapping[str, Any], command: Array) -> Array:
     return np.where(force < 0.0, thruster.get("reverse_scale", 1.0), 1.0) * force
 
 
+def step_of(table: Table) -> float:
+    """Time from one row of a table to the next [s]."""
+    return float(table["t"][1] - table["t"][0])
+
+
 def pushed(vehicle: Mapping[str, Any], table: Table) -> Array:
     """Forces and moment of the thrusters along a log, (n, 3) [N, N, N m]."""
-    total = np.zeros((table["t"].size, 3))
+    total, step = np.zeros((table["t"].size, 3)), step_of(table)
     for thruster in vehicle["thrusters"]:
         command = table[f"{thruster['command']}_{thruster['name']}"]
         # A command that acts later by part of a row is for that part of the row the one before.
-        late, rows = divmod(thruster.get("delay", 0.0) * RATE, 1.0), np.arange(command.size)
+        late, rows = divmod(thruster.get("delay", 0.0) / step, 1.0), np.arange(command.size)
         before, more = (command[np.maximum(rows - int(late[0]) - k, 0)] for k in (0, 1))
         force = (1.0 - late[1]) * thrust(thruster, before) + late[1] * thrust(thruster, more)
         angle, arm = thruster.get("angle", 0.0), thruster.get("arm_scale", 1.0)
@@ -179,10 +186,11 @@ def squares(vehicle: Mapping[str, Any], table: Table, seen: Table | None = None)
     seen : the low-passed record from which predictions start, where a true track judges them
     """
     check(vehicle)
-    step, parts = 1.0 / RATE, 4
+    step = step_of(table)
+    parts = math.ceil(step / LONGEST)
     measured, force = np.column_stack([table["u"], table["v"], table["r"]]), pushed(vehicle, table)
-    rows, accelerated = round(HORIZON * RATE), motion_of(vehicle)
-    starts = np.arange(0, len(measured) - rows, round(SPACING * RATE))
+    rows, accelerated = round(HORIZON / step), motion_of(vehicle)
+    starts = np.arange(0, len(measured) - rows, round(SPACING / step))
     begins = table if seen is None else seen
     speed = np.column_stack([begins["u"], begins["v"], begins["r"]])[starts]
     ahead, small = [speed], step / parts
@@ -257,18 +265,28 @@ def pair(first: Path, second: Path, folder: Path, start: Mapping[str, Any], chan
 
 
 def true_track(world: Any) -> dict[str, Array]:
-    """The motion of a simulated log as no sensor saw it, and the commands that are in force until the next row."""
-    truth, rows = world.truth, round(1.0 / RATE / world.truth.time_step)
-    speeds = dict(zip(("u", "v", "r"), truth.velocity[::rows].T, strict=True))
-    half = np.minimum(np.arange(0, truth.time.size, rows) + rows // 2, truth.time.size - 1)
+    """The motion of a simulated log as no sensor saw it, and the commands until the next row, at the simulator's steps.
+
+    The first row is that at which the log first has a motion and commands, so that predictions start where its do:
+    where a motion is unstable, which starts are taken decides the error.
+    """
+    truth = world.truth
+    first = world.odometry_time[np.searchsorted(world.odometry_time, world.command_time[0])]
+    time = np.arange(first, world.odometry_time[-1], truth.time_step)
+    speeds = dict(zip(("u", "v", "r"), truth.velocity.T, strict=True))
     names = [thruster.channel for thruster in world.vehicle.thrusters]
-    return {"t": truth.time[::rows], **speeds, **dict(zip(names, truth.commands[half].T, strict=True))}
+    held = dict(zip(names, truth.commands.T, strict=True))
+    found = {name: np.interp(time, truth.time, column) for name, column in speeds.items()}
+    middle = time + 0.5 * truth.time_step
+    return {"t": time, **found, **{name: np.interp(middle, truth.time, column) for name, column in held.items()}}
 
 
 def seen_track(world: Any, time: Array) -> dict[str, Array]:
-    """The speeds of a simulated log as its sensors saw them, low-passed, at other stamps."""
+    """The speeds of a simulated log as its sensors saw them, low-passed as the judged rows are, at other stamps."""
     columns = dict(zip(("u", "v", "r"), world.odometry.T[3:6], strict=True))
-    return {name: sosfiltfilt(LOW, np.interp(time, world.odometry_time, column)) for name, column in columns.items()}
+    rows = np.arange(time[0], world.odometry_time[-1], 1.0 / RATE)
+    low = {name: sosfiltfilt(LOW, np.interp(rows, world.odometry_time, column)) for name, column in columns.items()}
+    return {name: np.interp(time, rows, column) for name, column in low.items()}
 
 
 def simulated_pair(number: int, folder: Path, seconds: float = 180.0) -> dict[str, Any]:
