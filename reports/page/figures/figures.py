@@ -212,7 +212,7 @@ def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
 def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
     """The best-ranked effects that the log can judge, by the share of the unseen error that comes back without each.
 
-    A missing effect is strong blue, a likely one faint, a possible one that stands in the corrected model has a rim alone.
+    A missing effect is strong blue, a likely one faint, a possible one in the corrected model has a rim alone.
     """
     shown = sorted([item for item in candidates if not item.cannot_tell][:most], key=worth, reverse=True)
     left, width, height = 190, 460, 34 + 24 * len(shown)
