@@ -3,17 +3,17 @@
 Of each pair of logs in a folder a model is found on the first, with `discover`, and judged on the second, with
 `compare` as it is by default. The same errors are computed here from `model.yaml` and the table of the log alone: of
 open-loop predictions of 10 s from every half second of the whole log, integrated by equations written in this file.
-The two must agree in sign, and within five points. The speeds of the log are low-passed as the manual says (4th order,
-1.2 Hz, zero phase), because raw fixes of a receiver err by more than a good model, and white noise that the low-pass
-leaves is taken out of the errors, as `compare` takes it out of its verdict.
+The two must agree in sign, and within five points. The speeds of the log and of the predictions are low-passed as the
+manual says (4th order, 1.2 Hz, zero phase), because raw fixes of a receiver err by more than a good model, and white
+noise that the low-pass leaves is taken out of the errors, as `compare` takes it out of its verdict.
 
 Run it as `python benchmarks/second_log.py FOLDER [FIRST ...]` with `log_NNN.csv` files of `examples/real_blueboat.py`;
 FIRST are the numbers of the logs on which models are found. It exits with 1 where one pair disagrees.
 
 `python benchmarks/second_log.py --simulated 50` asks the same of pairs of simulated logs at field noise, each of a
 boat with two to four hidden effects. There the errors computed here are those against the true track of the second log,
-which no sensor saw, of predictions that start where the log says that the boat is. What is done is kept in the file of
-`--kept`, and not done again.
+which no sensor saw, of predictions that start where the log says that the boat is. `--start 1000` draws other pairs.
+What is done is kept in the file of `--kept`, and not done again.
 """
 
 import argparse
@@ -44,6 +44,8 @@ LOW = butter(4, 1.2, fs=RATE, output="sos")
 """Rows a second that are judged, and what their speeds are low-passed by, as in `docs/method.md`."""
 HORIZON, SPACING = 10.0, 0.5
 """Length of predictions, and from one to the next [s]."""
+LONGEST = 0.025
+"""Longest step of the integration [s]."""
 POINTS = 0.05
 """Share by which the two may differ."""
 KNOWN = {
@@ -132,13 +134,18 @@ def thrust(thruster: Mapping[str, Any], command: Array) -> Array:
     return np.where(force < 0.0, thruster.get("reverse_scale", 1.0), 1.0) * force
 
 
+def step_of(table: Table) -> float:
+    """Time from one row of a table to the next [s]."""
+    return float(table["t"][1] - table["t"][0])
+
+
 def pushed(vehicle: Mapping[str, Any], table: Table) -> Array:
     """Forces and moment of the thrusters along a log, (n, 3) [N, N, N m]."""
-    total = np.zeros((table["t"].size, 3))
+    total, step = np.zeros((table["t"].size, 3)), step_of(table)
     for thruster in vehicle["thrusters"]:
         command = table[f"{thruster['command']}_{thruster['name']}"]
         # A command that acts later by part of a row is for that part of the row the one before.
-        late, rows = divmod(thruster.get("delay", 0.0) * RATE, 1.0), np.arange(command.size)
+        late, rows = divmod(thruster.get("delay", 0.0) / step, 1.0), np.arange(command.size)
         before, more = (command[np.maximum(rows - int(late[0]) - k, 0)] for k in (0, 1))
         force = (1.0 - late[1]) * thrust(thruster, before) + late[1] * thrust(thruster, more)
         angle, arm = thruster.get("angle", 0.0), thruster.get("arm_scale", 1.0)
@@ -175,16 +182,18 @@ def squares(vehicle: Mapping[str, Any], table: Table, seen: Table | None = None)
 
     Parameters
     ----------
-    seen : the track from which predictions start, where it is not the one that judges them
+    table : judges the predictions: a record that was low-passed, as they then are, too, or a true track
+    seen : the low-passed record from which predictions start, where a true track judges them
     """
     check(vehicle)
-    step, parts = 1.0 / RATE, 4
+    step = step_of(table)
+    parts = math.ceil(step / LONGEST)
     measured, force = np.column_stack([table["u"], table["v"], table["r"]]), pushed(vehicle, table)
-    rows, accelerated = round(HORIZON * RATE), motion_of(vehicle)
-    starts = np.arange(0, len(measured) - rows, round(SPACING * RATE))
+    rows, accelerated = round(HORIZON / step), motion_of(vehicle)
+    starts = np.arange(0, len(measured) - rows, round(SPACING / step))
     begins = table if seen is None else seen
     speed = np.column_stack([begins["u"], begins["v"], begins["r"]])[starts]
-    total, small = np.zeros(3), step / parts
+    ahead, small = [speed], step / parts
     for row in range(rows):
         push = force[starts + row]
         for _ in range(parts):
@@ -193,8 +202,10 @@ def squares(vehicle: Mapping[str, Any], table: Table, seen: Table | None = None)
             k3 = accelerated(speed + 0.5 * small * k2, push)
             k4 = accelerated(speed + small * k3, push)
             speed = speed + small / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        total += ((speed - measured[starts + row + 1]) ** 2).mean(axis=0)
-    return total / rows
+        ahead.append(speed)
+    told = np.array(ahead) if seen is not None else sosfiltfilt(LOW, ahead, axis=0)
+    judges = measured[starts + np.arange(rows + 1)[:, None]]
+    return np.asarray(((told - judges)[1:] ** 2).mean(axis=(0, 1)))
 
 
 def saved(before: Array, after: Array) -> float:
@@ -254,18 +265,28 @@ def pair(first: Path, second: Path, folder: Path, start: Mapping[str, Any], chan
 
 
 def true_track(world: Any) -> dict[str, Array]:
-    """The motion of a simulated log as no sensor saw it, and the commands that are in force until the next row."""
-    truth, rows = world.truth, round(1.0 / RATE / world.truth.time_step)
-    speeds = dict(zip(("u", "v", "r"), truth.velocity[::rows].T, strict=True))
-    half = np.minimum(np.arange(0, truth.time.size, rows) + rows // 2, truth.time.size - 1)
+    """The motion of a simulated log as no sensor saw it, and the commands until the next row, at the simulator's steps.
+
+    The first row is that at which the log first has a motion and commands, so that predictions start where its do:
+    where a motion is unstable, which starts are taken decides the error.
+    """
+    truth = world.truth
+    first = world.odometry_time[np.searchsorted(world.odometry_time, world.command_time[0])]
+    time = np.arange(first, world.odometry_time[-1], truth.time_step)
+    speeds = dict(zip(("u", "v", "r"), truth.velocity.T, strict=True))
     names = [thruster.channel for thruster in world.vehicle.thrusters]
-    return {"t": truth.time[::rows], **speeds, **dict(zip(names, truth.commands[half].T, strict=True))}
+    held = dict(zip(names, truth.commands.T, strict=True))
+    found = {name: np.interp(time, truth.time, column) for name, column in speeds.items()}
+    middle = time + 0.5 * truth.time_step
+    return {"t": time, **found, **{name: np.interp(middle, truth.time, column) for name, column in held.items()}}
 
 
 def seen_track(world: Any, time: Array) -> dict[str, Array]:
-    """The speeds of a simulated log as its sensors saw them, low-passed, at other stamps."""
+    """The speeds of a simulated log as its sensors saw them, low-passed as the judged rows are, at other stamps."""
     columns = dict(zip(("u", "v", "r"), world.odometry.T[3:6], strict=True))
-    return {name: sosfiltfilt(LOW, np.interp(time, world.odometry_time, column)) for name, column in columns.items()}
+    rows = np.arange(time[0], world.odometry_time[-1], 1.0 / RATE)
+    low = {name: sosfiltfilt(LOW, np.interp(rows, world.odometry_time, column)) for name, column in columns.items()}
+    return {name: np.interp(time, rows, column) for name, column in low.items()}
 
 
 def simulated_pair(number: int, folder: Path, seconds: float = 180.0) -> dict[str, Any]:
@@ -311,18 +332,19 @@ def line_of(pair: Mapping[str, Any]) -> str:
     return f"{start}, true {100.0 * pair['true']:.1f} %{'' if holds(pair['told'], pair['true']) else ' DISAGREE'}"
 
 
-def simulated(pairs: int, kept: Path) -> bool:
+def simulated(pairs: int, kept: Path, start: int = 0) -> bool:
     """Print how many pairs of simulated logs agree; True where all do."""
     known = [json.loads(line) for line in kept.read_text("utf-8").splitlines()] if kept.exists() else []
     records = {record["number"]: record for record in known}
-    for number in range(pairs):
+    asked = range(start, start + pairs)
+    for number in asked:
         if number not in records:
             with tempfile.TemporaryDirectory() as folder:
                 records[number] = simulated_pair(number, Path(folder))
             with kept.open("a", encoding="utf-8") as stream:
                 stream.write(json.dumps(records[number]) + "\n")
         print(line_of(records[number]), flush=True)
-    judged = [records[number] for number in range(pairs) if "beyond" not in records[number]]
+    judged = [records[number] for number in asked if "beyond" not in records[number]]
     agree = sum(holds(one["told"], one["true"]) for one in judged)
     print(f"{agree} of {len(judged)} pairs agree in sign and within {100.0 * POINTS:.0f} points.")
     return agree == len(judged)
@@ -358,9 +380,13 @@ if __name__ == "__main__":
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("first", nargs="*")
     parser.add_argument("--simulated", type=int, metavar="PAIRS")
+    parser.add_argument("--start", type=int, default=0, metavar="NUMBER", help="of the first pair")
     parser.add_argument("--kept", type=Path, default=Path("second_log.jsonl"))
     given = parser.parse_args()
     if given.simulated is None and given.folder is None:
         parser.error("give a folder of logs, or --simulated PAIRS")
-    right = main(given.folder, given.first) if given.simulated is None else simulated(given.simulated, given.kept)
+    if given.simulated is None:
+        right = main(given.folder, given.first)
+    else:
+        right = simulated(given.simulated, given.kept, given.start)
     sys.exit(0 if right else 1)

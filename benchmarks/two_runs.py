@@ -2,8 +2,8 @@
 
 Each boat is a shipped hull with two hidden effects of typical random size, and logs of four minutes at field noise. Of
 one boat every number that both runs hold should be the same, by the 95 % intervals in 95 of 100; of a boat with a third
-effect, that effect should be told as a difference. `python benchmarks/two_runs.py 30` asks thirty boats, some minutes
-each ten.
+effect, that effect should be told as a difference. `python benchmarks/two_runs.py 30 --kept FOLDER` asks thirty boats,
+a minute each; runs that the folder holds are not made again.
 
 `python benchmarks/two_runs.py 7 --versions` asks whether the versions of one log agree: as an autopilot recorded it,
 with a fault, with that repaired by `inspect LOG --fix`, which knows no vehicle, and without the fault. The hidden
@@ -52,7 +52,9 @@ HIDDEN = ("thruster_asymmetry", "reverse_thrust_loss")
 
 
 def found(log: Path, vehicle: Vehicle, out: Path) -> RunFolder:
-    """The run of a log that was searched with a vehicle."""
+    """The run of a log that was searched with a vehicle, or that of before."""
+    if (out / "findings.json").exists():
+        return read_run(out)
     run = undertow.discover(read_inputs(log, vehicle, progress=None), progress=None)
     return read_run(undertow.write_run(run, out, report=False, progress=None))
 
@@ -60,6 +62,7 @@ def found(log: Path, vehicle: Vehicle, out: Path) -> RunFolder:
 def simulated(hull: str, effects: dict[str, float], seed: int, folder: Path) -> RunFolder:
     """The run of a log of a boat, which was searched with the hull's own file."""
     vehicle = load_vehicle(hull)
+    folder.mkdir(parents=True, exist_ok=True)
     log = simulate_world(vehicle, effects, duration=SECONDS, seed=seed).write(folder / f"{seed}.csv")
     return found(log, vehicle, folder / str(seed))
 
@@ -146,6 +149,7 @@ def versions(boat: int, folder: Path, seconds: float = SECONDS) -> dict[str, Run
     """The runs of a log with a fault, with that repaired, and without it, as far as they are not refused."""
     fault, hull, rng = list(FAULTS)[boat % len(FAULTS)], pwm_boat(), np.random.default_rng(500 + boat)
     first, second = (typical_effect(name, hull, rng) for name in HIDDEN)
+    folder.mkdir(parents=True, exist_ok=True)
     written = read_log(simulate_world(hull, first | second, duration=seconds, seed=boat).write(folder / "world.csv"))
     sound = at_1510(autopilot_log(with_rest(written, NOISE["field"]), boat))
     logs = {"raw": faulty(sound, fault, boat), "sound": sound}
@@ -161,17 +165,15 @@ def versions(boat: int, folder: Path, seconds: float = SECONDS) -> dict[str, Run
     return runs
 
 
-def told_of_versions(boats: int) -> None:
+def told_of_versions(boats: int, folder: Path) -> None:
     """Count how often numbers of two versions of a log are the same, and print what differs."""
     counts = {pair: Counter[str]() for pair in combinations(("raw", "fixed", "sound"), 2)}
     for boat in range(boats):
-        with tempfile.TemporaryDirectory() as folder:
-            runs = versions(boat, Path(folder))
-            told = []
-            for pair in [pair for pair in counts if set(pair) <= set(runs)]:
-                numbers = shared_numbers([runs[name] for name in pair], pair)
-                counts[pair].update(one.relation.value for one in numbers)
-                told += [f"{one.symbol} {one.told(pair)}" for one in numbers if one.relation in APART]
+        runs, told = versions(boat, folder / f"versions {boat}"), []
+        for pair in [pair for pair in counts if set(pair) <= set(runs)]:
+            numbers = shared_numbers([runs[name] for name in pair], pair)
+            counts[pair].update(one.relation.value for one in numbers)
+            told += [f"{one.symbol} {one.told(pair)}" for one in numbers if one.relation in APART]
         print(f"boat {boat}, {list(FAULTS)[boat % len(FAULTS)]}: {'; '.join(told) or 'the same'}", flush=True)
     for (one, other), count in counts.items():
         print(f"{one} and {other}, {count.total()} numbers: {dict(count)}.")
@@ -182,25 +184,26 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("boats", type=int, nargs="?", default=30)
     parser.add_argument("--versions", action="store_true")
+    parser.add_argument("--kept", type=Path, help="folder of the runs, which are not made again")
     given = parser.parse_args()
-    (told_of_versions if given.versions else told_of_boats)(given.boats)
+    with tempfile.TemporaryDirectory() as folder:
+        (told_of_versions if given.versions else told_of_boats)(given.boats, given.kept or Path(folder))
 
 
-def told_of_boats(boats: int) -> None:
+def told_of_boats(boats: int, folder: Path) -> None:
     """Count how often one boat is told as the same, and two as apart."""
     same, named = Counter[str](), Counter[str]()
-    with tempfile.TemporaryDirectory() as folder:
-        for boat in range(boats):
-            try:
-                twice, apart, more = asked(boat, Path(folder))
-            except RequestError as error:
-                print(f"boat {boat}: not drawn, {error}")
-                continue
-            same.update(one.relation.value for one in twice)
-            seen = any(one.symbol in more and one.relation in APART for one in apart)
-            named["named" if seen else "not named"] += 1
-            told = [f"{one.symbol} {one.told(NAMES)}" for one in (*twice, *apart) if one.relation is not Relation.SAME]
-            print(f"boat {boat}: {'; '.join(told)}", flush=True)
+    for boat in range(boats):
+        try:
+            twice, apart, more = asked(boat, folder)
+        except RequestError as error:
+            print(f"boat {boat}: not drawn, {error}")
+            continue
+        same.update(one.relation.value for one in twice)
+        seen = any(one.symbol in more and one.relation in APART for one in apart)
+        named["named" if seen else "not named"] += 1
+        told = [f"{one.symbol} {one.told(NAMES)}" for one in (*twice, *apart) if one.relation is not Relation.SAME]
+        print(f"boat {boat}: {'; '.join(told)}", flush=True)
     print(f"One boat twice, {same.total()} numbers: {dict(same)}.")
     print(f"Two boats that are one effect apart, {named.total()} pairs: {dict(named)}.")
 

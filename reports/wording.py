@@ -62,13 +62,13 @@ def goodness(value: Any) -> str:
 
     Examples
     --------
-    >>> goodness(0.99966).replace(NARROW, " "), goodness(0.654), goodness(-0.00083), goodness(-18278.0), goodness(None)
-    ('> 0.999', '0.654', '\N{MINUS SIGN}0.001', '\N{MINUS SIGN}18278', 'n/a')
+    >>> goodness(0.99966).replace(NARROW, " "), goodness(0.654), goodness(-0.0003), goodness(-18278.0), goodness(None)
+    ('> 0.999', '0.654', '0.000', '\N{MINUS SIGN}18278', 'n/a')
     """
     known = finite(value)
     if 0.9995 <= known < 1.0:
         return f">{NARROW}0.999"
-    return typeset(value) if math.isnan(known) or abs(known) >= 1.0 else f"{known:.3f}".replace("-", MINUS)
+    return typeset(value) if math.isnan(known) or abs(known) >= 1.0 else f"{known:z.3f}".replace("-", MINUS)
 
 
 def trimmed(value: Any) -> str:

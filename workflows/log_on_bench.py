@@ -236,7 +236,7 @@ def _effect(found: FoundEffect, findings: Findings, bench: LogOnBench, *, drawn:
 
 
 def _picture(found: FoundEffect, bench: LogOnBench) -> str:
-    """The force that lacks on the axis that the effect explains best, and what it alone adds there."""
+    """The missing force on the axis that the effect explains best, and what it alone adds there."""
     vehicle = bench.inputs.vehicle
     try:
         model = bench.model(Stand((found.key,)))

@@ -302,8 +302,8 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   .plots.three, .plots.trio, .columns:has(> .effect) {{ grid-template-columns: repeat(3, minmax(0, 1fr)); }}
   .plots.trio, .columns {{ gap: 8px 14px; margin: 8px 0; }}
   .plots.pair, .columns {{ grid-template-columns: repeat(2, minmax(0, 1fr)); }}
-  .plots.wide svg {{ min-width: 0; }}
   .plots svg {{ max-height: 88mm; }}
+  .plots.wide svg {{ min-width: 0; max-height: 135mm; }}
   .told {{ columns: 2; }}
   .scroll, .plots.wide {{ overflow: visible; background: none; }}
   .scroll::before, .plots.wide::before {{ display: none !important; }}

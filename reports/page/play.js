@@ -180,8 +180,8 @@
   const LINES = [["measured", () => log, 4.5, false], ["before", () => state.before, 1.4, true], ["after", () => state.yours, 1.8, true]];
   const LEFT = 44, BELOW = 20;
 
-  // Room for what was measured and what is predicted, as long as that does not make the measurement flat.
-  function ends(name, first, last, reach) {
+  // Room for what was measured and what is predicted, of which the measurement keeps a third.
+  function ends(name, first, last) {
     let low = Infinity, high = -Infinity, least = Infinity, most = -Infinity;
     for (let k = first; k < last; k++) {
       low = Math.min(low, log[name][k]); high = Math.max(high, log[name][k]);
@@ -190,7 +190,7 @@
       }
     }
     const room = high - low || 0.1;
-    low = Math.min(low, Math.max(least, low - reach * room)); high = Math.max(high, Math.min(most, high + reach * room));
+    low = Math.min(low, Math.max(least, low - room)); high = Math.max(high, Math.min(most, high + room));
     return [low - 0.06 * room, high + 0.06 * room];
   }
 
@@ -207,7 +207,7 @@
     const tall = (height - BELOW) / panels.length, x = (k) => LEFT + ((k - first) / (last - 1 - first)) * (width - LEFT - 6);
     const stride = Math.max(1, Math.floor((last - first) / (2 * width)));
     panels.forEach(([name, title], j) => {
-      const [low, high] = ends(name, first, last, 0.6), top = j * tall + 18, deep = tall - 26;
+      const [low, high] = ends(name, first, last), top = j * tall + 18, deep = tall - 26;
       const y = (value) => top + deep - ((value - low) / (high - low)) * deep;
       pen.fillStyle = colour("muted"); pen.textAlign = "left"; pen.fillText(title, LEFT, top - 6);
       pen.textAlign = "right";
@@ -242,7 +242,7 @@
 
   function drawTrack() {
     const [pen, width, height] = prepared(track), [first, last] = view();
-    const [south, north] = ends("north", first, last, 0.15), [west, east] = ends("east", first, last, 0.15);
+    const [south, north] = ends("north", first, last), [west, east] = ends("east", first, last);
     const scale = Math.min((width - 24) / (east - west), (height - 40) / (north - south));
     const x = (e) => width / 2 + (e - (east + west) / 2) * scale, y = (n) => (height - 16) / 2 - (n - (north + south) / 2) * scale;
     // Once the time moves, what is predicted now stands out: the prediction that the cursor is in, up to the cursor.
@@ -273,7 +273,7 @@
     cursor.value = k;
     clock.textContent = seconds[k].toFixed(1) + " s";
     cursor.setAttribute("aria-valuetext", clock.textContent);
-    if (!state.playing) where.textContent = "measured " + one(log) + "; before " + one(state.before) + "; yours " + one(state.yours);
+    if (!state.playing) where.textContent = "in m/s, m/s and rad/s: measured " + one(log) + "; before " + one(state.before) + "; yours " + one(state.yours);
     draw();
   }
 

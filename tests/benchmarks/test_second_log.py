@@ -87,7 +87,7 @@ def test_what_the_script_cannot_compute_is_refused(study: ModuleType, tmp_path: 
 def test_the_true_vehicle_predicts_the_true_track(study: ModuleType, tmp_path: Path, effects: dict[str, float]):
     world = simulate_world(HULL, effects, duration=60.0, seed=5)
     track = study.true_track(world)
-    wrong, right = (study.squares(plain(one, tmp_path), track) for one in (HULL, world.vehicle))
+    wrong, right = (study.squares(plain(one, tmp_path), track, track) for one in (HULL, world.vehicle))
     assert study.saved(wrong, right) > 0.97
     assert (right < 0.01**2).all()
 

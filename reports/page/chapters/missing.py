@@ -24,8 +24,8 @@ from ..outcome import hero, section_title
 from .base import Chapter, Section
 
 _COLOURS = (
-    ("missing", "solid blue ones are missing"),
-    ("likely", "light blue ones are likely"),
+    ("missing", "strong blue ones are missing"),
+    ("likely", "faint blue ones are likely"),
     ("possible", "those with a rim alone are possible and stand in the corrected model"),
 )
 """What the colours of the ranking mean."""

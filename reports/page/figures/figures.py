@@ -212,14 +212,14 @@ def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
 def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
     """The best-ranked effects that the log can judge, by the share of the unseen error that comes back without each.
 
-    A missing effect is solid, a likely one lighter, a possible one that stands in the corrected model has a rim alone.
+    A missing effect is strong blue, a likely one faint, a possible one in the corrected model has a rim alone.
     """
     shown = sorted([item for item in candidates if not item.cannot_tell][:most], key=worth, reverse=True)
     left, width, height = 190, 460, 34 + 24 * len(shown)
     drops = np.nan_to_num([worth(item) for item in shown])
     with matplotlib.rc_context(STYLE):
         figure = canvas(width, height)
-        axes = panel(figure, left, 30, width - left - 112, height - 34)
+        axes = panel(figure, left, 30, width - left - 122, height - 34)
         fill, rim = zip(*map(_bar_colours, shown), strict=True) if shown else ((), ())
         bars = np.arange(len(shown)), np.maximum(drops, 0.0)
         axes.barh(*bars, height=0.56, color=fill, edgecolor=rim, linewidth=1.6)
@@ -227,8 +227,8 @@ def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
             edge: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
             bold: Look = {**edge, "weight": "bold" if item.in_model else "normal"}
             axes.annotate(words(item.effect), (0, index), (-8, 0), **bold)
-            axes.annotate(comes_back(item), (1, index), (48, 0), **bold)
-            axes.annotate(odds(item), (1, index), (110, 0), color=ROLES["muted"], **edge)
+            axes.annotate(comes_back(item), (1, index), (58, 0), **bold)
+            axes.annotate(odds(item), (1, index), (120, 0), color=ROLES["muted"], **edge)
         axes.set(ylim=(len(shown) - 0.5, -0.5), xlim=(0.0, max(drops.max(initial=0.0), 1e-9)), xticks=[], yticks=[])
         axes.grid(visible=False)
         axes.spines["bottom"].set_visible(False)

@@ -6,7 +6,7 @@ They show what the page shows, in plain colours and on axes of the caller's choi
 
 A slider in a notebook: one number that a run found, and predictions anew wherever it is put.
 
-What a notebook shows of findings beside their words: numbers with their intervals, and the force that lacks.
+What a notebook shows of findings beside their words: numbers with their intervals, and the missing force.
 """
 
 import io
