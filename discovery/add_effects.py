@@ -1,8 +1,7 @@
-"""Effects that somebody chose: the verb `add` on motions, and one by one while somebody watches.
+"""Effects chosen by a person: fitted in the given order under the laws of a hull, and judged like those of a search.
 
-The verb `add` on motions: effects that somebody chose, fitted in the order given, and judged like those found.
-
-Effects added and removed while somebody watches: a fit begins where an earlier one ended; none is made twice.
+`add_effects` is the verb `add`. `Bench` serves the workbench: a fit starts from the nearest earlier one, and none is
+made twice.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,6 +1,6 @@
-"""What a discovery is judged on: rollouts, where what the force balance leaves is more than white noise.
+"""The choice of the balance for a log: the force balance where its residual is white noise, else open-loop rollouts.
 
-The choice is made here, once for a log, whoever asks: discovery, adding by name, calibration, distillation.
+The choice is made once a log, for discovery, adding by name, calibration and distillation alike.
 """
 
 from collections.abc import Collection, Sequence

@@ -1,7 +1,7 @@
 """Claims: the facts of each name that stands in a model, gathered once, none of them a verdict.
 
-What is left unexplained and how much a number changes between parts of the log widen its interval; each test gives its
-size, relative to the claim, and what is told of it. `judgement` makes a probability of them.
+Unexplained force and the scatter of a number between parts of the log widen its interval; each test contributes its
+size relative to the claim. `judgement.py` turns a claim into a probability.
 """
 
 from collections.abc import Mapping, Sequence

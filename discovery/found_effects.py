@@ -1,9 +1,4 @@
-"""Findings of one effect: its verdict and why, its numbers with their intervals, and how many folds agree.
-
-What is found of one effect: its verdict and why, its numbers with their intervals, and what would do as well.
-
-What the folds of a discovery are found to say: how many give the same names, and what the model without each is.
-"""
+"""Findings on one effect, as files hold them: verdict, reasons, numbers with intervals, worth, look-alikes, folds."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,12 +1,8 @@
-"""Sensor errors that no other record shows: how large they are, and the search that finds them by forces.
+"""Sensor errors that only forces show: a lever arm of the position sensor, and a constant compass error.
 
-Errors of sensors that no other record shows, so that only forces tell of them: a lever arm, a compass turned aside.
-
-A receiver that measures places and speeds where it stands and not at the origin agrees with itself, and so do speeds
-that were turned into the body by a heading that is off by a constant. What they make of a motion no hull explains but
-with many effects at once, each a stand-in; taken away, the few that are real remain.
-
-Errors of sensors that no other record shows: how large they are, what a motion is without them, and their words.
+Such an error agrees with itself in every record, but makes of the motion what only many effects together explain. So
+where a search leaves structure, or ends with many effects, the errors are estimated, taken off the motions, and the
+search runs again; its answer is kept where the errors earn their price.
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence

@@ -1,10 +1,9 @@
 """Judgement: from the facts of a claim to the probability that its name is true, and to its verdict.
 
-A name that stands in a model is a claim with four numbers (gain, identity, worth, and how far its interval is from the
-file's own value) and the sizes of the tests that `Reason` lists. One logistic model turns them into a probability. It
-is fitted to worlds of many simulators, with causes that the catalogue holds and causes that it does not
+One logistic model takes a claim's gain, identity, worth, distance from the file's own value, and the sizes of the tests
+that `Reason` lists. It is fitted to worlds of many simulators, with causes inside and outside the catalogue
 (`benchmarks/odds.py`), so the probability is that of worlds like those. A doubt lowers it by its size; no test takes an
-answer back. Features that grow with doubt may only lower the odds, and what speaks for a name only raise them.
+answer back.
 """
 
 import json

@@ -1,9 +1,4 @@
-"""Result of a search: what it ends with, and the kept effects alone, polished and step by step.
-
-What is made of a selection: the kept effects alone, polished where rollouts judge, and the steps to them.
-
-What a search ends with, before the sure effects are kept.
-"""
+"""The result of a search, and the model of its kept effects: refitted, polished on rollouts, and built step by step."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,8 +1,6 @@
-"""Models of a run: each fold's, which never saw it, and those that a finished run holds.
+"""Models of a run: those of its steps, and those selected and fitted without one fold of the log.
 
-The models of a finished run: what is added of what it found has its numbers, and is not fitted a second way.
-
-What a discovery would have found without a part of its log, for each of a few parts: models that never saw it.
+The models of a finished run carry the numbers it found; adding an effect of that run does not fit it a second way.
 """
 
 from collections import Counter

@@ -1,16 +1,7 @@
-"""Selection of effects: on the force balance where noise is white, on rollouts elsewhere.
+"""Selection of effects: a search on the force balance where its residual is white noise, on rollouts elsewhere.
 
-What a search looks at and keeps: on the force balance where noise is white, on rollouts elsewhere.
-
-Search, evidence and look-alikes are the same on forces and on rollouts. What differs is where a search begins, and what
-is tried after it: a force balance may leave structure for terms that nobody has named; rollouts are weighed by the
-model that was found, and lose what cannot be told from nothing.
-
-Which logs of several disagree with the others on a corrected model.
-
-What a search on rollouts looks at and keeps, where the force balance leaves more than white noise.
-
-It begins at several models, is weighed by the model that was found, and loses what cannot be told from nothing.
+Search, evidence and look-alikes are the same on both. A force balance may leave structure for unnamed terms. Rollouts
+begin at several models, are weighted by the model found, and lose what cannot be told from nothing.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

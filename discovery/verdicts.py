@@ -1,4 +1,4 @@
-"""From evidence to words: verdicts, sentences and the headline."""
+"""Words of the evidence: verdicts, sentences and the headline."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

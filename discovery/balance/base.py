@@ -1,8 +1,7 @@
-"""Balances between measured and modelled motion: what a search works on, with a cache of columns.
+"""The interface of a balance, measured minus modelled motion along a log, and the cache of its columns.
 
-What a search works on: a balance between measured and modelled motion, and how it changes near a model.
-
-Arrays by what they depend on: the latest are kept, up to a number of bytes.
+A search asks a `Balance` for its value at one model and for its derivatives near that model (`Neighbourhood`). Force
+balance (`weak_form.py`) and rollouts (`shooting.py`) answer alike.
 """
 
 from abc import ABC, abstractmethod

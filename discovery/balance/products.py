@@ -1,18 +1,9 @@
-"""Summands of the momentum balance along given rows, each worked out once, forces of late commands too.
+"""Summands of the momentum balance along given rows, each computed once.
 
-Every summand of the momentum balance along given rows, each worked out once and remembered.
-
-The balance is a sum of coefficients times products of signals (`physics.momentum_balance`). A coefficient is a number
-of the vehicle; a product depends on the rows alone, but for the water's velocity, the wake's memory time, the size of
-the hull and the shapes of the thrusters. So a model is judged by a weighted sum of products, and the rows are read
-again only where one of those few numbers moves.
-
-What thrusters make of the commands of a log, once for all delays.
-
-A delay, and an offset of the record of the commands, shift forces in time and change nothing else: the force at a shift
-by some rows and a share of one lies between the forces at whole rows, on a straight line. So does all that is linear in
-it, such as the force passed through test functions. So a search that tries delays works out forces at whole rows, and
-its columns are weighted sums of two of them.
+The balance is a sum of coefficients times products of signals (`physics.momentum_balance`). A coefficient belongs to
+the vehicle; a product depends on the rows alone, but for the water's velocity, the wake's memory time, the length of
+the hull and the shapes of the thrusters. Delays of the commands interpolate between forces shifted by whole rows, since
+all that is linear in a force interpolates with it.
 """
 
 from abc import ABC, abstractmethod

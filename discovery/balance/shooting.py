@@ -1,12 +1,9 @@
-"""Multiple shooting: the error of open-loop rollouts as a balance, and a test of two models' rollouts.
+"""Multiple shooting (Bock 1983): errors of open-loop rollouts as a balance, and a test between two models' rollouts.
 
-From a start every 2.5 s the model runs open loop under the logged commands; measured minus predicted velocity, averaged
-over bins of half a second, is the balance [m/s, m/s, rad/s] (output error; Bock 1983 for multiple shooting). A force
-that pointwise noise hides accumulates in a rollout, and coloured noise on the velocities is not mistaken for a force
-that follows the motion. Errors of the measured start states are whitened out; starts and rows that no model can follow
-count less (soft-L1, Triggs et al. 2000, section 4.3).
-
-Open-loop rollouts of two models held against each other: by how much one errs more, and how sure that is.
+From a start every 2.5 s the model runs under the logged commands; measured minus predicted velocity, averaged over bins
+of 0.5 s, is the balance [m/s, m/s, rad/s] (output error). A force below the pointwise noise accumulates in a rollout,
+and coloured sensor noise is not taken for a force that follows the motion. Errors of the start states are whitened out;
+outliers count less (soft-L1; Triggs et al. 2000, section 4.3).
 """
 
 from collections.abc import Sequence

@@ -1,8 +1,7 @@
-"""Calibration while effects are judged: motions cleared of what spoils them, and the parameters that they identify.
+"""Preparation of a calibration: corrected motions, the parameters they identify, and the parameters freed in a search.
 
-What comes before a calibration: motions cleared of what spoils them, and the parameters that they identify.
-
-Calibration while effects are judged: what is named is structure that no values of the model's parameters explain.
+Parameters of the vehicle file that are free while effects are judged make a named effect mean structure: something
+that no values of the model's own parameters explain.
 """
 
 from collections.abc import Mapping, Sequence

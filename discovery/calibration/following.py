@@ -1,15 +1,8 @@
-"""Online adaptation: parameters followed as rows come in, or along a whole log, and which effects may be followed.
+"""Online adaptation: parameters followed row by row as motion comes in, or along a whole log without looking ahead.
 
-Parameters followed as rows of motion come in, few by few: constant work a row, and memory of some seconds of log.
-
-The rows are those of the weak form: a test function that ends now says what force the model misses, and its columns
-what force each parameter would add. Two constants an axis and an amount a parameter are known beforehand: the noise of
-a row and the size of the forces, from a stretch of motion, and what change is plausible, from trials simulated on the
-vehicle.
-
-Which effects may be followed while a boat runs: those in whose parameters the force is linear.
-
-Online adaptation of a whole log: named parameters followed as it is replayed, without looking ahead.
+Rows are those of the weak form: a test function that ends now gives the missing force, its columns the force of each
+parameter. Only effects in which the force is linear are followed. The noise of a row comes from a stretch of motion,
+the plausible change of a parameter from trials simulated on the vehicle.
 """
 
 from collections.abc import Iterable, Sequence

@@ -1,8 +1,8 @@
-"""Recursive least squares that forgets what is excited, and stays within the lawful set.
+"""Recursive least squares with directional forgetting, held within the lawful set.
 
-A row that excites a parameter makes what was known of it fade, towards what was known at the start and no further
-(Kulhavy and Zarrop 1993; by parameter, Parkum, Poulsen and Holst 1992), and faster while errors are larger than the
-noise explains (Fortescue, Kershenbaum and Ydstie 1981). A boat at rest keeps what it knows.
+A row that excites a parameter makes old knowledge of it fade, back to the prior and no further (Kulhavy and Zarrop
+1993; by parameter, Parkum, Poulsen and Holst 1992), and faster while errors exceed the noise (Fortescue, Kershenbaum
+and Ydstie 1981). A boat at rest keeps what it knows.
 """
 
 from collections.abc import Callable

@@ -1,14 +1,8 @@
-"""Candidates: effects that may be missing, nuisances that are always free, and parameters at a limit.
+"""Candidates: effects that may be missing, nuisance parameters that every model has, and numbers held by a limit.
 
-Candidates: the effects that may be missing from a vehicle, and which of them a log can judge.
-
-Whether a physical limit holds a parameter, so that its size is the limit's and not the log's.
-
-Nuisances: the numbers of a nominal model that a log may correct, as candidates that are always in the model.
-
-Mass, inertia and the centre of gravity are not among them. The balance M nu_r_dot + C nu_r + D nu_r = tau holds as
-well for a multiple of all its terms, so that a log tells masses and damping only in proportion to the thrust that the
-vehicle file gives; and of mass and added mass it shows the sum.
+Mass, inertia and the centre of gravity are no nuisances: M nu_r_dot + C nu_r + D nu_r = tau holds for a multiple of all
+its terms too, so a log shows masses and damping only in proportion to the thrust that the vehicle file gives, and of
+mass and added mass only the sum.
 """
 
 from collections.abc import Collection, Sequence

@@ -1,12 +1,8 @@
 """Linearisation: every candidate's options as columns of the force equation, and its force along a log.
 
-Every candidate's options, absent or in one of its shapes, each with columns of the force equation.
-
-A column is what the force equation gives when a parameter moves, passed through the weak form. Effects in which the
-force is linear have one present option; those with a shape (lag, delay, dead zone, memory time) have one option for
-each starting value, as a fixed offset of the force plus the derivative about it.
-
-The force of each effect along a log: what the force balance changes by when that effect is put into the vehicle.
+A column is the derivative of the force equation by a parameter, passed through the balance. An effect in which the
+force is linear has one option beside absence; one with a shape (lag, delay, dead zone, memory time) has an option for
+each starting value: a fixed offset of the force and the derivative about it.
 """
 
 from collections.abc import Sequence

@@ -1,14 +1,8 @@
 """Terms without a name: monomials of velocity, and free forms of motion, thrust, heading, time and place.
 
-Monomials of velocity along a log, and the sparse shortlist of terms that nobody has named.
-
-Sparse selection is forward orthogonal regression on the factors of the weak form, see `factors`.
-
-Forms that a force may have and no effect of the catalogue: of motion, thrust, heading, time and place, as columns.
-
-What they are for is not to be named, but to find out whether what was named keeps its size beside them. So they need
-not be physics, only rich: monomials of the velocities, what acts beyond a speed or a thrust, thrust that changes with
-the motion, and anything that sets in during the log, or somewhere on the water.
+A sparse shortlist of monomials comes from forward orthogonal regression on the factors of the weak form (`factors`).
+Free forms are not to be named: they test whether a named effect keeps its size when the model may bend otherwise, so
+they need not be physics, only rich.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence

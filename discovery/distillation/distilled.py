@@ -1,8 +1,6 @@
-"""Result of a distillation: shares of a model's correction by axis, effects, terms and memory.
+"""Result of a distillation: shares of a correction by axis, its effects and terms, and how much depends on the past.
 
-What a distillation says: shares of a model's correction by axis, effects, terms, and what remains.
-
-How much of a force depends on the past: what lagged motion and thrust tell of it beyond the present state.
+Memory is what lagged motion and thrust predict on held-out blocks beyond the present state.
 """
 
 from collections.abc import Sequence

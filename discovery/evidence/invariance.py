@@ -1,10 +1,8 @@
-"""Whether an effect has one size all over a log: a cause has, a stand-in has another in every regime.
+"""Invariance of an effect's size over regimes of a log: a cause keeps its size, a stand-in does not.
 
-The coefficients of a true effect are the same in both halves of a log, slow and fast, ahead and astern, turning to
-either side (Peters, Buhlmann and Meinshausen 2016). An effect that only resembles what acts, as a quadratic drag does a
-drag with a kink, is asked for in another size where the boat moves otherwise. Each effect of the final model gets
-columns of its own for one part of the log, all others one for the whole; what its size is there, less what it is
-elsewhere, is told with the errors of whole blocks.
+The coefficient of a cause is the same in both halves of a log, slow and fast, ahead and astern, turning either way
+(Peters, Buhlmann and Meinshausen 2016). Each effect gets columns of its own in one region, all others one for the whole
+log; the difference of its sizes inside and outside is given with errors of whole blocks.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,12 +1,7 @@
-"""Limits of an estimate: at its bound, outside its own interval, or beside a rival that no log can judge.
+"""Limits of an estimate: a value at its bound, outside its own interval, or beside a confounder that no log can judge.
 
-Doubts about an estimate in the corrected model: at its limit, outside its own interval, or one freedom too many.
-
-What cannot be judged, because a velocity may be wrong, may still be what acts: then no stand-in of it is sure.
-
-Where the compass may be wrong, no effect that needs the sway velocity is judged. A moment that drifting makes is still
-in the log, and effects of the turn rate, which have no such doubt, stand in for it in every rehearsal and every fold.
-The force balance with the velocities as they were measured tells whether one that is not judged would do as well.
+Where the compass may be wrong, no effect that needs the sway velocity is judged, but it may still act, and an effect of
+the turn rate may stand in for it. The force balance with velocities as measured says whether it would explain as much.
 """
 
 from collections.abc import Mapping, Sequence

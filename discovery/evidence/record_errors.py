@@ -1,8 +1,7 @@
-"""Errors of a log's record: beside which every effect was judged, and as findings of their own.
+"""Errors of a log's record as findings: command timing, clocks, compass and gyro, and what they confound.
 
-What the log's own record is found to do wrong, beside which every effect was judged.
-
-Errors of sensors that the records of a log tell of each other, as findings; the motions are corrected for them.
+Some errors the records tell of each other without any force, and the motions are corrected for them; a delay of the
+commands comes from the fit. Each named effect carries the share of its force that such an error may have made.
 """
 
 from collections.abc import Mapping, Sequence

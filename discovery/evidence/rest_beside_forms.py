@@ -1,7 +1,6 @@
-"""What a model leaves of the force balance, beside forms that have no name, taken one after the other.
+"""Forward selection of free forms on the residual of a force balance, against 999 surrogate copies of that residual.
 
-Forward selection on products that are cleared of what sensor noise adds to them; a form must gain more than any form
-does in any of 999 copies of the rest, and keep what it promises.
+Products are cleared of what sensor noise adds to them. A form must gain more than any form does in any copy.
 """
 
 from collections.abc import Sequence

@@ -1,21 +1,9 @@
-"""Unexplained force: what lasts for seconds, moves a quiet axis, or takes a term that nobody has named.
+"""Unexplained force: what lasts for seconds, what moves a quiet axis, and unnamed terms with inclusion probabilities.
 
-What no model takes: force that lasts for seconds, is material, and is left by everything that was found.
-
-Sensor noise and short waves have no mean over some seconds. What a record of the commands that is cut, a cause outside
-the catalogue or anything that changes during a log leaves behind has one.
-
-Faint structure: what moves a quiet axis for certain, and every effect that would explain it as well.
-
-A quiet axis has a floor of several times the noise, under which nothing matters and nothing is named. Structure may yet
-be certain there. It is looked for under a floor of the noise itself; no effect is called missing for it, and those that
-explain it about equally well are told as one group.
-
-Inclusion probabilities: in how many block ensembles a sparse selection takes a term that nobody has named.
-
-The ensemble is drawn from whole blocks, as residuals in time are not independent (Fasel et al. 2022,
-doi:10.1098/rspa.2021.0904, with blocks in place of rows); the named effects stay, and terms are added one by one while
-they earn their price.
+Sensor noise and short waves have no mean over some seconds; a cause outside the catalogue has. On a quiet axis, whose
+floor is several times the noise, structure may be certain although nothing is named: the effects that explain it about
+equally well are given as one group. Inclusion is the share of block-bootstrap draws that select a term (Fasel et al.
+2022, doi:10.1098/rspa.2021.0904, with blocks in place of rows).
 """
 
 from collections.abc import Sequence

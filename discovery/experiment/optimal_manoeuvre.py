@@ -1,14 +1,8 @@
-"""Optimal manoeuvres: the shortest that tells look-alikes apart, and how its steps are drawn and changed.
+"""Optimal manoeuvres: the shortest one that tells look-alike effects apart within limits.
 
-The shortest manoeuvre that tells look-alikes apart, within limits: its steps are optimised on the model.
-
-The design is T-optimal (Atkinson and Fedorov 1975, doi:10.1093/biomet/62.1.57): of all manoeuvres that may be driven it
-takes the one in which the best stand-in leaves most of the true model's force, with the stand-in fitted anew to each.
-Here the manoeuvre is to be short, so what is least is the time until that force is enough. Times and levels are
-improved by mutation and selection (Beyer and Schwefel 2002, doi:10.1023/A:1015059928466), many manoeuvres at a time,
-as the model drives a hundred of them in the time of ten.
-
-Manoeuvres of a few steps, drawn and changed at random, within the limits of whoever drives them.
+The design is T-optimal (Atkinson and Fedorov 1975, doi:10.1093/biomet/62.1.57): the best stand-in, refitted to each
+manoeuvre, must leave enough of the true model's force; here the least time for that is sought. Times and levels are
+improved by mutation and selection (Beyer and Schwefel 2002, doi:10.1023/A:1015059928466), a hundred manoeuvres at once.
 """
 
 from collections.abc import Sequence

@@ -1,17 +1,11 @@
-"""Separation of models: by how much a trial would tell effects apart, and the question that it settles.
+"""Separation of models: the information by which a trial would tell two effects apart, and the question it settles.
 
-Partings: by how much two effects would differ if the log were longer by a trial.
-
-Log and rehearsed trial are put together, one effect acts with its size, and everything that could stand in for it is
-fitted. What no stand-in explains would raise the score of the search by
+Log and simulated trial are joined, one effect acts, and everything that could stand in for it is fitted. With d the
+root mean square force left and n the independent tests, the search's score would rise by
 
     gain = n/2 sum over axes of log(1 + d^2 / (noise^2 + floor^2)),
 
-d the root mean square force left, n the independent tests of log and trial together. That is the information (in the
-sense of Kullback and Leibler 1951, doi:10.1214/aoms/1177729694) by which the two models would part, in the units in
-which the search prices effects.
-
-The question that a manoeuvre is to settle: which of a few models is true, and what each would make of a trial.
+the information (Kullback and Leibler 1951, doi:10.1214/aoms/1177729694) in the unit in which effects are priced.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,9 +1,4 @@
-"""Rehearsals of the trials of the library on a model, and what they would show.
-
-Rehearsals: the trials of the library driven on a model, and every candidate's force along them.
-
-What a log can show and tell apart about one model: which candidates it excites, and which move alike.
-"""
+"""Trials of the library simulated on a model: every candidate's force along them, and which candidates look alike."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What a law costs a fit, and where: the binding corner, the multiplier, and both in words."""
+"""Price of a law: what it costs a fit, in which state it binds, its multiplier, and the sentence for it."""
 
 from collections.abc import Mapping
 from typing import Annotated, Literal

@@ -1,4 +1,4 @@
-"""What a convex programme is given and what it returns; nothing here loads a solver."""
+"""Data of a convex programme: what it is given and what it returns; nothing here loads a solver."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,8 +1,6 @@
-"""The floating search over effects, and the same without one fold, judged on rows that it never saw.
+"""Floating search over effects, and the same search without one fold, judged on the rows held out.
 
-The floating search: add, drop, swap or reshape effects until no change lowers the score of the model.
-
-A search that does not see one fold of its log: what it names and fits there is judged on rows that it never saw.
+Effects are added, dropped, swapped or reshaped until no change lowers the score (Pudil, Novovicova and Kittler 1994).
 """
 
 from collections.abc import Collection, Iterator, Sequence

@@ -1,7 +1,7 @@
-"""Scores from compressed data: per-block Gram matrices stand for all rows, so a model is judged in microseconds.
+"""Scores from Gram matrices: the rows of a block compressed, so that a model is scored in microseconds.
 
-The rows of [columns, balance] of a block are replaced by their Gram matrix on each axis; least squares, blocked
-held-out error and the block bootstrap then need only matrices of the size of the model.
+The rows of [columns, balance] of a block become one Gram matrix an axis; least squares, blocked cross-validation and
+the block bootstrap then need only matrices of the size of the model.
 """
 
 from collections.abc import Mapping, Sequence

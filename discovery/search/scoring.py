@@ -1,7 +1,7 @@
-"""What a model is worth: held-out error above a floor, plus a price for its parameters; and whether an effect matters.
+"""Score of a model: held-out error above a floor, plus a price for its parameters; and whether an effect is material.
 
-Each model is scored by sum over axes of (independent tests / 2) log(held-out error + floor^2), plus a price a
-parameter. The floor is a share of the force scale of the axis: what is smaller does not matter (materiality).
+The score is the sum over axes of (independent tests / 2) log(held-out error + floor^2), plus a price a parameter. The
+floor is a share of the axis's force scale: what is smaller is not material.
 """
 
 from collections import deque

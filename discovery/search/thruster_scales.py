@@ -1,8 +1,6 @@
-"""Scales of thrusters: equivalent descriptions of one model, and what all of them say together.
+"""Scales of thrusters: equivalent descriptions of one model, and a thrust that the file gives wrongly for all of them.
 
-Descriptions of one and the same model: all thrusters' common scale, and a scale of one of two thrusters.
-
-What the scales of all thrusters say together: a thrust that the file has wrong, and what is left of a difference.
+All thrusters' common scale and a scale of each describe the same forces; the description with fewest faults is told.
 """
 
 from collections.abc import Sequence
