@@ -1,9 +1,4 @@
-"""The canonical channels: their names, units and values, and latitude and longitude as local metres.
-
-The canonical channels: their names, their units, and the values that they may take.
-
-From latitude and longitude to local metres north and east.
-"""
+"""The canonical channels of a log: names, units and possible values, and fixes turned into local metres."""
 
 import re
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""Clocks: stamps that are astray, pieces between which the clock was set, and the delay between two records.
-
-The clock of a log: stamps that are astray are dropped, and pieces between which the clock was set are joined.
-
-Are two channels in step? The delay between two records of the same quantity.
-"""
+"""Clocks: stray stamps dropped, pieces joined between which the clock was set, and the delay between two records."""
 
 from collections.abc import Sequence
 from itertools import pairwise

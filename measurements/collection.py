@@ -1,9 +1,4 @@
-"""Collections of logs: files, bags, folders and patterns as one data set, and the digests by which a log is known.
-
-Which logs are meant: files, bags, folders of logs, and patterns such as `logs/*.bin`, as one data set.
-
-Digests of logs, by which it is known later whether a log is the same.
-"""
+"""Collections of logs: files, bags, folders and patterns as one data set, and digests that identify a log."""
 
 import glob
 import hashlib

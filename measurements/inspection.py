@@ -1,4 +1,4 @@
-"""What a log holds, and what the tool would do with it, before anything is computed from it."""
+"""Inspection of a log before anything is computed from it: channels, quality, and the plan of its preparation."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,4 @@
-"""A `Log`: the canonical channels of one file or of a table in memory, each on its own time stamps.
-
-Tables in memory as streams: a data frame of any library, with a row for each stamp or for each value.
-"""
+"""A `Log`: the canonical channels of one file or of a data frame, each on its own time stamps."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""What kind of vehicle an autopilot steers, as its log says it: a boat, or something that is none."""
+"""Kinds of vehicle that an autopilot steers, as its log says: a boat, or something that is none."""
 
 import re
 from collections.abc import Iterable

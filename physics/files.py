@@ -1,12 +1,8 @@
-"""Files written whole or not at all, and the marks by which a file says which verb wrote it.
+"""Files written whole or not at all (temporary name, then rename), and marks that say which verb wrote a file.
 
-Files appear whole or not at all: written to a temporary name beside the target, then renamed.
-
-Marks by which a file says which verb wrote it, and that nobody has changed it since.
-
-A mark is a verb and the SHA-256 of the rest of the file. It stands in a remark on top (channel maps, vehicles, repaired
-logs), in one at the end (pages, PDF), in the metadata (Parquet), or, where a remark would break whoever reads the file
-as a plain table (simulated logs), in the zeros after its first time stamps. Whoever edits the file makes it his own.
+A mark is a verb and the SHA-256 of the rest of the file, in a remark on top (channel maps, vehicles, repaired logs), at
+the end (pages, PDF), in the metadata (Parquet), or in the zeros after the first stamps of a simulated log. A file that
+somebody edits is theirs: its mark is no longer true.
 """
 
 import gzip

@@ -1,9 +1,4 @@
-"""Folders replaced as a whole by one rename, and what a file system can do with two of them.
-
-A folder is replaced as a whole by one rename: whoever looks, whenever, finds the old one or the new one.
-
-What a file system can do with two folders: change their names, link, compare and lock what is in them.
-"""
+"""Folders replaced as a whole by one rename, so that a reader finds the old one or the new one, and never a part."""
 
 import ctypes
 import errno

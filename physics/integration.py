@@ -1,10 +1,6 @@
 """Integration of the force equation: fixed-step RK4, rollouts from measured starts, and a step for stiff models.
 
-Fixed-step RK4 of the force equation for many rollouts at once, of one vehicle or of several side by side.
-
-A step for any acceleration, however stiff: bounds are asked of rollouts that nobody made stable beforehand.
-
-Open-loop rollouts from measured starts along motions, with their commands, their history and their wind.
+Rollouts of several vehicles run side by side in one batch. The stiff step bounds models that nobody made stable.
 """
 
 from collections.abc import Callable, Sequence

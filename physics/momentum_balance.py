@@ -1,25 +1,7 @@
-"""The momentum balance: mass, Coriolis and damping matrices, cross-flow drag, and every term as a reader is shown it.
+"""The momentum balance of a vehicle, term by term: M, C and D in Fossen's parametrisation, and cross-flow drag.
 
-The momentum balance of a vehicle term by term: what `forces.py` evaluates, and what a reader is shown.
-
-Values of parameters as a vehicle states them: one for all thrusters, or each with its own.
-
-Cross-flow drag by strip theory: the force of water that crosses a hull, strip by strip along its length.
-
-Fossen (2021), eq. 6.91 ff., and Faltinsen, *Sea Loads on Ships and Offshore Structures* (1990), chapter 6: each section
-of the hull is dragged like a cylinder across the flow, by its own sway speed w(x) = v_r + x r,
-
-    Y = -1/2 rho C_d T integral |w| w dx,    N = -1/2 rho C_d T integral x |w| w dx,    |x| <= L / 2.
-
-One coefficient C_d serves the whole length. The integral is a sum over twenty strips, each at its middle (midpoint
-rule), everywhere: in simulation, columns and exports. In pure sway the sum is exact, Y = -1/2 rho C_d T L v |v|; in
-pure yaw N = -1/2 rho C_d T r |r| L^4 / 32 comes out half a per cent too small.
-
-Its power is never positive: v Y + r N = -1/2 rho C_d T sum |w|^3 dx, since the power of a strip is its force times its
-own speed. So C_d >= 0 takes energy out at every state, and D of it is positive semidefinite: a sum of
-|w| dx [0, 1, x]^T [0, 1, x].
-
-The matrices of the model: mass M, Coriolis C and damping D, in Fossen's parametrisation.
+`forces.py` evaluates these terms, and a reader is shown them. A parameter has one value for all thrusters, or each
+thruster its own.
 """
 
 from collections.abc import Mapping
@@ -91,6 +73,16 @@ def pair_forces(place: Any, sway_speed: Any, yaw_rate: Any) -> tuple[Any, Any]:
 
 def cross_flow_forces(length: float, draught: float, sway_speed: Any, yaw_rate: Any) -> tuple[Any, Any]:
     """F_Y [N] and F_N [N m]: what a hull of C_d = 1 resists with.
+
+    Strip theory (Fossen 2021, eq. 6.91 ff.; Faltinsen, *Sea Loads on Ships and Offshore Structures*, 1990, chapter 6):
+    each section of the hull is dragged like a cylinder across the flow by its own sway speed w(x) = v_r + x r,
+
+        Y = -1/2 rho C_d T integral |w| w dx,    N = -1/2 rho C_d T integral x |w| w dx,    |x| <= L / 2.
+
+    The integral is a sum over twenty strips, each at its middle, everywhere: in simulation, columns and exports. In
+    pure sway it is exact, Y = -1/2 rho C_d T L v |v|; in pure yaw N = -1/2 rho C_d T r |r| L^4 / 32 comes out half a
+    per cent too small. The power v Y + r N = -1/2 rho C_d T sum |w|^3 dx is never positive for C_d >= 0, as D is a sum
+    of |w| dx [0, 1, x]^T [0, 1, x], positive semidefinite.
 
     Parameters
     ----------

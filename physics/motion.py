@@ -1,12 +1,8 @@
-"""Motion on an even time base: a `Motion`, its axes and its units.
+"""Motion on an even time base: a `Motion` in SI units, earth axes NED and body axes FRD, and the turns between frames.
 
-The one grammar of a log: a `Motion`, SI units, NED/FRD axes, an even time base.
-
-Axes and units: earth NED and body FRD inside, everything else converted at the door.
-
-Conventions of Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2nd ed., 2021), chapter 2:
-heading `psi` [rad] clockwise from north, positive yaw rate turns to starboard. ROS logs follow REP-103
-(earth ENU, body FLU) and are turned by the functions here.
+Conventions of Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2nd ed., 2021), chapter 2: heading
+`psi` [rad] clockwise from north, positive yaw rate turns to starboard. ROS logs follow REP-103 (earth ENU, body FLU)
+and are turned by the functions here.
 """
 
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What no hull has: drag that drives, negative added mass, a port thruster to starboard; a user may insist on it."""
+"""Numbers that no hull has (driving drag, negative added mass, a port thruster to starboard), unless a user insists."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,9 +1,4 @@
-"""Presentation of numbers, units and names in words, and of objects as cards.
-
-Numbers, units and names in words, the same wherever undertow says them.
-
-Cards and plots: what an object shows of itself in a console and a notebook, instead of all its numbers.
-"""
+"""Presentation: numbers, units and names in words, the same everywhere, and objects as cards."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence

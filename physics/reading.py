@@ -1,11 +1,7 @@
-"""Reading of what others wrote: text, YAML and JSON within bounds, and what counts as a number there.
+"""Reading of foreign text, YAML and JSON within bounds: the one door for all three, and what counts as a number there.
 
-Text, YAML and JSON that others wrote, read within bounds: the one door for all three.
-
-Nothing is built before it is known how much it will be: the size of a file, the depth and number of its parts, and what
-its aliases stand for. Whatever cannot be read is refused by one `ValueError`, in words that fit on a line.
-
-What counts as a number in a file that a person writes, and what is said where something else stands.
+Size of the file, depth, number of parts and expansion of aliases are checked before anything is built. Whatever cannot
+be read is refused by one `ValueError` that fits on a line.
 """
 
 import json

@@ -1,11 +1,4 @@
-"""Sampled series: averages over time, means over bins, delays and first-order lags.
-
-Averages of a sampled series on an even time base: commands without losing their area, readings and their noise.
-
-How much of a series another one tells, seen through its means over parts of the other's range.
-
-Series of commands and forces in time: delayed, lagged, and put between two levels where a command switches.
-"""
+"""Series on an even time base: averages, means over bins, delays, first-order lags and switching commands."""
 
 from typing import NamedTuple
 

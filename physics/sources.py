@@ -1,15 +1,7 @@
-"""Sources of a vehicle's numbers: measured, assumed, typical of a hull's length, or changed by hand.
+"""Sources of a vehicle's numbers: measured, identified, assumed, typical of a hull's length, or changed by hand.
 
-Where the numbers of a vehicle came from, kept true when some of them are identified anew.
-
-Numbers of a vehicle that are not those which their sources state: changed by hand, and the source was not.
-
-Numbers of a vehicle that nobody measured or gave: its sources say so, in the words by which `init` marks them.
-
-What is typical of a hull of some length, for numbers that nobody has measured yet, each with its formula.
-
-They are of the right size, not right: through a model ship of 1.26 m (CyberShip II) and a catamaran of 2 m (Otter), by
-the estimates of T. I. Fossen's model of the Otter (MSS, VESSELS/models/otter.m, see `vehicles/otter.yaml`).
+Typical numbers are of the right size, not right: formulas through a model ship of 1.26 m (CyberShip II) and a catamaran
+of 2 m (Otter), by T. I. Fossen's model of the Otter (MSS, VESSELS/models/otter.m, see `vehicles/otter.yaml`).
 """
 
 import math

@@ -1,13 +1,7 @@
-"""Stages of a verb: how far work is, and the memory between one stage and the next.
+"""Stages of a verb: lines of progress that know their usual share of the time, and memory freed between stages.
 
-Lines about work that goes on, which know what share of it usually lies behind them, and how far it is by them.
-
-Memory that a stage has freed, handed back to the system before the next stage needs its own.
-
-The C library of Linux keeps what lies between blocks that are still in use: after the search of a long log that is more
-than all that the log takes.
-
-How often Python looks for cycles of objects that nobody needs any more, while a verb runs.
+The C library of Linux keeps free blocks between used ones, and Python looks for cycles of objects too often for a verb:
+both are dealt with here.
 """
 
 import ctypes

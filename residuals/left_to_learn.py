@@ -1,4 +1,4 @@
-"""How much of what a vehicle does not explain is more than noise of the sensors and what preparing a log leaves."""
+"""Learnable residual: how much of what a vehicle leaves unexplained exceeds sensor noise and the log's preparation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,9 +1,4 @@
-"""Residuals and scores: measured minus modelled force, one-step errors and open-loop rollout errors, by axis.
-
-Scores on held-out data: one-step acceleration errors and open-loop rollout errors, by axis.
-
-The residual: the force that the motion shows minus the force that the vehicle model explains.
-"""
+"""Residuals and scores by axis: measured minus modelled force, one-step acceleration errors and rollout errors."""
 
 import math
 from collections.abc import Mapping, Sequence

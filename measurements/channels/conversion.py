@@ -1,8 +1,7 @@
-"""Conversion of streams to canonical channels: cleaned, scaled, and turned into NED/FRD axes.
+"""Conversion of streams to canonical channels: cleaned, scaled, turned into NED/FRD axes.
 
-From streams with a role to canonical channels: scaled, turned into NED/FRD axes, quaternions and fixes resolved.
-
-The first rules of order: no row without a number, no time that runs backwards, one value per stamp.
+Cleaning comes first: no row without a number, no time that runs backwards, one value per stamp. Fixes and quaternions
+are resolved on the way.
 """
 
 from collections import defaultdict

@@ -1,4 +1,4 @@
-"""What the message types of robots mean: the channel of each number of each type that undertow knows."""
+"""Message types of robots: the channel of each number of each type that undertow knows."""
 
 import math
 import re

@@ -1,10 +1,6 @@
-"""Recognition of channels by type and name, of vehicles that share a log, and of columns that look alike.
+"""Recognition of channels by type and name, of the vehicles that share a log, and of what a table lacks.
 
-What a stream's type and name say it is: the rules by which channels are guessed.
-
-Columns that look like what a search needs and a table does not name: said with the lines that would map them.
-
-Namespaces: the vehicles that share one log, told by their topics.
+A missing channel is named with the lines of a channel map that would supply it, from columns that look like it.
 """
 
 import math

@@ -1,7 +1,4 @@
-"""Preparation: logs become motions on one even time base, a `DataSet` by a `Recipe`.
-
-What preparation makes: a `DataSet` of motions, by a `Recipe` that says how.
-"""
+"""Preparation of logs: motions on one even time base, a `DataSet`, by a `Recipe` that says how."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace

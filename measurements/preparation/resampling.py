@@ -1,9 +1,4 @@
-"""Resampling to an even time base, and what follows from a motion: smoothed velocities and accelerations.
-
-From samples at any instants to an even time base: gaps, stretches, stamps, derivatives.
-
-What follows from a motion: smoothed velocities, accelerations, and the inputs of a network.
-"""
+"""Resampling to an even time base (gaps, stretches, stamps); smoothed velocities, accelerations, network inputs."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace

@@ -1,10 +1,7 @@
-"""Division of logs: train, validation and test in order of time, folds, and idle rows left out.
+"""Division of logs: train, validation and test in order of time, cross-validation folds, and idle rows left out.
 
-Chronological division of every log into train, validation and test, filtered only after the cut.
-
-Idle rows: a boat that nobody drives for a while only drifts, and says nothing of how it answers.
-
-Folds: stretches of the logs that a model is judged on, and that no fit and no selection of it has seen.
+Each part is filtered after the cut, so that none sees rows of another. A boat that nobody drives only drifts, and says
+nothing of how it answers.
 """
 
 from collections.abc import Iterator, Sequence

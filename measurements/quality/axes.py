@@ -1,9 +1,8 @@
-"""Which way the axes point and in which units: the track by position against heading and speeds, under every reading.
+"""Axes and units of a log: the track by position against heading and speeds, under every reading.
 
-Position rate = R(psi) c [u v] + current, with a complex number c. Whatever is reversed, exchanged, turned by an angle
-or in another unit in positions, heading or speeds is one of four rules, each with such a number: the heading runs the
-right way round or not, and sway to the right side or not. The simplest reading is taken on which no other is much
-better, by the rule of `faults`.
+Position rate = R(psi) c [u v] + current, with a complex number c. Anything reversed, exchanged, turned or in another
+unit is one of four rules: the heading runs the right way round or not, and sway to the right side or not. The simplest
+reading is taken on which no other is much better, by the rule of `faults`.
 """
 
 from collections.abc import Callable, Mapping, Sequence

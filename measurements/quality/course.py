@@ -1,10 +1,9 @@
-"""Course over ground against heading: which way the axes point where no speed was measured.
+"""Course over ground against heading: the direction of the axes where no speed was measured.
 
-A boat under way goes where its bow points, but for some degrees of drift. So course minus heading keeps to one angle,
-zero, over all of a log (its concentration is the mean resultant length of directional statistics; Mardia and Jupp,
-Directional Statistics, 2000, section 2.3). In a log whose heading is mirrored, or whose positions are, course plus
-heading does; in one whose bow is taken for the stern, course minus heading keeps to half a turn. Doubled angles (ibid.,
-section 9.4) count a boat that goes astern as one that goes ahead.
+A boat under way goes where its bow points, but for some drift: course minus heading keeps to zero (its concentration is
+the mean resultant length; Mardia and Jupp, Directional Statistics, 2000, section 2.3). With a mirrored heading or
+position, course plus heading does; with the bow taken for the stern, course minus heading keeps to half a turn. Doubled
+angles (section 9.4) count a boat that goes astern as one that goes ahead.
 """
 
 from collections.abc import Sequence

@@ -1,11 +1,4 @@
-"""Expected answers to commands, thrusters that are likely misplaced, and their remedies.
-
-What commands should do by the vehicle file or their names, and whether the boat surely or likely answers them so.
-
-Remedies of thrusters that are not where or as they should be: lines of a channel map, changes of a vehicle file.
-
-Warnings of thrusters that are likely reversed, or on the other side, in logs that do not show it for sure.
-"""
+"""Expected answers to commands, by vehicle file or names; thrusters likely reversed or misplaced; and the remedies."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a check says: a verdict, a number with its unit, what follows from it, and what to do."""
+"""A finding of a check: a verdict, a number with its unit, what follows from it, and what to do."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence

@@ -1,8 +1,6 @@
-"""Lags between records, and their changes over pieces of a few seconds.
+"""Lags between records: the delay at which a linear model leaves least, and changes of records over pieces of seconds.
 
-How late one record is after what drives it: the delay at which a linear model leaves least, and how sure that is.
-
-Changes of two records of one quantity over pieces of a few seconds, to be compared: no derivative, no drift.
+Two records of one quantity are compared by their changes over pieces: no derivative, no drift.
 """
 
 from collections.abc import Callable, Sequence

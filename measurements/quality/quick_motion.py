@@ -1,7 +1,4 @@
-"""Quick motion, in which a boat answers its thrusters, and commands while it lies at rest.
-
-What a command is while the boat lies at rest: its neutral, from which every command is counted.
-"""
+"""Quick motion, in which a boat answers its thrusters, and the neutral of a command: its value while the boat rests."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

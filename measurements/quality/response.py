@@ -1,4 +1,4 @@
-"""How surge and yaw answer each command, tried at every delay: which way a thruster pushes, on which side it sits."""
+"""Response of surge and yaw to each command, at every delay: which way a thruster pushes, and on which side it sits."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass

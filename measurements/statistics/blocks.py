@@ -1,21 +1,4 @@
-"""Errors that count blocks instead of rows: robust fits, draws of whole blocks, and paired comparisons.
-
-Blocks of rows that err together: errors of a fit that count blocks instead of rows, and draws of whole blocks.
-
-Linear fits that false rows do not sway, with errors counted by stretches of a log.
-
-Is one model's error smaller than another's? Paired moving-block bootstrap of the difference of two RMS errors.
-
-Both models are judged on the same rows, so that what is hard for both cancels; and rows near each other in time err
-alike, so that whole blocks of time are drawn (Kuensch 1989). What is asked for is the ratio of the errors, which may be
-far from one by all that is known though nobody can say how far. Its logarithm is linearised about its value; the
-standard error that the bootstrap then has with endless draws is known in closed form, the spread of the means of all
-blocks that overlap (Meketon and Schmeiser 1984), so nothing is drawn. Few blocks give Student's t, not a normal
-quantile. The length of a block comes from the autocorrelation of the difference (Politis and White 2004, with the
-correction of Patton, Politis and White 2009). Their length is best for the variance; intervals that cover need a longer
-one, and a length that a noisy autocorrelation cannot make too short: five times as long, and a sixth of the rows at
-least. `benchmarks/paired.py` prints how often the intervals cover.
-"""
+"""Statistics of rows that err together: robust fits, draws of whole blocks, and paired comparison of two errors."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -244,6 +227,14 @@ class Difference:
 
 def paired_difference(model: Array, reference: Array, shortest: int = 1) -> Difference:
     """Compare the root mean square errors of two models on the same rows.
+
+    Both models are judged on the same rows, so that what is hard for both cancels; rows near each other err alike, so
+    whole blocks count (moving-block bootstrap; Kuensch 1989). The logarithm of the ratio of the errors is linearised;
+    its standard error with endless draws is known in closed form, the spread of the means of all overlapping blocks
+    (Meketon and Schmeiser 1984). Few blocks give Student's t. The length of a block comes from the autocorrelation of
+    the difference (Politis and White 2004; Patton, Politis and White 2009), times five, and at least a sixth of the
+    rows, since intervals that cover need longer blocks than the variance. `benchmarks/paired.py` prints how often the
+    intervals cover.
 
     Parameters
     ----------

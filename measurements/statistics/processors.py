@@ -1,11 +1,7 @@
-"""Processors: work in a forked process beside this one, and linear algebra on one thread.
+"""A second process by fork for work that can wait, and linear algebra on one thread.
 
-A second processor: what does not wait for the rest is done in a forked process, which hands back its result.
-
-A fork sees all that is at hand, so that nothing is sent to it and no module is loaded again. Its results are those that
-this process would have come to, to the last bit.
-
-Linear algebra on one processor: matrices here are small, and threads would only wait for each other.
+A fork sees all that is in memory, so nothing is sent to it, and its results equal this process's to the last bit.
+Matrices here are small: threads would wait for each other.
 """
 
 import ctypes

@@ -1,9 +1,4 @@
-"""Quantiles of Student's t and of Fisher's F, and a measured size weighed with what is usual.
-
-SciPy has both, but it takes longer to load than a log takes to read, for a few numbers an answer.
-
-A measured size beside what is usual: weighed by how sure each is, or not believed where both cannot be right.
-"""
+"""Quantiles of Student's t and Fisher's F, without the time SciPy takes to load; and a size weighed with its prior."""
 
 from functools import cache
 from math import exp, hypot, lgamma, log, log1p, sqrt

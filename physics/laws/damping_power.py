@@ -1,28 +1,9 @@
-"""Damping takes energy out at every state of an envelope: the laws of damping and mass, and the proof of dissipation.
+"""The law of dissipation, nu_r^T F(nu_r) <= 0 over an envelope of velocities, with positive mass: measured and proved.
 
-The laws of a hull in water: damping takes energy out at every state of an envelope, and mass is positive.
-
-A law stands here once. Discovery keeps it by construction (`discovery/lawful/refit.py`), and anyone may check any
-vehicle against it. Coriolis forces do no work (`matrices.coriolis_matrix`), a wake memory with positive gains stores
-and loses energy, and thrust, wind, current and trim are forces from outside; what must dissipate is the hydrodynamic
-force of every damping, coupling and unnamed term: nu_r^T F(nu_r) <= 0 (Fossen 2021, section 6.4 and property 6.3).
-
-A proof of dissipation over a whole envelope: finitely many 3x3 matrices that must be positive semidefinite.
-
-In one orthant of the envelope velocities are nu = e p, with e its far corner and p in the unit cube, and moduli are
-plain numbers, so that the power of the damping force is a polynomial P(p) [W] with coefficients linear in the
-vehicle's parameters. Write P = -p^T S(p) p. An S(p) in Bernstein form that is positive semidefinite at its control
-points is so on the whole cube, so P <= 0 there. For damping of the catalogue S is affine and the control points are the
-corners, where S = (D + D^T) / 2 in these units: the vertex LMIs of Boyd et al. (1994, section 4.3). Unnamed terms of
-degree three need degree two on some axes, with one more control point halfway (Farouki 2012, section 9).
-
-S is not unique: u v r may stand as u in row v, column r, or as v in row u, column r, or as r in row u, column v. Each
-such exchange is a free variable (a slack) of each orthant. Without them honest couplings are rejected: Y_ur + N_uv +
-X_vr = 0 does no work whatever its size.
-
-Cross-flow drag is no polynomial in an orthant, since v + x r changes its sign within it. It needs no matrices: its
-power is -1/2 rho C_d T sum |v + x r|^3 dx (see `physics.momentum_balance`), which C_d >= 0 keeps at or below zero at
-every state. So P of everything else is what has to be proved, and a proof of it is one of the whole.
+F is the force of every damping, coupling and unnamed term (Fossen 2021, section 6.4 and property 6.3). Coriolis forces
+do no work, a wake memory with positive gains stores and loses energy, and thrust, wind, current and trim come from
+outside. The proof is a few 3x3 matrices in each orthant, see `Basis`; cross-flow drag needs none, as C_d >= 0 takes
+energy out at every state (`physics.momentum_balance.cross_flow_forces`).
 """
 
 from collections.abc import Iterable, Sequence
@@ -242,6 +223,17 @@ _PAIRS = tuple(combinations_with_replacement(range(3), 2))
 @dataclass(frozen=True, slots=True)
 class Basis:
     """How polynomial coefficients and slacks make matrices at control points; the same for every orthant.
+
+    In one orthant of the envelope nu = e p, with e its far corner and p in the unit cube, and moduli are plain numbers,
+    so the power of the damping force is a polynomial P(p) [W] with coefficients linear in the vehicle's parameters.
+    Write P = -p^T S(p) p. An S(p) in Bernstein form that is positive semidefinite at its control points is so on the
+    whole cube. For damping of the catalogue S is affine and the control points are the corners, where S = (D + D^T) / 2
+    in these units: the vertex LMIs of Boyd et al. (1994, section 4.3). Unnamed terms of degree three need degree two on
+    some axes, with one more control point halfway (Farouki 2012, section 9).
+
+    S is not unique: u v r may stand as u in row v, column r, or as v in row u, column r, or as r in row u, column v.
+    Each such exchange is a free variable (a slack) of each orthant. Without them honest couplings are rejected: Y_ur +
+    N_uv + X_vr = 0 does no work whatever its size.
 
     Attributes
     ----------

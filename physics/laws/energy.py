@@ -1,12 +1,8 @@
 """The energy balance of a hull as inequalities between powers, for arrays and tensors alike.
 
-Each law stands here once, with its one tolerance, for three uses: a penalty while a network is trained, the judge of
-its epochs, and the audit of any model. Only operators and methods that numpy arrays and torch tensors share act on the
-values.
-
-Along a motion the kinetic energy changes by nu^T M nu_dot, to which Coriolis forces add nothing (Fossen 2021, property
-6.3). Without thrust that power is what damping takes out, so it is never above zero: not in any state, and, on a hull
-that moves along one axis only, not on any axis. With thrust it is at most what the thrusters put in.
+Kinetic energy changes by nu^T M nu_dot, to which Coriolis forces add nothing (Fossen 2021, property 6.3). Without
+thrust that power is never above zero; with thrust it is at most what the thrusters put in. Each law stands here once,
+with its one tolerance, for the loss and the judge of a training and for the audit of any model.
 """
 
 from typing import Any

@@ -1,9 +1,8 @@
 """Manoeuvres: command programmes that excite every regime of any vehicle with thrusters.
 
-A manoeuvre is a pair of normalised series on the 10 Hz command grid: the *common* command of both sides and the
-*differential* one (positive turns to starboard). `programme` strings manoeuvres together and turns them into the
-commands of a vehicle's own thrusters. Zigzags and circles follow the ITTC manoeuvres (7.5-02-06-01) in spirit: they are
-open-loop, so that the commands are the same whatever the hull does.
+A manoeuvre is a pair of normalised series at 10 Hz: the *common* command of both sides and the *differential* one
+(positive turns to starboard). `programme` strings them together as commands of a vehicle's thrusters. Zigzags and
+circles follow the ITTC manoeuvres (7.5-02-06-01) in kind, open loop.
 """
 
 from collections.abc import Callable

@@ -1,9 +1,7 @@
 """Worlds: a vehicle with a hidden effect drives a programme in waves, and sensors write the log.
 
-Waves: the first-order motion that a boat makes with the sea, on top of the motion that its forces explain.
-
-Low-frequency and wave-frequency motion are added, as is usual for control (Fossen 2021, chapter 10): the boat follows
-the orbits of the water and turns with it. The sensors see waves, but no mean force acts, and a model misses nothing.
+First-order wave motion is added to the motion of the forces, as is usual for control (Fossen 2021, chapter 10): the
+boat follows the orbits of the water and turns with it. Sensors see waves, but no mean force acts.
 """
 
 from collections.abc import Mapping

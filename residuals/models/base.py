@@ -1,8 +1,6 @@
-"""Models: what every one answers, and the baselines that know nothing of the boat.
+"""The interface of a model (accelerations along a motion, open-loop rollouts), a vehicle as a model, and the baselines.
 
-What every model answers: acceleration along a motion and in lasting states, and open-loop rollouts.
-
-Baselines: motion that goes on as it is. A model that predicts worse than these knows nothing of the boat.
+A baseline lets motion go on as it is; a model that predicts worse knows nothing of the boat.
 """
 
 from abc import ABC, abstractmethod

@@ -1,7 +1,7 @@
-"""How far from the measured acceleration a network may be: a margin by axis that rows which it did not learn gave.
+"""Margins of a network's acceleration, by axis, from rows that it did not learn.
 
-The margin is a sum of sizes along the motion, since a boat that moves gently is predicted better than one that does
-not. Beyond what training has seen the vehicle's own margin takes its place, as the correction fades, and it widens.
+A margin is a sum of sizes along the motion, since a gentle motion is predicted better. Beyond what training has seen
+the vehicle's own margin takes its place, as the correction fades.
 """
 
 import numpy as np

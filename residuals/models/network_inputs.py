@@ -1,4 +1,4 @@
-"""What a network sees: the paper's s = [u, v, r, T_1 ... T_n], and the heading where it is asked for."""
+"""Inputs of a network: the paper's s = [u, v, r, T_1 ... T_n], and the heading where it is asked for."""
 
 from collections.abc import Sequence
 

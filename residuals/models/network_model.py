@@ -1,10 +1,6 @@
-"""A trained network as a model: hybrid or pure, along a motion or walking along with a boat.
+"""A trained network as a model: beside a vehicle's physics (hybrid) or in its place (pure), for motions or row by row.
 
-A trained network as a model: beside the physics of a vehicle (hybrid), or in its place (pure).
-
-One thread for torch: networks of this size gain nothing from a second one, and sums do not depend on the machine.
-
-A network that walks along with a boat: what it says of each row as it comes, and of rows that are only planned.
+torch runs on one thread: networks of this size gain nothing from more, and sums do not depend on the machine.
 """
 
 from collections.abc import Iterator

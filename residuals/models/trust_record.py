@@ -1,4 +1,4 @@
-"""How far a network's correction is trusted, as its `model.yaml` has it."""
+"""The trust region of a network's correction, as its `model.yaml` has it."""
 
 from typing import TYPE_CHECKING
 

@@ -1,8 +1,7 @@
-"""What every network is: a causal map from inputs in SI units to a correction of the acceleration in SI units.
+"""The interface of a network: a causal map from inputs in SI units to a correction of the acceleration in SI units.
 
-Standardisation happens inside, with constants that are buffers, so that they travel with the weights. A network carries
-its memory (the state of a recurrence, the rows that a convolution still needs) as a tuple of tensors: a call with the
-memory of the call before goes on exactly where that one ended, whether it takes a minute of rows or a single one.
+Standardisation is inside, with constants as buffers. Memory (a recurrent state, past rows of a convolution) is a tuple
+of tensors: a call with the memory of the call before goes on where that one ended, whatever the number of rows.
 """
 
 from abc import ABC, abstractmethod

@@ -1,12 +1,7 @@
-"""Checkpoints: the state of a training between two epochs, and which weights are kept.
+"""Checkpoints: the state of a training between two epochs, and the choice of the weights that are kept.
 
-The state of a training between two epochs in one file, from which it goes on as if it had never stopped.
-
-Which weights are kept: the best that keep all laws, else those that learnt to keep them at states against the laws.
-
-An audit searches where training has only drawn. The states that it meets against the laws are asked in the loss from
-then on, for a few epochs more, and the audit searches anew, until it finds nothing, or a few times at most. Chang,
-Roohi and Gao (2019), "Neural Lyapunov control", train on counterexamples in this way.
+Kept are the best weights that keep all laws. An audit searches for states against the laws; these are asked in the loss
+for a few epochs more, and the audit searches anew (Chang, Roohi and Gao 2019, "Neural Lyapunov control").
 """
 
 import json

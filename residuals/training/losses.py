@@ -1,9 +1,4 @@
-"""Losses of a batch of windows: data, laws, smoothness, and short rollouts that gradients flow through.
-
-The loss of a batch of windows: data, laws, smoothness, and short rollouts.
-
-Short open-loop rollouts that gradients flow through: the force equation and the network, step by step.
-"""
+"""Losses of a batch of windows: data, laws, smoothness, and short open-loop rollouts that gradients flow through."""
 
 from dataclasses import dataclass
 from typing import Any, final

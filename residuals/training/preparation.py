@@ -1,15 +1,8 @@
-"""Preparation of a training: network, loss and judge, from scratch or from a trained network.
+"""Preparation of a training: network, loss and judge, from scratch or from a network of another boat.
 
-What a training works on: the network, the loss and the judge, made from a split and the settings.
-
-What an epoch is judged by: the error on held-out motions, filtered as scores filter it, and the laws.
-
-A training that goes on from a trained network: its layers, its inputs and their units, on the log of another boat.
-
-Few minutes of a new hull tell too little for fresh weights. A network of a sister hull, or one that was made to be a
-start (Nichol, Achiam and Schulman 2018), needs fewer. What it sees and says keeps the scale that it was trained with,
-else its weights would mean something else; mass and thrusters are those of the new vehicle, and so is what it fades
-beyond.
+An epoch is judged by its error on held-out motions, filtered as scores filter it, and by the laws. A network that goes
+on from another (Nichol, Achiam and Schulman 2018) keeps the scale of its inputs and outputs; mass, thrusters and the
+fading distance are those of the new vehicle.
 """
 
 import hashlib

@@ -1,8 +1,7 @@
-"""What networks of one kind say of parts of a log that they do not know: by this a correction is trusted.
+"""Probes: networks of one kind trained on parts of a log and tried on the others, from which a correction's gain comes.
 
-Parts are held out in time, and in the space of states: the lively half of a log, which a probe of the calm half does
-not know, and both ends of the direction along which its stretches differ most. So a gain is asked at distances from
-training, not only within it (Roberts et al. 2017, doi:10.1111/ecog.02881, of blocks in time and in predictors).
+Parts are held out in time and in the space of states (the lively half, and both ends of the direction along which
+stretches differ most), so gains are known at distances from training (Roberts et al. 2017, doi:10.1111/ecog.02881).
 """
 
 from collections.abc import Callable, Sequence

@@ -1,9 +1,4 @@
-"""Windows of rows on which networks are trained, and their augmentation.
-
-Chronological windows of rows on which networks are trained, and the filter that their output goes through.
-
-Augmentation: noise on what the network sees, thrusters that push differently, and sister hulls beside it.
-"""
+"""Chronological windows of rows for training, the filter of the output, and augmentation of a batch."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,4 @@
-"""ROS 2 bags: a folder with metadata.yaml and its storage, sqlite3 read in the order of its rows, or MCAP.
-
-The sqlite3 storage of ROS 2 bags, read in the order of its rows, up to where the file is torn.
-"""
+"""ROS 2 bags: a folder with metadata.yaml and its storage, MCAP or sqlite3 read row by row up to where it is torn."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""When a message was true: header stamps where they can be trusted, on one clock with what has no header."""
+"""Time of a message: its header stamp where that can be trusted, on one clock with messages that have no header."""
 
 from array import array
 from collections.abc import Callable, Sequence

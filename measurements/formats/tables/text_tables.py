@@ -1,11 +1,4 @@
-"""Text tables, long and wide: small ones of numbers by Arrow, all others by pandas.
-
-Small text tables of nothing but numbers as Arrow reads them, in a fifth of the time in which pandas is loaded.
-
-Tables as pandas reads them: whatever a text table holds, and any frame.
-
-It is loaded where it is needed, for that takes a third of a second.
-"""
+"""Text tables, long and wide: small ones of numbers by Arrow, which loads five times faster, all others by pandas."""
 
 import gzip
 import warnings

@@ -1,4 +1,4 @@
-"""Whether the log was put on a finer grid than it was measured on: rows that repeat, or lie on lines between others."""
+"""Check of a log put on a finer grid than it was measured on: rows that repeat, or lie on lines between others."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Whether port is port, and ahead ahead: the sign of the boat's answer against the names of its commands."""
+"""Check of the sides and signs of thrusters: the boat's answer against the names of its commands."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Whether a sensor repeats itself: a value that stays exactly the same while it should move."""
+"""Check for stuck sensors: a value that stays exactly the same while it should move."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

@@ -1,4 +1,4 @@
-"""Whether surge is surge: u and v under each other's names, by the way made good and by what the thrusters drive."""
+"""Check of u and v under each other's names, by the way made good and by what the thrusters drive."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,11 +1,7 @@
-"""Laws and witnesses: what a law says of a model (a `Ruling`), and what it sees of one (a `Witness`).
+"""The interface of a law: what it sees of a model (`Witness`), and what it says of it (`Ruling`).
 
-What a law says of a model (a `Ruling`), and what every law is.
-
-What a law sees of a model: a `Witness`.
-
-A witness answers for velocities relative to the water, with the wind and trim that its vehicle file states taken out:
-they are forces from outside, and no model breaks a law by feeling them.
+A witness answers for velocities relative to the water, without the wind and trim that its vehicle file states: these
+are forces from outside, and no model breaks a law by feeling them.
 """
 
 from abc import ABC, abstractmethod

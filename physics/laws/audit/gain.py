@@ -1,4 +1,4 @@
-"""Where does a model gain power that it should not? The search that the laws of power share."""
+"""Search for the state in which a model gains most power that it should not; the laws of power share it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

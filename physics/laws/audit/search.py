@@ -1,7 +1,7 @@
-"""Where is a function of state largest? Quasi-random sampling of a box, projected gradient ascent, random steps.
+"""Maximisation of a function of state: quasi-random points in a box, projected gradient ascent, random steps.
 
-The function is a black box that is asked for many states at once, so gradients are central differences: with a few
-coordinates that costs what backpropagation would, and serves networks, formulas and foreign code alike.
+The function is a black box asked for many states at once, so gradients are central differences; networks, formulas and
+foreign code are served alike.
 """
 
 from collections.abc import Callable
