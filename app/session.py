@@ -1,4 +1,4 @@
-"""What one tab of the browser works on: what is shown, the steps that lead there, and what is done beside it."""
+"""Session of one tab: what is shown, the steps that lead there, and the work beside it."""
 
 import asyncio
 import shutil

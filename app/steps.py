@@ -1,9 +1,4 @@
-"""Steps of a person's work, back and forth, and the commands that do the same.
-
-The steps of a person's work, back and forth; each says what is open and what is made of it.
-
-The commands that do on the command line what was done with the mouse.
-"""
+"""Steps of a person's work, back and forth, and the commands that do the same on the command line."""
 
 import shlex
 from collections.abc import Mapping, Sequence

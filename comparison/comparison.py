@@ -1,9 +1,4 @@
-"""Comparison of all models on the same rows: errors, laws, domain, coverage, and what is more than chance.
-
-All models on the same rows, as `comparison.json` has them: errors, laws, domain, and what is more than chance.
-
-What the interval of a model holds of the rows that judge it, within what it has seen and beyond.
-"""
+"""Comparison of models on the same rows, as `comparison.json` has it: errors, laws, domain, coverage of intervals."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace

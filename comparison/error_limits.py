@@ -1,9 +1,4 @@
-"""Error limits: read from a file in the words of the field, and held against measured errors.
-
-Limits of a model's errors, as a file says them: in the words of the field, and nothing that is not known.
-
-Whether a model holds limits on its logs: measured errors beside those that are allowed.
-"""
+"""Error limits: read from a file in the words of the field, and held against the errors of a model."""
 
 import math
 import os

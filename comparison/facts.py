@@ -1,9 +1,4 @@
-"""Facts of a comparison as its files have them, and which differences are more than chance.
-
-What a run folder holds beside the findings: comparison, audit and how it was made, as their files have them.
-
-Which differences between models are more than chance, quantity by quantity.
-"""
+"""Facts of a comparison as its files have them, and the differences between models that are more than chance."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar

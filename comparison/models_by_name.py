@@ -1,9 +1,4 @@
-"""Models by name: whatever stands behind `--model`, and whether it was fitted to the rows that judge it.
-
-Models by name: whatever a user may put behind `--model`, and what is asked of it before it is compared.
-
-Whether a model was fitted to the rows on which it is judged: what its own files say of that, as notes.
-"""
+"""Models by name, whatever a user puts behind `--model`, and whether one was fitted to the rows that judge it."""
 
 import json
 import os

@@ -1,8 +1,6 @@
-"""Recommendation: the simplest model that no other beats by more than chance, and what decides between two.
+"""Recommendation of a model: the simplest that keeps the laws and that no other beats by more than chance.
 
-Which model to trust: the simplest that no other beats by more than chance, among those that keep the laws.
-
-What decides between models on the same rows: their rollouts where these are enough, else their acceleration.
+Rollouts decide where there are enough of them, else accelerations.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,4 @@
-"""Building of a fleet folder: each log is read once by a worker, and becomes a few kilobytes of factors.
-
-A fleet folder of logs: each read once by a worker, kept by its contents, and never again unless it changes.
-
-One log to factors: what a worker does. A path goes in, a few kilobytes come out.
-"""
+"""Building of a fleet folder: a worker reads each log once, and makes a few kilobytes of factors of it."""
 
 import hashlib
 import json

@@ -1,9 +1,4 @@
-"""Sources of a fleet's logs: folders, patterns, a manifest, object stores.
-
-Which logs make a fleet, of which boat and day each is: folders, patterns, a manifest, object stores.
-
-Logs in object stores (S3, Google, Azure and their like), through obstore.
-"""
+"""Sources of a fleet's logs (folders, patterns, a manifest, object stores), with the boat and the day of each log."""
 
 import csv
 import io

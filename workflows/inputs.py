@@ -1,6 +1,6 @@
-"""Inputs of every verb: logs read and prepared once for a vehicle, and refused where they are known to be broken.
+"""Inputs of every verb: logs read and prepared once for a vehicle.
 
-Logs that are known to be broken: refused with the cure, or taken as they are with a warning above every result.
+Logs known to be broken are refused with the cure, or taken as they are with a warning above every result.
 """
 
 import os

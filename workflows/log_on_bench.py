@@ -1,11 +1,4 @@
-"""A log on the bench: models fitted to it by hand, weighed on rows that no fit saw, and findings as cards.
-
-A log as it is read, with or without corrections of its sensors, and every model that is fitted to it by hand.
-
-What a person added by name, weighed: its value with an interval, and what it does on rows that no fit saw.
-
-Findings as cards of the workbench: effects, and what the sensors do wrong.
-"""
+"""A log on the bench: models fitted to it by hand, weighed on rows that no fit saw, and findings as cards."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,9 +1,4 @@
-"""Opened logs of the workbench: their rows, and what any model makes of them, fitted to them or not.
-
-A log that was opened for the workbench: its rows, and what any model makes of them; nothing here searches.
-
-Another log of the same boat on the bench, to which nothing is fitted: what each model makes of all its rows.
-"""
+"""Opened logs of the workbench: their rows, and what any model predicts on them, fitted to them or not."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,6 +1,6 @@
-"""The verb `plan`: what to drive next, optimised on the model, and the folder of files for whoever drives it.
+"""The verb `plan`: what to drive next, optimised on the model, and the folder of mission files.
 
-The folder of a mission: a file for each that may drive it, and `mission.json`, which says whose they are.
+`mission.json` in that folder says which of its files are undertow's.
 """
 
 import hashlib

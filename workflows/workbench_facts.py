@@ -1,4 +1,4 @@
-"""What the workbench shows, as plain facts: arrays, numbers and sentences that any process may hold."""
+"""Facts of the workbench: arrays, numbers and sentences that any process may hold."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

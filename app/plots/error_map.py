@@ -1,9 +1,4 @@
-"""The map of failure: a model's error in cells of what the boat did, of which some can be picked.
-
-The map of failure for the browser: a model's error in cells of what the boat did; picked cells select their rows.
-
-The map of failure: the force that a model leaves, by where the boat was, as cells that can be picked.
-"""
+"""Map of failure: a model's error in cells of what the boat did or where it was; picked cells select their rows."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,8 +1,6 @@
-"""Failures of two models, as `comparison.json` says them, and which effect removes them.
+"""Failures of two models, as `comparison.json` has them, and how much of an error each effect removes.
 
-Everything about where two models fail, as `comparison.json` says it.
-
-Which effect removes an error, and how much of it: computed by putting the effects in and taking them out.
+An effect's share is computed by putting it into the model and taking it out again.
 """
 
 from collections import defaultdict

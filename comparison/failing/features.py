@@ -1,4 +1,4 @@
-"""What a place in the log is told by: quantities of each row, ranges of them in words, and what the boat was doing."""
+"""Features of a place in the log: quantities of each row, their ranges in words, and what the boat was doing."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

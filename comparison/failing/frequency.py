@@ -1,9 +1,4 @@
-"""Dynamics of the error: against frequency, and against lag.
-
-Error against frequency: how slow it is, and whether it moves with a command or a speed.
-
-Error against lag: whether the model answers too early or too late.
-"""
+"""Dynamics of the error: its spectrum and coherence with commands and speeds, and a lag of the model."""
 
 from typing import Self
 

@@ -1,8 +1,6 @@
-"""Places of failure: the few that hold far more of the squared error than of the time, found by a regression tree.
+"""Places of failure: the few that hold far more of the squared error than of the time.
 
-The few places that hold far more of a model's squared error than of the time: one half proposes, the other tests.
-
-Where a regression tree cuts: the threshold that leaves the least squared error about the means of its two sides.
+One half of the log proposes them by a regression tree (Breiman et al. 1984, section 8.4), the other half tests them.
 """
 
 from collections.abc import Iterator, Sequence

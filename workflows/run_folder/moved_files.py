@@ -1,9 +1,4 @@
-"""Provenance of a run: versions, command and digests, and where its logs lie now.
-
-Where the logs and the channel map of a run lie now, wherever all were moved, and that they are still the same.
-
-What a run was made with: versions of the packages, the command that makes it again, and digests of the logs.
-"""
+"""Provenance of a run: versions, the command that makes it again, digests of its logs, and where these lie now."""
 
 import os
 import shlex

@@ -1,8 +1,6 @@
-"""Files of a run folder: which are undertow's and unchanged, and which a verb may write.
+"""Files of a run folder: which are undertow's and unchanged, by digests in `run.json`, and which a verb may write.
 
-The files of a run folder, and how it shows which of them are undertow's and unchanged: by digests in `run.json`.
-
-Which files a verb may write: never one that it reads, and in the place of another only of one that it wrote.
+A verb writes no file that it reads, and replaces only files that it wrote.
 """
 
 import hashlib
