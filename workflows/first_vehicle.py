@@ -1,9 +1,4 @@
-"""The first vehicle: thrusters as logs show them or a person puts them right, on a hull like another.
-
-The vehicle with which `init` begins: thrusters as logs show them, on a hull like another or a typical one.
-
-Thrusters as a person puts them right: places and directions in the vehicle, commands in a channel map.
-"""
+"""The first vehicle, with which `init` begins: thrusters as logs show them or a person says, on an assumed hull."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What tells structure from noise: draws of blocks, and linear fits whose errors know that rows are not independent."""
+"""Structure in an error told from noise: draws of blocks, and linear fits whose errors count blocks, not rows."""
 
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,9 +1,4 @@
-"""Reading of a run folder, whole, with sizes that are sensible, and what is wrong with it said clearly.
-
-Read a run folder whole, and say clearly what is wrong with it when it cannot be shown.
-
-What is asked of the JSON files of a run folder beyond their records: numbers, texts and lists of sensible size.
-"""
+"""Reading of a run folder, whole, with all numbers, texts and lists within bounds, and clear words for an error."""
 
 import hashlib
 import math

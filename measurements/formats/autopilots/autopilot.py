@@ -1,4 +1,4 @@
-"""What the logs of autopilots share: messages as columns, thruster outputs by function, and velocities in body axes."""
+"""Parts that the readers of autopilots share: messages as columns, thruster outputs, and velocities in body axes."""
 
 import bisect
 import re
