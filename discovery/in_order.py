@@ -149,7 +149,15 @@ def judged_as(basis: Basis, run: RunModels | None) -> Basis:
 def chosen_for(
     motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, searched: Findings | None
 ) -> Basis:
-    """What judges motions to which effects are added: what judged them in their search, where there was one."""
+    """What judges motions to which effects are added: what judged them in their search, where there was one.
+
+    Parameters
+    ----------
+    motions : measured
+    nominal : the model to which effects are added
+    settings : of discovery
+    searched : findings of a search of these motions, if there was one
+    """
     return judged_as(choose(motions, nominal, settings), RunModels.of(searched, nominal))
 
 

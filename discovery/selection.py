@@ -34,7 +34,13 @@ from .search.thruster_scales import in_plain_words
 
 
 def disagreements(form: Balance, nominal: Vehicle, corrected: Vehicle) -> list[str]:
-    """Sentences on logs in which rollouts of the corrected model are worse than the nominal model's on some axis."""
+    """Sentences on logs in which rollouts of the corrected model are worse than the nominal model's on some axis.
+
+    Parameters
+    ----------
+    form : what judges, of one or several logs
+    nominal, corrected : the models before and after
+    """
     sources = form.sources
     if len(set(sources)) < 2:
         return []

@@ -264,7 +264,14 @@ def on_top(verb: str, text: str) -> str:
 
 
 def at_end(verb: str, data: bytes, begin: bytes = b"<!-- ", end: bytes = b" -->") -> bytes:
-    """Put a mark below a page, or, with "% " and "", a PDF, or whatever else begins and ends a remark."""
+    """Put a mark below a page, or, with "% " and "", a PDF, or whatever else begins and ends a remark.
+
+    Parameters
+    ----------
+    verb : that wrote the file
+    data : its content
+    begin, end : of a remark
+    """
     data = data if data.endswith(b"\n") else data + b"\n"
     return data + begin + remark(verb, data).encode() + end + b"\n"
 

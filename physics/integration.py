@@ -381,6 +381,12 @@ def _driven(vehicle: Vehicle | None, legs: Legs, placed: bool = True) -> Driven:
 def check_starts(motion: Motion, starts: np.ndarray, steps: int) -> np.ndarray:
     """Rows from which a motion is rolled out, as whole numbers.
 
+    Parameters
+    ----------
+    motion : that is rolled out
+    starts : row numbers (batch,)
+    steps : rows that must follow each
+
     Raises
     ------
     RequestError

@@ -32,7 +32,15 @@ def values_of(vehicle: Vehicle, symbol: str) -> tuple[float, ...]:
 
 
 def amount(vehicle: Vehicle, symbol: str, digits: int, unit: str = "") -> str:
-    """The value of a parameter in words, with the names of thrusters where they differ in it."""
+    """The value of a parameter in words, with the names of thrusters where they differ in it.
+
+    Parameters
+    ----------
+    vehicle : whose parameter it is
+    symbol : of the parameter
+    digits : significant digits
+    unit : in words
+    """
     behind = "" if unit in ("1", "-") else unit
     own = [f"{value:.{digits}g} {behind}".rstrip() for value in values_of(vehicle, symbol)]
     if len(own) == 1:
@@ -64,6 +72,11 @@ def pair_forces(place: Any, sway_speed: Any, yaw_rate: Any) -> tuple[Any, Any]:
     """|w| w of the strips at plus and minus a place [m], summed, and its moment; all of them broadcast.
 
     In pairs what cancels on paper cancels to the bit: pure sway turns no hull, pure yaw pushes none aside.
+
+    Parameters
+    ----------
+    place : of the strips ahead of and behind the middle [m]
+    sway_speed, yaw_rate : relative to the water [m/s, rad/s]
     """
     turning = place * yaw_rate
     ahead, abaft = sway_speed + turning, sway_speed - turning
@@ -98,7 +111,13 @@ def cross_flow_forces(length: float, draught: float, sway_speed: Any, yaw_rate: 
 
 
 def cross_flow_matrix(length: float, draught: float, sway_speed: Array, yaw_rate: Array) -> Array:
-    """D (..., 3, 3) of C_d = 1, with D nu_r = (0, F_Y, F_N); positive semidefinite at every state."""
+    """D (..., 3, 3) of C_d = 1, with D nu_r = (0, F_Y, F_N); positive semidefinite at every state.
+
+    Parameters
+    ----------
+    length, draught : of the hull [m]
+    sway_speed, yaw_rate : relative to the water (...) [m/s, rad/s]
+    """
     shares = np.array(SHARES)
     place = length * np.concatenate([-shares[::-1], shares])
     crossing = np.abs(np.asarray(sway_speed)[..., None] + place * np.asarray(yaw_rate)[..., None])

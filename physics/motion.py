@@ -53,7 +53,13 @@ def earth_to_body(heading: Array, north: Array | float, east: Array | float) -> 
 
 
 def body_to_earth(heading: Array, ahead: Array | float, starboard: Array | float) -> tuple[Array, Array]:
-    """Turn a horizontal body-fixed vector into the earth axes (north, east); the inverse of `earth_to_body`."""
+    """Turn a horizontal body-fixed vector into the earth axes (north, east); the inverse of `earth_to_body`.
+
+    Parameters
+    ----------
+    heading : psi (n,) [rad]
+    ahead, starboard : components in the body axes
+    """
     cosine, sine = np.cos(heading), np.sin(heading)
     return cosine * ahead - sine * starboard, sine * ahead + cosine * starboard
 
@@ -67,6 +73,10 @@ def heading_from_quaternion(x: Array, y: Array, z: Array, w: Array) -> Array:
     """Yaw [rad] about the z axis of the quaternion's own frame (Fossen 2021, eq. 2.77), wrapped to -pi..pi.
 
     The quaternion may be unnormalised; its scale cancels.
+
+    Parameters
+    ----------
+    x, y, z, w : components, the vector part first
     """
     return np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
 

@@ -38,6 +38,12 @@ def finite(value: Any) -> float:
 def number(value: Any, digits: int = 3, *, minus: str = "-", blank: str = "n/a") -> str:
     """A number with `digits` significant digits, an integer whole; no exponent where it can be avoided.
 
+    Parameters
+    ----------
+    value : anything; what is no finite number gives `blank`
+    digits : significant digits
+    minus, blank : the signs for minus and for no number
+
     Examples
     --------
     >>> number(-9.1374), number(1234.5), number(0.000123), number(None), number(0.0)
@@ -95,6 +101,11 @@ def share_removed(share: Any) -> str:
 
 def percent(share: Any, *, minus: str = "-", blank: str = "n/a") -> str:
     """A share as a whole percentage that never claims certainty.
+
+    Parameters
+    ----------
+    share : 1 is all
+    minus, blank : the signs for minus and for no number
 
     Examples
     --------

@@ -353,7 +353,14 @@ def location(parts: Sequence[Any]) -> str:
 
 
 def unknown_key(key: Any, known: Iterable[str], where: str = "") -> str:
-    """Say that a key is not known, and which known one is nearest."""
+    """Say that a key is not known, and which known one is nearest.
+
+    Parameters
+    ----------
+    key : that came
+    known : keys that there are
+    where : the place, in words
+    """
     names = sorted(k for k in known if "{" not in k)
     meant = _MEANT.get(str(key).lower(), str(key))
     near = [meant] if meant in names else get_close_matches(meant[:_NAME], names, n=1, cutoff=_NEAR)

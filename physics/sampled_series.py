@@ -179,7 +179,14 @@ def switches(command: Array) -> Switches:
 
 
 def shift(series: Array, delay: float, time_step: float) -> Array:
-    """Delay a series by `delay` [s], any real number of samples; the ends hold their value."""
+    """Delay a series by `delay` [s], any real number of samples; the ends hold their value.
+
+    Parameters
+    ----------
+    series : (n,) on an even time base
+    delay : [s], negative for earlier
+    time_step : [s]
+    """
     if delay == 0.0:
         return series
     index = np.arange(series.size, dtype=float)
@@ -190,6 +197,13 @@ def first_order_lag(series: Array, time_constant: float, time_step: float, start
     """Response of `T y' = x - y` to a series that is linear between samples, from a start, or at rest (y = x there).
 
     Exact (first-order hold): y[k+1] = a y[k] + b0 x[k] + b1 x[k+1], a = exp(-h/T).
+
+    Parameters
+    ----------
+    series : x (n,) on an even time base
+    time_constant : T [s]
+    time_step : h [s]
+    start : y before the first row; None for rest
     """
     if not lags(time_constant, time_step):
         return series

@@ -230,6 +230,10 @@ def typical_added_mass(mass: float, inertia: float, length: float) -> dict[str, 
     """Added masses of a boat of this mass [kg], moment of inertia [kg m^2] and length [m], by symbol.
 
     In surge by Soeding (1982), as otter.m has it.
+
+    Parameters
+    ----------
+    mass, inertia, length : of the boat [kg, kg m^2, m]
     """
     surge = 2.7 * _DENSITY * (mass / _DENSITY) ** (5.0 / 3.0) / length**2
     return {

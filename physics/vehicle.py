@@ -353,6 +353,12 @@ def hull_of(vehicle: Vehicle) -> Hull:
 def vehicle_from_dict(data: Any, where: str, *, judged: bool = False) -> Vehicle:
     """Build a vehicle from plain data; one that cannot be too, where it is to be `judged`.
 
+    Parameters
+    ----------
+    data : plain data of a vehicle file
+    where : the file, for messages
+    judged : refuse a hull that cannot be
+
     Raises
     ------
     VehicleError

@@ -103,7 +103,14 @@ def likely_misplaced(findings: Sequence[Finding]) -> list[str]:
 
 
 def defects(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:
-    """Defects of all logs together, then those that single logs have beside them, as sentences without an end."""
+    """Defects of all logs together, then those that single logs have beside them, as sentences without an end.
+
+    Parameters
+    ----------
+    inspections : of each log
+    together : findings on all logs together
+    vehicle : for which the logs were prepared
+    """
     known = [f for f in together if _matters(f, vehicle)]
     name = "all logs together"
     told = [_sentence(name, f) for f in known]
@@ -180,6 +187,10 @@ def read_in_steps(
     progress: Say | None = None,
 ) -> tuple[Inputs, Callable[[], Checks]]:
     """Prepared logs, on which work may begin, and what tells all that is wrong with them; see `read_inputs`.
+
+    Parameters
+    ----------
+    logs, vehicle, reading, judge, progress : as in `read_inputs`
 
     Raises
     ------
@@ -275,6 +286,12 @@ def read_motions(log: PathLike, vehicle: Vehicle, reading: Reading = AS_GUESSED)
     """One log, and its motions as `read_inputs` has them for the weak form, whole and unchecked.
 
     What is wrong with the log is not looked for, which takes most of the time of reading a short one.
+
+    Parameters
+    ----------
+    log : path of the log
+    vehicle : for which it is prepared
+    reading : how it is read
 
     Raises
     ------

@@ -177,7 +177,13 @@ class Rows:
         return [(row % n == 0).astype(float) for row, n in zip(rows, every, strict=True)]
 
     def columns(self, model: VehicleModel, nominal: Vehicle, band: PredictionBand | None = None) -> dict[str, Array]:
-        """What a model predicts, the force that it leaves, in the nominal model's mass, and the ends of its band."""
+        """What a model predicts, the force that it leaves, in the nominal model's mass, and the ends of its band.
+
+        Parameters
+        ----------
+        model, nominal : the model, and the one whose mass turns acceleration into force
+        band : about open-loop predictions; None for none
+        """
         said = np.concatenate(predicted([model], self._along)[0])
         measured = np.concatenate([accelerations(s.motion) for s in self._along])
         left = (measured - said[:, :3]) @ mass_matrix(nominal)

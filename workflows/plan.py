@@ -133,7 +133,14 @@ def write_mission(
 
 
 def check_mission_target(out: PathLike, reads: Sequence[PathLike], *, force: bool = False) -> Path:
-    """The folder of a mission, if it can be written and nothing of the user's be lost."""
+    """The folder of a mission, if it can be written and nothing of the user's be lost.
+
+    Parameters
+    ----------
+    out : the folder
+    reads : files that the verb reads
+    force : write over what another made; never over what is read
+    """
     names = {form.name for form in mission_formats()} | {RECORD}
     check_target_folder("--out", Path(out), names, own_mission, reads, force=force)
     return Path(out)
@@ -307,7 +314,14 @@ def first_question(looked: Selected) -> tuple[str, ...]:
 
 
 def asked(looked: Selected, effects: Sequence[str], heading: float | None = None) -> OpenQuestion:
-    """The question which of some effects is there, after a selection; `heading` in rad."""
+    """The question which of some effects is there, after a selection; `heading` in rad.
+
+    Parameters
+    ----------
+    looked : the selection
+    effects : keys of the effects in question
+    heading : at the start [rad]; None for any
+    """
     search, state = looked.forces
     return ask(search, state, effects, looked.plausible, heading)
 

@@ -121,7 +121,14 @@ class Workbench:
         return other.fit(self.fit(stand), self._read(stand.left).model(stand).vehicle)
 
     def way_on(self, other: TriedLog, stand: Stand, time: float) -> Way:
-        """See `LogOnBench.way`, along another log."""
+        """See `LogOnBench.way`, along another log.
+
+        Parameters
+        ----------
+        other : the other log
+        stand : the model
+        time : on the common axis [s]
+        """
         return other.way(self._read(stand.left).model(stand).vehicle, time)
 
     def no_run(self, stand: Stand) -> str:
@@ -168,7 +175,15 @@ class Workbench:
     def write(
         self, stand: Stand, folder: PathLike, progress: Say | None = None, called: Callable[[str], str] = str
     ) -> None:
-        """Write the run folder of some effects; see `run` and `write_run`."""
+        """Write the run folder of some effects; see `run` and `write_run`.
+
+        Parameters
+        ----------
+        stand : the model
+        folder : of the run
+        progress : who is told
+        called : the user's name of a file from its name in a tab
+        """
         write_run(self.run(stand, progress), folder, progress=progress, called=called)
 
     def vehicle(self, stand: Stand) -> Vehicle:

@@ -156,6 +156,12 @@ class Balance(ABC):
         """What sensor noise, drawn anew, makes of the balance, (3, copies, tests) [`unit`].
 
         None where there is no such noise, or where what is left of a balance tells nothing of it.
+
+        Parameters
+        ----------
+        vehicle : the model about which the noise is propagated
+        copies : how many draws of the noise of all sensors
+        seed : of the draws; equal seeds give equal copies
         """
 
     @abstractmethod

@@ -255,7 +255,14 @@ class LateForces:
         return tuple(whole.astype(int).tolist()), np.where(share > _WHOLE, share, 0.0)
 
     def shifted(self, index: int, unit: Thruster, rows: Sequence[int]) -> Array:
-        """Force [N] and load [N s/m] of a thruster along all motions, (2, n), by whole rows late; the ends hold."""
+        """Force [N] and load [N s/m] of a thruster along all motions, (2, n), by whole rows late; the ends hold.
+
+        Parameters
+        ----------
+        index : number of the thruster in the vehicle
+        unit : the thruster, with its curve, dead zone and wear
+        rows : by how many whole rows each motion is late; negative, early
+        """
         series = self._prompt.of((index, unit.prompt_shape), lambda: self._at_once(index, unit))
         ends = zip(self._rows, rows, pairwise(self._edges), strict=True)
         places = [np.clip(own - by, first, last - 1) for own, by, (first, last) in ends]

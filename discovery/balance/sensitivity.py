@@ -153,7 +153,14 @@ class Tangent:
 
 
 def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
-    """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts)."""
+    """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts).
+
+    Parameters
+    ----------
+    data : the rollouts, their starts and bins
+    vehicle : the model that was rolled out
+    states : psi, u, v, r along its rollouts (starts, steps + 1, 4) [rad, m/s, m/s, rad/s]
+    """
     return _propagation(data, vehicle, states).transitions()
 
 

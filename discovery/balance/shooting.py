@@ -37,7 +37,14 @@ _NO_ERROR = 1e-12
 
 
 def rollout_squares(motions: Sequence[Motion], vehicle: Vehicle, horizon: float = HORIZON) -> Array:
-    """Mean square velocity errors of `horizon` [s] open-loop rollouts from measured starts every 2.5 s, (starts, 3)."""
+    """Mean square velocity errors of `horizon` [s] open-loop rollouts from measured starts every 2.5 s, (starts, 3).
+
+    Parameters
+    ----------
+    motions : gap-free stretches; of one shorter than `horizon` there is no start
+    vehicle : the model that is rolled out
+    horizon : length of a rollout [s]
+    """
     asked = _every(motions, horizon, SPACING)
     squares = [np.zeros((0, 3))]
     for legs, rolled in zip(asked, rollouts([(vehicle, legs) for legs in asked], placed=False), strict=True):
@@ -78,7 +85,13 @@ def rise_of(without: Array, within: Array, overlap: int) -> Difference:
 
 
 def rollouts_object(without: Array, within: Array, overlap: int) -> bool:
-    """True when rollouts with an effect are worse than without it, materially and surely (95 %); see `rise_of`."""
+    """True when rollouts with an effect are worse than without it, materially and surely (95 %); see `rise_of`.
+
+    Parameters
+    ----------
+    without, within : mean square velocity errors (starts, 3) of the same rollouts without the effect and with it
+    overlap : how many rollouts run at any time, see `overlap_of`
+    """
     if without.shape[0] < FEWEST:
         return False
     rise = rise_of(without, within, overlap)
@@ -86,7 +99,13 @@ def rollouts_object(without: Array, within: Array, overlap: int) -> bool:
 
 
 def worse_as_a_whole(motions: Sequence[Motion], without: Vehicle, within: Vehicle) -> bool:
-    """True when 10 s open-loop rollouts of one model are surely worse than another's: fits can wreck predictions."""
+    """True when 10 s open-loop rollouts of one model are surely worse than another's: fits can wreck predictions.
+
+    Parameters
+    ----------
+    motions : on which both models are rolled out
+    without, within : the model before a change and after it
+    """
     before, after = (rollout_squares(motions, vehicle, WHOLE_HORIZON) for vehicle in (without, within))
     return rollouts_object(before, after, overlap_of(WHOLE_HORIZON))
 
@@ -95,6 +114,12 @@ def rollouts_part(motions: Sequence[Motion], one: Vehicle, other: Vehicle, horiz
     """How far two models part along a log, (3,): rms difference of their rollouts, as a share of the rms motion.
 
     Rollouts of `horizon` [s] from common measured starts; zeros when no motion is long enough.
+
+    Parameters
+    ----------
+    motions : whose starts and commands both models have
+    one, other : the models; shares are of the rms motion of `one`
+    horizon : length of a rollout [s]
     """
     gap, size = np.zeros(3), np.full(3, 1e-12)
     asked = _every(motions, horizon, _PARTING)

@@ -180,6 +180,12 @@ class Rollings:
 def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings) -> Rollings:
     """Lay starts over the motions, and bin what was measured.
 
+    Parameters
+    ----------
+    motions : gap-free stretches, in the order of time
+    vehicle : the model whose thrusters and water are asked
+    settings : spacing, horizon, bin and integration step [s]
+
     Raises
     ------
     RequestError

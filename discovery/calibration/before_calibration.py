@@ -78,6 +78,13 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
     Parameters that the log tells apart only vaguely are free too: an effect must not be named for what some values of
     them would explain. Their intervals are wide. A common scale of all thrust is no candidate where all added masses
     are free, or the free parameters together make up the thrust: masses and damping are then known in proportion to it.
+
+    Parameters
+    ----------
+    weak : the log, as a force balance
+    nominal : the model whose parameters are freed
+    pool : the candidates of the search
+    settings : by which a parameter counts as identified
     """
     symbols = calibratable(nominal)
     known = identified(weak, nominal, (*symbols, *({_THRUST} - {*symbols})), settings, vague=True)
@@ -94,7 +101,15 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
 def calibrated(
     symbols: Sequence[str], nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
 ) -> tuple[Calibrated, ...]:
-    """What became of the parameters that were free."""
+    """What became of the parameters that were free.
+
+    Parameters
+    ----------
+    symbols : of the parameters that were free
+    nominal : values before
+    lawful : values after, and as wanted without the laws
+    intervals : 95 % intervals by symbol; one at a limit is left out
+    """
     rows = []
     for symbol in symbols:
         parameter, wanted = nominal.parameter(symbol), lawful.unconstrained.value(symbol)
@@ -116,7 +131,14 @@ def calibrated(
 def with_calibration(
     findings: Findings, free: Freed, nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
 ) -> Findings:
-    """Findings that say what was calibrated, and what the verdict therefore means."""
+    """Findings that say what was calibrated, and what the verdict therefore means.
+
+    Parameters
+    ----------
+    findings : of the discovery
+    free : which parameters were free, and why others were not
+    nominal, lawful, intervals : as `calibrated` has them
+    """
     rows = calibrated(free.symbols, nominal, lawful, intervals)
     headline = findings.headline
     if findings.verdict == "nothing missing":
@@ -158,6 +180,14 @@ def groundwork(
     """Clear motions, and find out which parameters of a nominal model they identify; see `calibrate.calibrate`.
 
     A `basis` that was chosen for these motions and this model already is not chosen again.
+
+    Parameters
+    ----------
+    motions : measured, uncorrected
+    nominal : the model to calibrate
+    settings : of discovery
+    free, hold : symbols to calibrate beside those with a value in the file, and symbols to leave as they are
+    basis : what judges the log, where that was chosen already
 
     Raises
     ------

@@ -56,7 +56,16 @@ def convex_step(
     settings: DiscoverySettings,
     folds: Sequence[Fold] = (),
 ) -> Fitted:
-    """The first step: the lawful fit to the weak form."""
+    """The first step: the lawful fit to the weak form.
+
+    Parameters
+    ----------
+    motions : measured
+    nominal : the model whose parameters are fitted
+    pool : nuisance candidates, one for each parameter
+    settings : of discovery
+    folds : parts of the logs without each of which the fit is repeated
+    """
     weak = WeakForm(motions, settings.weak)
     search = Search(weak, nominal, pool, replace(settings.search, refinements=_ROUNDS))
     state = search.reshape(search.evaluate(nominal, ()))
@@ -75,7 +84,17 @@ def rollout_step(
     blind: Sequence[bool] = SEEING,
     folds: Sequence[Fold] = (),
 ) -> Fitted:
-    """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws."""
+    """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws.
+
+    Parameters
+    ----------
+    motions : measured
+    start : the vehicle at which the fit begins
+    nominal : the vehicle that limits and notes refer to
+    pool : nuisance candidates, one for each parameter
+    blind : axes (3,) whose velocity is not trusted
+    folds : parts of the logs without each of which the fit is repeated
+    """
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
     polished = polish(motions, start, symbols, ROLLOUTS, blind=blind)
     form = Shooting(motions, polished.vehicle, ROLLOUTS, blind)

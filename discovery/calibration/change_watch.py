@@ -202,7 +202,14 @@ class ChangeWatch:
         self._squares, self._numbers = 0.0, 0
 
     def take(self, time: float, columns: Array, balance: Array) -> Alarm | None:
-        """Take a row of each axis that informs, over the noise (see `ForgettingFit.take`); an alarm if it rings."""
+        """Take a row of each axis that informs, over the noise (see `ForgettingFit.take`); an alarm if it rings.
+
+        Parameters
+        ----------
+        time : in the log [s]
+        columns : derivative of the force by each parameter (3, p), over the noise
+        balance : missing force (3,), over the noise
+        """
         if not self._taken:
             self._begins[self._detector.count] = time
         moved = columns * self._amounts

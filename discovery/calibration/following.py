@@ -138,6 +138,13 @@ def known_beforehand(
 ) -> Beforehand:
     """Learn the noise of a row and the size of the forces from motions, and what change is plausible from trials.
 
+    Parameters
+    ----------
+    motions : a stretch of motion in which the model is as the file says
+    vehicle : the model before anything changes
+    pool : the candidates that are followed
+    settings : of the adaptation
+
     Raises
     ------
     RequestError
@@ -284,7 +291,16 @@ def watch_from(
     settings: AdaptSettings,
     alarms: AlarmSettings,
 ) -> ChangeWatch | None:
-    """A watch whose budget is rehearsed with the noise of motions in which nothing changes; None where too few tell."""
+    """A watch whose budget is rehearsed with the noise of motions in which nothing changes; None where too few tell.
+
+    Parameters
+    ----------
+    motions : in which nothing changes
+    vehicle : the model along them
+    pool : the candidates that are followed
+    known : noise and plausible amounts, see `known_beforehand`
+    settings, alarms : of the adaptation, and the budget of false alarms
+    """
     columns, balance = informing_rows(motions, vehicle, pool, known, settings)
     stride = settings.weak.stride
     widening = rehearsed_widening(columns, balance, known.amounts, settings.share, stride, alarms)
@@ -298,7 +314,13 @@ def watch_from(
 def informing_rows(
     motions: Sequence[Motion], vehicle: Vehicle, pool: Sequence[Candidate], known: Beforehand, settings: AdaptSettings
 ) -> tuple[Array, Array]:
-    """Columns (n, 3, p) and balance (n, 3) of the rows of motions that inform, over the noise."""
+    """Columns (n, 3, p) and balance (n, 3) of the rows of motions that inform, over the noise.
+
+    Parameters
+    ----------
+    motions, vehicle, pool, settings : as in `watch_from`
+    known : noise of a row, and the change of each parameter from which a row informs
+    """
     tested = TestedRows(vehicle, pool, settings)
     rows = [tested.of(motion) for motion in motions]
     columns = np.concatenate([row[1] for row in rows]) / known.noise[:, None]

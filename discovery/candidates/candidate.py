@@ -171,6 +171,12 @@ def calibratable(vehicle: Vehicle, free: Sequence[str] = (), hold: Sequence[str]
 
     Mass, inertia_z and x_g are held; x_g may be freed.
 
+    Parameters
+    ----------
+    vehicle : whose parameters they are
+    free : symbols to calibrate without a value in the file
+    hold : symbols to leave as they are
+
     Raises
     ------
     RequestError

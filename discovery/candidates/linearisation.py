@@ -323,6 +323,12 @@ def found_forces(
     """The forces of what a discovery added, in its order; `labels` are those of its steps.
 
     What else was moved was calibrated, and is one entry.
+
+    Parameters
+    ----------
+    nominal, corrected : the models between which the effects lie
+    parts : the prepared logs
+    labels : of the discovery's steps; None and "calibrated" name no effect
     """
     keys = [label for label in labels if label not in (None, CALIBRATED)]
     return effect_forces(nominal, corrected, parts, keys, CALIBRATED)

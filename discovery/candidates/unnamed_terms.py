@@ -64,6 +64,13 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
 
     Terms of the catalogue compete in the selection, so that an unnamed term enters only beside or before them, and
     columns that this log cannot tell apart (correlation above 0.9995) enter once, the named and the simplest first.
+
+    Parameters
+    ----------
+    weak : the log, as a force balance
+    vehicle : the model whose balance is explained
+    most : terms an axis
+    degree : largest of a monomial
     """
     factors = term_factors(weak, vehicle, degree)
     forms = monomials(degree)
@@ -87,6 +94,12 @@ def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 
 
     Their tested columns correlate by more than 0.9 in modulus. Terms of the catalogue are left out: they are tried
     anyway.
+
+    Parameters
+    ----------
+    weak, vehicle, degree : as in `shortlist`
+    symbols : the given terms, `axis:form`
+    most : twins of each
     """
     if not symbols:
         return ()
@@ -129,7 +142,14 @@ def term_factors(weak: WeakForm, vehicle: Vehicle, degree: int, logs: Sequence[s
 
 
 def features_along(weak: WeakForm, vehicle: Vehicle, degree: int) -> tuple[tuple[Form, ...], Array]:
-    """Monomials of the velocity through the water along the log, averaged by the test functions, (tests, forms)."""
+    """Monomials of the velocity through the water along the log, averaged by the test functions, (tests, forms).
+
+    Parameters
+    ----------
+    weak : the log, whose test functions average
+    vehicle : whose water the velocity is relative to
+    degree : largest of a monomial
+    """
     forms = monomials(degree)
     states = [through_water(vehicle, motion) for motion in weak.motions]
     return forms, weak.average([np.stack([form(*state) for form in forms], axis=-1) for state in states])

@@ -88,6 +88,12 @@ def clearance(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, In
     """Distance of the file's value from the middle of an interval, in half-widths; None for an effect without any.
 
     More than 1 is outside. Of an effect of several numbers the one that is farthest out counts.
+
+    Parameters
+    ----------
+    candidate : the effect
+    nominal : the vehicle with the file's values
+    intervals : 95 % intervals of total values, by symbol
     """
     sizes = [p.symbol for p in candidate.parameters if not p.grid] or candidate.symbols
     known = [(intervals[symbol], nominal.value(symbol)) for symbol in sizes if symbol in intervals]
@@ -127,6 +133,13 @@ def in_step(
     Of an inertia in yaw it is the time by which damping lags behind the gyro: with r T late, (I - N_rdot) dr/dt + N(r)
     = tau reads as if N_rdot were less by T dN/dr. What changes the other way than the clocks tell is none of that. Of
     several logs each judges the others, and gyros that are late differ: their inertia is not asked.
+
+    Parameters
+    ----------
+    evidence : of all candidates
+    pool : the candidates, for the parameters of each
+    nominal, found : the models before and after the search
+    motions : of the log
     """
     parameters = {candidate.key: candidate.symbols for candidate in pool}
     timed = {e.key: _times(parameters[e.key], nominal, found, motions) for e in evidence if e.selected}

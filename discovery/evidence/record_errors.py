@@ -141,6 +141,12 @@ def accused(
 
     Errors that are told and that nothing was corrected for. They are of headings and turn rates: what a name explains
     in surge they did not make, unless it goes with the turn rate.
+
+    Parameters
+    ----------
+    evidence : of all candidates; those selected have a share of force on each axis
+    pool : the candidates
+    errors : findings on the sensors
     """
     told = listing([words(e.what) for e in errors if e.verdict != "no evidence" and not e.correction])
     if not told:

@@ -145,7 +145,15 @@ def suspects(search: Search, state: State, known: Identifiability, axis: int, se
 def with_faint(
     search: Search, state: State, known: Identifiability, evidence: Sequence[Evidence], seed: int
 ) -> list[Evidence]:
-    """The evidence, with the effects that would explain what moves a quiet axis told as look-alikes of one another."""
+    """The evidence, with the effects that would explain what moves a quiet axis told as look-alikes of one another.
+
+    Parameters
+    ----------
+    search, state : the search and the model that it ended with
+    known : which candidates the log excites and tells apart
+    evidence : of all candidates, selected ones first
+    seed : of the draws of blocks
+    """
     told = list(evidence)
     for axis in np.flatnonzero(search.quiet).tolist():
         group = suspects(search, state, known, axis, seed)

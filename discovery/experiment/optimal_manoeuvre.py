@@ -69,7 +69,14 @@ class Bounds:
 
 
 def first_manoeuvres(count: int, bounds: Bounds, rng: np.random.Generator) -> list[Steps]:
-    """The library's manoeuvres and random ones."""
+    """The library's manoeuvres and random ones.
+
+    Parameters
+    ----------
+    count : manoeuvres, the library's among them
+    bounds : of thrust and time
+    rng : of the random ones
+    """
     library = [kept(trial.steps[:_MOST_STEPS], bounds) for trial in TRIALS]
     return library + [kept(_random(rng), bounds) for _ in range(count - len(library))]
 
@@ -85,7 +92,14 @@ def _step(rng: np.random.Generator) -> Step:
 
 
 def changed(parents: Sequence[Steps], bounds: Bounds, rng: np.random.Generator) -> Steps:
-    """A parent with a few changes: of a time, of a level, of the order; a step more or less; a piece of another."""
+    """A parent with a few changes: of a time, of a level, of the order; a step more or less; a piece of another.
+
+    Parameters
+    ----------
+    parents : manoeuvres, the best first; better ones are drawn more often
+    bounds : of thrust and time
+    rng : of the changes
+    """
     steps = list(parents[int(len(parents) * rng.random() ** 2)])
     for _ in range(1 + int(rng.random() < 0.5) + int(rng.random() < 0.25)):
         at, kind = int(rng.integers(len(steps))), rng.random()

@@ -69,6 +69,13 @@ def part(
     """How look-alikes, pair by pair, and effects without any would part in each trial; parameters as `advice.advise`.
 
     A look-alike acts with the size in which it would explain what the selected effect explains.
+
+    Parameters
+    ----------
+    search, state : the search and the model that it ended with
+    questions : keys of effects, each with its look-alikes; see `advice.open_questions`
+    plausible : amounts of effects that are not in the model, by key
+    rehearsal : the trials of the library, simulated on the model
     """
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     stand = _Stand(search, rehearsal, column_moments(scores)[0], scores.scale)

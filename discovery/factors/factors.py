@@ -298,7 +298,14 @@ class Ensemble:
 
 
 def forward(factors: Factors, target: int, most: int) -> list[int]:
-    """Columns that forward orthogonal regression takes for a target (Billings 2013, chapter 3), in their order here."""
+    """Columns that forward orthogonal regression takes for a target (Billings 2013, chapter 3), in their order here.
+
+    Parameters
+    ----------
+    factors : of the rows of [columns, targets]
+    target : number of the target
+    most : columns to take
+    """
     import pysindy  # here, because it takes a third of a second and few logs ask for terms
 
     size = _sizes(factors)

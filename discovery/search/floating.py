@@ -232,12 +232,27 @@ Chosen = dict[str, Option]
 
 
 def without_fold(balance: Balance, linear: Linearisation, scores: GramScores, fold: Fold) -> GramScores:
-    """Scores of a linearisation on all tests but those that a fold reaches into."""
+    """Scores of a linearisation on all tests but those that a fold reaches into.
+
+    Parameters
+    ----------
+    balance : of the log
+    linear : the columns of all candidates
+    scores : of all tests
+    fold : the stretches that are not seen
+    """
     return scores.seeing(balance.outside(fold), linear.columns, linear.noise, balance.block)
 
 
 def held_where_silent(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle) -> list[Option]:
-    """Options with the nominal value, not to be fitted, for every number of which the seen tests show nothing."""
+    """Options with the nominal value, not to be fitted, for every number of which the seen tests show nothing.
+
+    Parameters
+    ----------
+    scores : of the tests that are seen
+    chosen : an option for each effect of the model
+    nominal : whose values silent parameters keep
+    """
     columns, normal, _ = scores.block_normal(chosen)
     silent = {int(k) for k, own in zip(columns, np.diag(normal.sum(axis=0)), strict=True) if not own > 0.0}
     found = []

@@ -364,6 +364,12 @@ def bounded_solve(h: Array, right: Array, lower: Array, upper: Array) -> tuple[A
     """Minimise x^T h x / 2 - right^T x within limits, by holding violators at their limit; small and fast.
 
     Returns the solution and a mask of the held entries. A held entry whose gradient points inwards is released again.
+
+    Parameters
+    ----------
+    h : positive definite (p, p)
+    right : (p,)
+    lower, upper : limits (p,), infinite where there is none
     """
     size = right.size
     x = np.asarray(np.linalg.solve(h, right), dtype=float)

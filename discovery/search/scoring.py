@@ -143,6 +143,14 @@ class Scoring:
 
         Those of all options stay at hand until others are asked for: of one model it is asked what the log can show of
         it, what its effects are worth, and what would be beside an error of the sensors.
+
+        Parameters
+        ----------
+        vehicle : about which derivatives are taken
+        active : keys of the effects in it
+        error : error that remains on each axis (3,); that of `vehicle` for None
+        pool : candidates to linearise; all for None
+        standing, roughly : see `Linearisation`
         """
         pool = self.pool if pool is None else pool
         asked = (vehicle, tuple(active), tuple(c.key for c in pool), roughly)
@@ -167,7 +175,14 @@ class Scoring:
         return self.fits(scores, [chosen])[0]
 
     def fits(self, scores: GramScores, choices: Sequence[Sequence[Option]], *, limited: bool = True) -> list[Fit]:
-        """The same of several choices; see `GramScores.fits`."""
+        """The same of several choices; see `GramScores.fits`.
+
+        Parameters
+        ----------
+        scores : of the columns
+        choices : an option for each effect, model by model
+        limited : hold parameters to their physical limits
+        """
         return [
             self._comparable(fit, chosen, scores.tests)
             for fit, chosen in zip(scores.fits(choices, limited=limited), choices, strict=True)
@@ -237,7 +252,14 @@ class Scoring:
         return tuple(key for key in keys if self._kinds[key] is kind)
 
     def evaluate(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> State:
-        """Refine a model's parameters by Gauss-Newton and score it."""
+        """Refine a model's parameters by Gauss-Newton and score it.
+
+        Parameters
+        ----------
+        vehicle : start of the refinement
+        active : keys of the effects that are fitted
+        error : error (3,) by which axes are weighted at first
+        """
         named = self.named(active)
         pool = [c for c in self.pool if c.fitted(named)]
         active = (*(c.key for c in pool if c.nuisance), *named)
@@ -286,7 +308,14 @@ class Scoring:
         return self.evaluate(state.vehicle.with_values(null), tuple(active), state.fit.in_sample)
 
     def replace(self, state: State, old: str, new: str, linear: Linearisation, scores: GramScores) -> State:
-        """A model with one effect in place of another, fitted from the better of its shapes."""
+        """A model with one effect in place of another, fitted from the better of its shapes.
+
+        Parameters
+        ----------
+        state : the model
+        old, new : keys of the effect that goes and the one that comes
+        linear, scores : columns about the model, `new` among them
+        """
         now = {key: linear.options[key][0] for key in state.active}
         rest = {key: option for key, option in now.items() if key != old} | {old: linear.options[old][1]}
         shapes = [option for option in linear.options[new] if option.present]
@@ -294,7 +323,14 @@ class Scoring:
         return self.apply(state, now, best, scores)
 
     def apply(self, state: State, now: dict[str, Option], change: dict[str, Option], scores: GramScores) -> State:
-        """Make a change that was scored about the columns at hand, and refine it."""
+        """Make a change that was scored about the columns at hand, and refine it.
+
+        Parameters
+        ----------
+        state : the model
+        now, change : options by key, before the change and after it
+        scores : of the columns about the model
+        """
         chosen = list(change.values())
         fit = self.fit(scores, chosen)
         start = apply_fit(reset(state.vehicle, self.nominal, now, change), chosen, fit)

@@ -20,6 +20,12 @@ def same_model(nominal: Vehicle, active: tuple[str, ...], key: str, other: str) 
 
     With two thrusters, any two of {common scale, scale of the one, scale of the other} give every pair of scales; with
     more of them they do not.
+
+    Parameters
+    ----------
+    nominal : whose thrusters they are
+    active : keys of the effects in the model
+    key, other : keys of the scale in the model and of the one in its place
     """
     kind = [k for k in active if _is_scale(k)]
     return len(nominal.thrusters) == 2 and len(kind) == 2 and key in kind and _is_scale(other)

@@ -82,6 +82,12 @@ def envelope_of(motions: Sequence[Motion], vehicle: Vehicle, share: float = 1.0)
     boat that goes ahead is sometimes pushed astern. A speed that is gone in a moment, far beyond all others, is a
     sensor's and not the boat's. Ends are rounded outwards to 0.001.
 
+    Parameters
+    ----------
+    motions : measured
+    vehicle : whose water the velocities are relative to
+    share : factor on the extremes
+
     Raises
     ------
     RequestError
@@ -157,6 +163,13 @@ def worst_dissipation(
     Half of the states are drawn evenly over the box, a quarter on its faces, a quarter along rays at all scales, since
     linear terms show at low and cubic ones at high speed. The best by power, and the best by power over squared
     speed (else rest, where there is no power, would hide all else), are then moved at random, ever less.
+
+    Parameters
+    ----------
+    vehicle : whose damping it is
+    envelope : of velocities relative to the water [m/s, m/s, rad/s]
+    samples, refinements : states drawn, and rounds of random steps
+    seed : of both
     """
     rng = np.random.default_rng(seed)
     low, high = np.array(envelope.lower), np.array(envelope.upper)
@@ -293,7 +306,15 @@ def vehicle_degree(*vehicles: Vehicle) -> Exponents:
 
 
 def power_of(axis: int, form: Form, envelope: Envelope, degree: Exponents) -> Array:
-    """Coefficients (orthants, m) [W] of the power of a unit force `form` on an axis, in every orthant."""
+    """Coefficients (orthants, m) [W] of the power of a unit force `form` on an axis, in every orthant.
+
+    Parameters
+    ----------
+    axis : 0 to 2
+    form : monomial of velocity
+    envelope : of velocities [m/s, m/s, rad/s]
+    degree : of S in each velocity
+    """
     exponents = [0, 0, 0]
     exponents[axis] += 1
     for factor in form.factors:
@@ -314,6 +335,12 @@ def vehicle_power(vehicle: Vehicle, envelope: Envelope, degree: Exponents) -> Ar
     """Coefficients (orthants, m) [W] of the power of all damping, coupling and unnamed terms of a vehicle.
 
     But for cross-flow drag, whose power is never above zero.
+
+    Parameters
+    ----------
+    vehicle : whose terms they are
+    envelope : of velocities [m/s, m/s, rad/s]
+    degree : of S in each velocity
     """
     total = np.zeros((len(envelope.orthants), len(basis(degree).monomials)))
     for value, axis, form in active_terms(vehicle):
@@ -322,14 +349,28 @@ def vehicle_power(vehicle: Vehicle, envelope: Envelope, degree: Exponents) -> Ar
 
 
 def control_matrices(power: Array, slack: Array | None, degree: Exponents) -> Array:
-    """S at every control point [W], (orthants, K, 3, 3), from coefficients of P (orthants, m), slacks (orthants, s)."""
+    """S at every control point [W], (orthants, K, 3, 3), from coefficients of P (orthants, m), slacks (orthants, s).
+
+    Parameters
+    ----------
+    power : coefficients of P (orthants, m) [W]
+    slack : exchanges (orthants, s) [W]; none for None
+    degree : of S in each velocity
+    """
     b = basis(degree)
     matrices = np.einsum("kijm,om->okij", b.lift, power)
     return matrices if slack is None else matrices + np.einsum("kijs,os->okij", b.slack, slack)
 
 
 def corner_state(envelope: Envelope, orthant: int, point: int, degree: Exponents) -> tuple[float, float, float]:
-    """Velocities (u, v, r) of a control point."""
+    """Velocities (u, v, r) of a control point.
+
+    Parameters
+    ----------
+    envelope : of velocities [m/s, m/s, rad/s]
+    orthant, point : numbers of the orthant and of the control point in it
+    degree : of S in each velocity
+    """
     u, v, r = np.array(envelope.orthants[orthant]) * basis(degree).points[point] + 0.0
     return float(u), float(v), float(r)
 

@@ -98,6 +98,13 @@ def allowed_power(vehicle: Vehicle, velocity: Array, thrust: Array, share: float
     """Gain [W] that a learnt model is allowed at velocities (..., 3) with thrusts (..., thrusters) [N], (...).
 
     What its thrusters may give or, where that is more, a `share` of what is let pass without thrust.
+
+    Parameters
+    ----------
+    vehicle : whose thrusters drive
+    velocity : (..., 3) relative to the water [m/s, m/s, rad/s]
+    thrust : (..., thrusters) [N]
+    share : of the tolerance, 0..1
     """
     driven = most_driven(thruster_matrix(vehicle), velocity, thrust)
     return np.maximum(driven, share * let_pass(full_force(vehicle), velocity))
@@ -116,6 +123,12 @@ def coasting_states(envelope: Envelope, count: int, seed: int = 0) -> Array:
 
     A half fills the envelope evenly, a quarter lies on rays at all scales (linear terms show at low speed), and a
     quarter has motion along one axis only: there the power is that axis' own, and the law is that of its damping.
+
+    Parameters
+    ----------
+    envelope : of velocities [m/s, m/s, rad/s]
+    count : of states
+    seed : of the draws
     """
     rng = np.random.default_rng([seed, 11])
     low, high = np.array(envelope.lower), np.array(envelope.upper)

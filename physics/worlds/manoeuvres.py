@@ -128,6 +128,12 @@ def draw_programme(name: str, duration: float, rng: np.random.Generator) -> Arra
 
     It begins with one second of rest; all its manoeuvres come once, in random order, before any comes again.
 
+    Parameters
+    ----------
+    name : of the programme
+    duration : [s]
+    rng : of the draws
+
     Raises
     ------
     RequestError

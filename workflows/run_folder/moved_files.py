@@ -119,7 +119,13 @@ class MadeFile:
 
 
 def paths_from(target: Path, logs: Sequence[str], channel_map: PathLike | None) -> dict[str, Any]:
-    """What `run.json` has of where the logs and the map lie, seen from the run folder, and of the map's digest."""
+    """What `run.json` has of where the logs and the map lie, seen from the run folder, and of the map's digest.
+
+    Parameters
+    ----------
+    target : the run folder
+    logs, channel_map : paths as they were given
+    """
     given = None if channel_map is None else os.fspath(channel_map)
     seen = {
         "logs": [seen_from(target, path) for path in logs],
@@ -182,7 +188,14 @@ def logs_now(folder: Path, made: Sequence[MadeFile], moved: Moved = UNMOVED) -> 
 
 
 def map_now(folder: Path, made: MadeFile | None, given: PathLike | None = None) -> str | None:
-    """The channel map of a run where it is now; see `logs_now`. One that is nowhere is left for its reader to say."""
+    """The channel map of a run where it is now; see `logs_now`. One that is nowhere is left for its reader to say.
+
+    Parameters
+    ----------
+    folder : the run folder
+    made : the map as `run.json` has it
+    given : where the user says it is
+    """
     if made is None:
         if given is not None:
             raise RequestError(

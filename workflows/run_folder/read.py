@@ -218,6 +218,12 @@ def _file(folder: Path, name: str, most: int, remedy: str) -> bytes:
 def read_record(content: bytes, kind: type[Read], path: Path, remedy: str = REMEDY) -> Read:
     """The record that a JSON file of a run folder holds; `remedy` ends the message of the error.
 
+    Parameters
+    ----------
+    content : of the file
+    kind : type of the record
+    path, remedy : for the message of an error
+
     Raises
     ------
     RequestError

@@ -339,7 +339,16 @@ class Law(ABC):
         kept: str,
         broken: str,
     ) -> Ruling:
-        """The ruling on a worst value, with the sentence for either case."""
+        """The ruling on a worst value, with the sentence for either case.
+
+        Parameters
+        ----------
+        value, limit, unit : the worst value, what the law allows, and the unit of both
+        at : the state of the worst value
+        share : of quasi-random states, windows or rollouts that break the law
+        proof : what the verdict rests on
+        kept, broken : the sentence for either case
+        """
         holds = value <= limit
         return Ruling(
             law=self.name,

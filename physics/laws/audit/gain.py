@@ -64,7 +64,13 @@ class Gains:
 
 
 def asked(states: Array, gained: Power, allowed: Power) -> Gains:
-    """Gains at some states."""
+    """Gains at some states.
+
+    Parameters
+    ----------
+    states : (n, d)
+    gained, allowed : functions of states, in W
+    """
     return Gains(states, gained(states), allowed(states))
 
 
@@ -79,6 +85,13 @@ def hunted(witness: Witness, known: Gains, box: Box, gained: Power, allowed: Pow
 
     First by the excess over the squared share of the envelope, else the many watts of fast states would hide slow ones;
     then by the excess itself, where there is one, or by the share of the tolerance that is taken up.
+
+    Parameters
+    ----------
+    witness : the model
+    known : states that were asked
+    box : in which is searched
+    gained, allowed : functions of states, in W
     """
 
     def over(x: Array) -> Array:
