@@ -141,7 +141,16 @@ def witness_of(
     commands: Array | None = None,
     seed: int = 0,
 ) -> Witness:
-    """A model as the laws see it; see `audit`."""
+    """A model as the laws see it; see `audit`.
+
+    Parameters
+    ----------
+    model : to be judged
+    envelope : of velocities [m/s, m/s, rad/s]
+    motions : of the logs
+    commands : (n, thrusters) from which extremes are taken; those of the motions for None
+    seed : of the states that are drawn
+    """
     formula = isinstance(model, VehicleModel)
     if commands is None and motions:
         commands = np.concatenate([m.commands for m in motions])

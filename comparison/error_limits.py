@@ -139,6 +139,12 @@ def limits_from_dict(data: Any, where: str) -> Limits:
 def with_margin(acceleration: AccelerationRecord, rollout: Rollouts, margin: float, *, lawful: bool) -> Limits:
     """Limits above errors as they are now, by a share of them.
 
+    Parameters
+    ----------
+    acceleration, rollout : errors as they are
+    margin : share by which a limit lies above them
+    lawful : whether the laws must be kept
+
     Raises
     ------
     RequestError

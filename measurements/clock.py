@@ -219,7 +219,14 @@ def drift_free(rate: Array, step: float) -> Array:
 
 
 def band_passed(values: Array, step: float, band: tuple[float, float]) -> Array:
-    """Keep a band [Hz] of records (n, ...) sampled every `step` [s], without moving them in time."""
+    """Keep a band [Hz] of records (n, ...) sampled every `step` [s], without moving them in time.
+
+    Parameters
+    ----------
+    values : (n, ...)
+    step : [s]
+    band : its ends [Hz]
+    """
     padding = min(values.shape[0] - 1, round(5.0 / step))
     found = np.empty(values.shape)
     # Long records one after the other: the filter makes several copies of what it is given.

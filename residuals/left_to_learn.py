@@ -100,6 +100,12 @@ def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> 
     The noise of the error is how much it changes when as much noise as the sensors have is drawn anew onto the
     unfiltered motions: that goes through the filter, the differences and the vehicle as the sensors' own did. What
     preparation leaves is the vehicle's error on a twin of each motion that the vehicle itself has made, see `twin`.
+
+    Parameters
+    ----------
+    vehicle : the model whose residual is asked
+    parts : prepared alike, filtered
+    seed : of the noise that is drawn
     """
     data = parts[0]
     motions, raw = ([m for part in parts for m in getattr(part, kind)] for kind in ("motions", "raw"))

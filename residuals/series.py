@@ -162,7 +162,14 @@ def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
 
 
 def held_predictions(model: Model, band: PredictionBand, data: DataSet) -> HeldPredictions:
-    """Count how many predictions of 10 s on data end within a band; see `prediction_band`."""
+    """Count how many predictions of 10 s on data end within a band; see `prediction_band`.
+
+    Parameters
+    ----------
+    model : that predicts
+    band : of the model
+    data : on which predictions are counted
+    """
     asked = _legs(data)
     if not asked:
         return HeldPredictions()
@@ -375,6 +382,12 @@ def half_widths(model: Model, band: PredictionBand, motions: Sequence[Motion]) -
     """Half-widths of a band about the states that `restarted` gives, (n, 4) each, in the order of `BANDS`.
 
     NaN from where a prediction goes beyond the speeds of which the band knows.
+
+    Parameters
+    ----------
+    model : that predicts
+    band : of the model
+    motions : along which it predicts
     """
     [states] = restarted([model], motions)
     moved = [restarted([model], versions)[0] for versions in zip(*map(band.moved, motions), strict=True)]

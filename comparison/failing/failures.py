@@ -102,6 +102,12 @@ class Contributions:
         An effect is named when it removes a tenth of the squared error there and the 95 % interval of that share, over
         blocks, lies above zero; and when, on the held-out rows of the place alone, at least 2 s of them, it removes
         error and its loss brings error back.
+
+        Parameters
+        ----------
+        stage : rows of the series
+        rows : (n,) of the place
+        axis : 0 to 2
         """
         usable = np.isfinite(stage.error[:, axis]) & np.isfinite(self.removed[..., axis]).all(axis=0)
         inside, unseen = rows & usable, rows & usable & stage.held_out

@@ -167,6 +167,12 @@ class Source:
 def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -> tuple[dict[str, Channel], list[str]]:
     """Make the channels of sources by target, and notes on what was converted or dropped.
 
+    Parameters
+    ----------
+    sources : streams with their roles, by channel
+    where : the file, for messages
+    mend : repair time that runs backwards
+
     Raises
     ------
     LogError

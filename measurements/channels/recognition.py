@@ -334,6 +334,12 @@ def vehicles(names: Sequence[Name]) -> tuple[str, ...]:
 def check_namespace(names: Sequence[Name], namespace: str | None, where: str) -> tuple[str, ...]:
     """Refuse a log of several vehicles of which none is chosen, or a namespace that is not there; give a note on it.
 
+    Parameters
+    ----------
+    names : of all streams
+    namespace : that was chosen
+    where : the file, for messages
+
     Raises
     ------
     LogError

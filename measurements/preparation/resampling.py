@@ -73,7 +73,14 @@ def segments(start: float, end: float, holes: Sequence[Span]) -> list[Span]:
 
 
 def even_grid(anchors: Array, span: Span, step: float) -> Array:
-    """Lay even stamps of `step` [s] within `span`, from the first of the stamps `anchors` that lies in it."""
+    """Lay even stamps of `step` [s] within `span`, from the first of the stamps `anchors` that lies in it.
+
+    Parameters
+    ----------
+    anchors : stamps [s]
+    span : begin and end [s]
+    step : [s]
+    """
     start, end = span
     first = np.searchsorted(anchors, start - 1e-9)
     origin = float(anchors[first]) if first < anchors.size and anchors[first] <= end else start
@@ -119,6 +126,13 @@ def smooth(motion: Motion, cutoff: float, order: int = 4) -> Motion:
 
 def low_pass(values: Array, step: float, cutoff: float, order: int = 4) -> Array:
     """Zero-phase Butterworth low-pass along the first axis of `values` (n, ...) sampled every `step` [s].
+
+    Parameters
+    ----------
+    values : (n, ...)
+    step : [s]
+    cutoff : [Hz]
+    order : of the filter, one way
 
     Raises
     ------

@@ -113,7 +113,13 @@ def size_of(without: Array, with_fault: Array, power: Array, block: NDArray[np.i
 
 
 def ratio_by_blocks(part: Array, whole: Array, block: NDArray[np.int64]) -> Share:
-    """The sum of one series (n,) over that of another, with a jackknife over blocks."""
+    """The sum of one series (n,) over that of another, with a jackknife over blocks.
+
+    Parameters
+    ----------
+    part, whole : series (n,) of one unit
+    block : number of the block of each row (n,)
+    """
     number = np.unique(block, return_inverse=True)[1] if block.size else block
     parts, wholes = (np.bincount(number, rows) for rows in (part, whole))
     if not wholes.sum() > 0.0:

@@ -191,6 +191,12 @@ def rates_in_band(velocity: Array, modelled: Array, band: tuple[float, float]) -
 
     Velocities are filtered, and rates taken after that: a filter goes on beyond the ends of a log from its last row,
     and the noise of the last rate, far above that of the last velocity, would ring on in it for 1 / band[0].
+
+    Parameters
+    ----------
+    velocity : measured (n, k)
+    modelled : rates (n, k)
+    band : its ends [Hz]
     """
     total = np.zeros(modelled.shape)
     np.cumsum(0.5 * STEP * (modelled[1:] + modelled[:-1]), axis=0, out=total[1:])

@@ -49,6 +49,11 @@ def block_draws(blocks: int, draws: int, seed: int | tuple[int, ...]) -> Array:
     """How often each block is drawn in each resample of a bootstrap, (draws, blocks): with replacement, as many.
 
     The latest are kept; nobody writes into them.
+
+    Parameters
+    ----------
+    blocks, draws : numbers of both
+    seed : of the draws
     """
     rng = np.random.default_rng(seed)
     found = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws).astype(float)
@@ -62,6 +67,11 @@ def block_weights(blocks: int, draws: int, seed: int | tuple[int, ...]) -> Array
 
     Their first two moments are those of draws with replacement, less by 2 in `blocks` + 1, but no block is ever without
     any: what one block alone tells of stays told.
+
+    Parameters
+    ----------
+    blocks, draws : numbers of both
+    seed : of the draws
     """
     found = blocks * np.random.default_rng(seed).dirichlet(np.ones(blocks), size=draws)
     found.flags.writeable = False

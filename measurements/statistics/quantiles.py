@@ -53,6 +53,11 @@ def fisher(above: float, below: float, probability: float) -> float:
 
     above F / (above F + below) has the incomplete beta function for its distribution (DLMF 8.17).
 
+    Parameters
+    ----------
+    above, below : degrees of freedom
+    probability : 0 < p < 1
+
     >>> round(fisher(2, 10, 0.95), 6)
     4.102821
     """

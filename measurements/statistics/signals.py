@@ -70,7 +70,16 @@ def low_pass(values: Array, step: float, cutoff: float, order: int, padding: int
 
 
 def band_pass(values: Array, step: float, band: tuple[float, float], order: int, padding: int) -> Array:
-    """The same of a band [Hz], which ends below half the rate."""
+    """The same of a band [Hz], which ends below half the rate.
+
+    Parameters
+    ----------
+    values : (n, ...)
+    step : [s]
+    band : its ends [Hz]
+    order : of the filter, one way
+    padding : rows that are mirrored at each end
+    """
     low, high = _warped(np.array(band), step)
 
     def gain(at: Array) -> Array:

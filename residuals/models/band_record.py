@@ -77,7 +77,14 @@ class PredictionBand(Record):
 
 
 def with_moved_state(motion: Motion, state: int, by: float) -> Motion:
-    """A motion with heading, surge speed, sway speed or yaw rate moved."""
+    """A motion with heading, surge speed, sway speed or yaw rate moved.
+
+    Parameters
+    ----------
+    motion : measured
+    state : 0 to 3 for psi, u, v, r
+    by : in the unit of the state [rad, m/s, m/s, rad/s]
+    """
     if state == 0:
         return replace(motion, heading=motion.heading + by)
     velocity = motion.velocity.copy()

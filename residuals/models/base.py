@@ -62,7 +62,14 @@ class Model(ABC):
 
     @abstractmethod
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
-        """Open-loop rollouts of `steps` steps from the rows `starts` of a measured motion."""
+        """Open-loop rollouts of `steps` steps from the rows `starts` of a measured motion.
+
+        Parameters
+        ----------
+        motion : measured, with commands and their history
+        starts : row numbers (batch,)
+        steps : time steps of each rollout
+        """
 
     def rollouts(self, asked: Sequence[Legs]) -> list[Rollouts]:
         """The rollouts of several motions."""

@@ -122,6 +122,13 @@ def bound_power(model: NetworkModel, envelope: Envelope, limit: float, force: Ar
 
     The network must be a perceptron of ReLU or tanh that does not see the heading, and the vehicle's water must not
     stream where the network gives the whole acceleration; else there is no proof. No proof is no disproof.
+
+    Parameters
+    ----------
+    model : the network
+    envelope : of velocities relative to the water [m/s, m/s, rad/s]
+    limit : power [W]
+    force : (3,) [N, N, N m] whose power is added to the limit
     """
     perceptron = _perceptron(model)
     if perceptron is None:

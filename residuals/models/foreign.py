@@ -215,7 +215,14 @@ def _width(shape: list[Any]) -> int | None:
 
 
 def onnx_model(session: Any, vehicle: Vehicle, name: str) -> FunctionModel:
-    """A session of onnxruntime as a model; raises as `OnnxAnswer` does."""
+    """A session of onnxruntime as a model; raises as `OnnxAnswer` does.
+
+    Parameters
+    ----------
+    session : of onnxruntime
+    vehicle : whose commands the model takes
+    name : of the model
+    """
     return FunctionModel(OnnxAnswer(session, name, len(vehicle.thrusters)), vehicle, name, "network")
 
 

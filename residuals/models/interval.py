@@ -78,6 +78,12 @@ def sizes(vehicle: Vehicle, motion: Motion, said: Array) -> Array:
 
     1, the velocities relative to the water, thrusts, their changes from row to row, and the acceleration that a model
     said (n, 3): root mean squares about each row, in SI units.
+
+    Parameters
+    ----------
+    vehicle : whose water and thrusters count
+    motion : along which errors are sized
+    said : acceleration of the model (n, 3) [m/s^2, m/s^2, rad/s^2]
     """
     from scipy.ndimage import uniform_filter1d  # here, because it takes a tenth of a second
 
@@ -89,7 +95,14 @@ def sizes(vehicle: Vehicle, motion: Motion, said: Array) -> Array:
 
 
 def least_known(motion: Motion, weight: Array, beyond: Array) -> tuple[Array, Array]:
-    """The least gain (n, 3) and the largest distance beyond (n,) about each row: the filter carries errors inwards."""
+    """The least gain (n, 3) and the largest distance beyond (n,) about each row: the filter carries errors inwards.
+
+    Parameters
+    ----------
+    motion : along which the filter reaches
+    weight : gain of the correction (n, 3)
+    beyond : distance beyond training (n,)
+    """
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     rows = _rows(motion)

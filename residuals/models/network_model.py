@@ -46,7 +46,14 @@ _STATES = 2048
 
 
 def scaling_of(vehicle: Vehicle, inputs: Standardisation, output: Array) -> Scaling:
-    """The physical constants of a network for a vehicle: `output` (3,) [m/s^2, m/s^2, rad/s^2], see `Scaling`."""
+    """The physical constants of a network for a vehicle: `output` (3,) [m/s^2, m/s^2, rad/s^2], see `Scaling`.
+
+    Parameters
+    ----------
+    vehicle : that the network corrects
+    inputs : mean and scale of each input
+    output : scale of each axis (3,) [m/s^2, m/s^2, rad/s^2]
+    """
     return Scaling(inputs, np.asarray(output, dtype=float), mass_matrix(vehicle), thruster_matrix(vehicle))
 
 

@@ -183,7 +183,13 @@ def quiet_head(inputs: int) -> nn.Linear:
 
 
 def hidden_layers(inputs: int, units: int, layers: int, activation: Callable[[], nn.Module] = nn.ReLU) -> nn.Sequential:
-    """Fully connected layers, ReLU unless said otherwise."""
+    """Fully connected layers, ReLU unless said otherwise.
+
+    Parameters
+    ----------
+    inputs, units, layers : sizes
+    activation : made anew for each layer
+    """
     parts: list[nn.Module] = []
     for _ in range(layers):
         parts += [nn.Linear(inputs, units), activation()]

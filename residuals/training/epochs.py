@@ -147,6 +147,13 @@ def one_pass(
     """One epoch of steps over all windows in random order; the mean loss of its batches.
 
     `average` is called after each step.
+
+    Parameters
+    ----------
+    network, objective, optimiser : what is trained, its loss, and the steps
+    settings : of the training
+    draw : of the order of the windows
+    average : called after each step
     """
     device = objective.inputs.device
     order = torch.randperm(objective.count, generator=draw).to(device)

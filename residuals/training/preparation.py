@@ -104,6 +104,12 @@ def going_on_from(start: NetworkModel) -> Choice:
 def scaling_from(start: NetworkModel, vehicle: Vehicle, heading: bool) -> Scaling:
     """The constants of a network that goes on from another, for a vehicle.
 
+    Parameters
+    ----------
+    start : the trained network
+    vehicle : of the new boat
+    heading : whether the network sees it
+
     Raises
     ------
     RequestError
@@ -166,6 +172,13 @@ def prepare_training(
     settings: TrainingSettings,
 ) -> Prepared:
     """Cut windows, scale, build the network, and work out all that does not depend on its weights.
+
+    Parameters
+    ----------
+    split : training, validation and test part
+    vehicle : that is corrected
+    choice : kind and options of the network
+    settings : of the training
 
     Raises
     ------

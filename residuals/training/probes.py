@@ -108,7 +108,14 @@ class Probed:
 
 
 def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
-    """Train the probes of one kind, one for each of some parts of the training part of a split."""
+    """Train the probes of one kind, one for each of some parts of the training part of a split.
+
+    Parameters
+    ----------
+    split : whose training part is parted
+    asked : the parts
+    probe : trains one network
+    """
     tried: list[Tried] = []
     blocks = []
     for part in asked:
@@ -124,7 +131,14 @@ def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
 
 
 def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
-    """What a network that learnt some motions says of others, stretch by stretch; its gain is 1 everywhere then."""
+    """What a network that learnt some motions says of others, stretch by stretch; its gain is 1 everywhere then.
+
+    Parameters
+    ----------
+    model : the network
+    known : data that it learnt
+    asked : data that it did not learn
+    """
     seen = np.concatenate([network_inputs(model.vehicle, motion, model.heading) for motion in known.motions])
     model.trust(Trust.within(model.network.known(model.network.scaling.inputs.apply(seen))))
     first = round(WARM_UP / model.time_step) if model.remembers else 0
@@ -141,7 +155,14 @@ def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
 
 
 def trust_of(model: NetworkModel, split: Split, found: Probed) -> Trust:
-    """How far a trained network is trusted, by probes along the training part, and by itself on the validation part."""
+    """How far a trained network is trusted, by probes along the training part, and by itself on the validation part.
+
+    Parameters
+    ----------
+    model : the trained network
+    split : with its training and validation part
+    found : what the probes predicted
+    """
     return trusted(model, (*found.tried, *told(model, split.train, split.validation)))
 
 
