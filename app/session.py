@@ -170,7 +170,7 @@ class Session:
 
     @property
     def forcible(self) -> bool:
-        """Whether the log that was refused is broken, and may be taken as it is."""
+        """True when the log that was refused is broken, and may be taken as it is."""
         return self.refused is not None and "--as-is" in self.errands.trouble
 
     async def open_as_is(self) -> None:

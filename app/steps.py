@@ -77,12 +77,12 @@ class History:
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a step before this one."""
+        """True when there is a step before this one."""
         return self.at > 0
 
     @property
     def can_redo(self) -> bool:
-        """Whether a step was taken back."""
+        """True when a step was taken back."""
         return self.at + 1 < len(self.steps)
 
     def then(self, step: Step) -> "History":

@@ -61,7 +61,7 @@ class Worker:
 
     @property
     def alive(self) -> bool:
-        """Whether it can be asked."""
+        """True when it can be asked."""
         return not self._closed and self.process.is_alive()
 
     async def ask(self, what: str, *given: Any, say: Say | None = None) -> Any:

@@ -135,15 +135,15 @@ class Fitted:
 
     @property
     def apart(self) -> bool:
-        """Whether it is known to come from other logs than the judged ones."""
+        """True when it is known to come from other logs than the judged ones."""
         return bool(self.logs) and not (self.overlap.same or self.overlap.alike)
 
     def saw(self, judge: str) -> bool:
-        """Whether it was fitted to rows of its logs that judge."""
+        """True when it was fitted to rows of its logs that judge."""
         return self.whole or judge in _FITTED
 
     def surely_saw(self, judge: str) -> bool:
-        """Whether it was surely fitted to rows that judge: the content of a judged log is that of one of its own."""
+        """True when it was surely fitted to rows that judge: the content of a judged log is that of one of its own."""
         return bool(self.overlap.same) and self.saw(judge)
 
 
@@ -232,7 +232,7 @@ def logs_of(path: str | os.PathLike[str], model: Model) -> Digests:
 
 
 def _saw_everything(path: str | os.PathLike[str], model: Model) -> bool:
-    """Whether a model was fitted to all rows of its logs: a discovery that folds judged keeps no test part."""
+    """True when a model was fitted to all rows of its logs: a discovery that folds judged keeps no test part."""
     if record := _run_record(path):
         return record.get("judged_on") == FOLDS
     return isinstance(model, VehicleModel) and any(every for every, _ in _told_of(model.vehicle))

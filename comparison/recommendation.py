@@ -68,7 +68,7 @@ def _less_noise(squares: Array, noise: Array) -> Array:
 
 
 def _can_tell(table: list[Array], shortest: int) -> bool:
-    """Whether the rows are enough for an interval, without which nothing beats anything."""
+    """True when the rows are enough for an interval, without which nothing beats anything."""
     return any(paired_ratio(other, table[0], shortest).ci95 is not None for other in table[1:] or table)
 
 

@@ -185,7 +185,7 @@ class Bench:
 
     @property
     def frees(self) -> bool:
-        """Whether any of the model's own numbers are fitted."""
+        """True when any of the model's own numbers are fitted."""
         return self._free is not None and bool(self._free.symbols)
 
     @single_threaded

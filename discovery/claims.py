@@ -36,7 +36,7 @@ Told = Mapping[str, str]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tests:
-    """What the tests of a discovery found, by key of an effect; what a test does not concern is not there.
+    """Results of the tests of a discovery, by key of an effect; what a test does not concern is not there.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Tests:
     several: bool = False
 
     def told(self, e: Evidence) -> dict[Reason, str]:
-        """What each test tells of a name, of those that say more than their own sentence."""
+        """Sentence of each test on a name, of those that say more than their own reason."""
         beside = self.forms.beside.get(e.key)
         listed = {
             Reason.AT_LIMIT: self.limits.get(e.key, "the log asks for more of it than physics allows"),

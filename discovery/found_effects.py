@@ -53,7 +53,7 @@ class Worth(Record):
 
 
 class Claim(Record):
-    """What is known of a name that stands in a model: the four numbers and the sizes of the tests.
+    """Facts of a name that stands in a model: the four numbers and the sizes of the tests.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ class FoundEffect(Record):
 
     @property
     def in_model(self) -> bool:
-        """Whether it stands in the model that is written; a file of an earlier version tells it of sure ones."""
+        """True when it stands in the model that is written; a file of an earlier version tells it of sure ones."""
         old = self.verdict == "missing" and self.claim is None
         return old or any(term.in_model is not None for term in self.terms)
 
@@ -192,7 +192,7 @@ class FoundEffect(Record):
 
     @property
     def cannot_tell(self) -> bool:
-        """Whether the log holds nothing that could show it, so that no number about it means anything."""
+        """True when the log holds nothing that could show it, so that no number about it means anything."""
         return self.reason is not None and self.reason.cannot_tell
 
 

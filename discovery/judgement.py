@@ -70,7 +70,7 @@ class Odds:
         return feature.get(SHARE, 1.0) / (1.0 + exp(-max(min(total, 30.0), -30.0)))
 
     def largest_doubt(self, feature: Mapping[str, float]) -> Reason:
-        """What lowers the odds most."""
+        """The doubt that lowers the odds most."""
         costs = {name: weight * (_PLENTY.get(name, 0.0) - feature[name]) for name, weight in self.weights.items()}
         by_reason: dict[Reason, float] = {}
         if feature.get(SHARE, 1.0) < 1.0:
@@ -90,7 +90,7 @@ def odds() -> Odds:
 
 
 def features(claim: Claim) -> dict[str, float]:
-    """What the odds are made of, by name: the four numbers and the sizes of the tests, on scales of like size."""
+    """Features of the odds by name: the four numbers and the sizes of the tests, on scales of like size."""
     size = claim.tests
     clear = -log(max(size.get("file_value", 1.0), 1e-3))
     rollout = claim.worth.rollout

@@ -71,7 +71,7 @@ class Found:
 
     @cached_property
     def explains(self) -> bool:
-        """Whether it leaves no structure of the log."""
+        """True when it leaves no structure of the log."""
         return not leaves_structure(self.search, self.state)
 
 
@@ -142,7 +142,7 @@ def with_untold(search: Search, final: State, untold: Sequence[str], shooting: S
 
 
 def _possible(search: Search, before: State, after: State, key: str) -> bool:
-    """Whether an effect that joins a model is one that a hull can have."""
+    """True when an effect that joins a model is one that a hull can have."""
     (candidate,) = (c for c in search.pool if c.key == key)
     nominal, found = search.nominal, after.vehicle
     if any(limit_at(p, found.value(p.symbol), nominal.value(p.symbol)) is not None for p in candidate.parameters):

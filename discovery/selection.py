@@ -214,7 +214,7 @@ def select(basis: Basis, say: Say) -> Selected:
 
 
 class Selection:
-    """What is selected of a log, in steps that are taken when they are asked for, see `select`.
+    """Selection of effects on a log, in steps that are taken when they are asked for, see `select`.
 
     Parameters
     ----------
@@ -232,7 +232,7 @@ class Selection:
 
     @cached_property
     def first(self) -> Found | None:
-        """Where the first search of the catalogue on the force balance ends, where that is asked."""
+        """The end of the first search of the catalogue on the force balance, where that is asked."""
         return None if self.given.rolls else _searched(self.given, self.say)
 
     @cached_property
@@ -245,7 +245,7 @@ class Selection:
 
     @property
     def settled(self) -> Found | None:
-        """What the force balance found, where it was asked and settles it."""
+        """The fit that settles the log on the force balance; None where it was not asked, or does not."""
         return self._searched_on if isinstance(self._searched_on, Found) else None
 
     @property
@@ -255,7 +255,7 @@ class Selection:
 
     @property
     def basis(self) -> Basis:
-        """What judges in the end."""
+        """The basis that judges in the end."""
         return self.unsettled.rolling if self.unsettled else self.given
 
     @cached_property
@@ -336,7 +336,7 @@ def _weighed(found: Found, say: Say) -> Selected:
 
 
 def _beyond_few(first: Found) -> bool:
-    """Whether the few forces that explain most of a log, free on each axis, would leave structure of it, too.
+    """True when the few forces that explain most of a log, free on each axis, would leave structure of it, too.
 
     Not asked of a log that is too short to say so, nor where a coarse record of the commands may leave it.
     """

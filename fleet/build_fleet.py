@@ -267,7 +267,7 @@ def _lost(answer: WorkerLost | LogAnswer) -> str:
 
 
 def _unchanged(folder: Path, log: FleetLog, source: LogSource, task: LogTask) -> bool:
-    """Whether a log is as it was, as far as size, time and what is asked tell, and its factors are there."""
+    """True when a log is as it was, as far as size, time and what is asked tell, and its factors are there."""
     same = source.version == log.version != "" and _begins(source) == log.begins
     return same and key_of(log.sha256, task) == log.factors and has_factors(folder, log.factors)
 

@@ -173,7 +173,7 @@ def read_hull_factors(folder: Path, key: str) -> HullFactors:
 
 
 def has_factors(folder: Path, key: str) -> bool:
-    """Whether the factors of a key are there, and whole."""
+    """True when the factors of a key are there, and whole."""
     try:
         read_hull_factors(folder, key)
     except RequestError:

@@ -94,7 +94,7 @@ class Lost:
 
     @property
     def disordered(self) -> bool:
-        """Whether time runs backwards in the file."""
+        """True when time runs backwards in the file."""
         return self.backward > 0 or any(by < 0.0 for _, by in self.sets)
 
 
@@ -194,7 +194,7 @@ def in_vehicle_file(name: str) -> str:
 
 
 def is_canonical(name: str) -> bool:
-    """Whether `name` is a canonical channel of motion or a command channel."""
+    """True when `name` is a canonical channel of motion or a command channel."""
     return name in UNITS or command_kind(name) is not None
 
 

@@ -127,7 +127,7 @@ def _runs(time: Array, rows: NDArray[np.int64]) -> list[NDArray[np.int64]]:
 
 
 def _apart(pieces: Sequence[Array]) -> bool:
-    """Whether no two pieces share any time: they are of one clock, and in disorder."""
+    """True when no two pieces share any time: they are of one clock, and in disorder."""
     spans = sorted((float(piece.min()), float(piece.max())) for piece in pieces)
     return all(end < start for (_, end), (start, _) in pairwise(spans))
 

@@ -58,7 +58,7 @@ def find_logs(names: Sequence[str | os.PathLike[str]]) -> tuple[tuple[str, ...],
 
 
 def is_pattern(name: str) -> bool:
-    """Whether a word looks like a pattern of files; brackets alone do not, for an effect may have them."""
+    """True when a word looks like a pattern of files; brackets alone do not, for an effect may have them."""
     return bool(set("*?") & set(name))
 
 
@@ -81,7 +81,7 @@ def _in_folder(folder: Path) -> tuple[list[str], list[str]]:
 
 
 def _is_log(path: Path) -> bool:
-    """Whether a format recognises it; not for a pipe, a broken link, or a folder that cannot be looked into."""
+    """True when a format recognises it; not for a pipe, a broken link, or a folder that cannot be looked into."""
     try:
         return (path.is_file() or path.is_dir()) and format_of(read_head(path)) is not None
     except LogError:

@@ -100,7 +100,7 @@ class Compass:
 
     @property
     def curve_known(self) -> bool:
-        """Whether the straight runs had headings enough to tell the deviation on every heading."""
+        """True when the straight runs had headings enough to tell the deviation on every heading."""
         return self.sectors >= _MOST_SECTORS
 
     @property

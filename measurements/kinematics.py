@@ -67,7 +67,7 @@ class Kinematics:
         return tuple(name for name, (by, error) in off.items() if by > max(LIMITS[name][1], _CLEARLY * error))
 
     def sharp(self, name: str) -> bool:
-        """Whether an error that matters would have shown."""
+        """True when an error that matters would have shown."""
         return name in self.values and 2.0 * self.values[name][1] <= self.least(name)
 
     @property

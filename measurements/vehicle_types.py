@@ -19,7 +19,7 @@ class Craft(Enum):
 
     @property
     def floats(self) -> bool:
-        """Whether it may be a surface vessel; ArduPilot's firmware of boats is that of rovers."""
+        """True when it may be a surface vessel; ArduPilot's firmware of boats is that of rovers."""
         return self in (Craft.BOAT, Craft.ROVER)
 
 

@@ -112,7 +112,7 @@ def stream_of(path: Path) -> int | None:
 
 
 def is_device(path: Path) -> bool:
-    """Whether there is a device, which is written to and never replaced."""
+    """True when there is a device, which is written to and never replaced."""
     try:
         return stat.S_ISCHR(path.stat().st_mode)
     except OSError:
@@ -286,7 +286,7 @@ def in_stamps(text: str) -> str:
 
 
 def is_mark(text: str) -> bool:
-    """Whether a remark is a mark, be it true or not."""
+    """True when a remark is a mark, be it true or not."""
     return _MARK.fullmatch(text.encode("utf-8")) is not None
 
 

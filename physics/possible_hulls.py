@@ -80,7 +80,7 @@ def _terms(values: Mapping[str, float]) -> dict[str, str]:
 
 
 def _of_own_speed(symbol: str, axis: int) -> bool:
-    """Whether a symbol is drag of an axis by its own speed alone."""
+    """True when a symbol is drag of an axis by its own speed alone."""
     text = _text(symbol)
     if text is None or text[0] != axis:
         return False

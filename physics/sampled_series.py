@@ -223,7 +223,7 @@ def lag_weights(time_constant: float, time_step: float) -> tuple[float, float, f
 
 
 def lags(time_constant: float, time_step: float) -> bool:
-    """Whether a lag is long enough to be seen in steps of this length."""
+    """True when a lag is long enough to be seen in steps of this length."""
     return time_constant > 0.0 and time_constant >= 1e-6 * time_step
 
 

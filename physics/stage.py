@@ -86,7 +86,7 @@ class Course:
         self._before = 0.0
 
     def __bool__(self) -> bool:
-        """Whether any stage has begun."""
+        """True when any stage has begun."""
         return bool(self._stage)
 
     def begin(self, stage: Stage, now: float) -> None:

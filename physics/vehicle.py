@@ -93,7 +93,7 @@ class Hull(BaseModel):
 
 
 def _to_be_judged(info: ValidationInfo) -> bool:
-    """Whether a vehicle that cannot be is wanted all the same, see `load_vehicle`."""
+    """True when a vehicle that cannot be is wanted all the same, see `load_vehicle`."""
     return bool(info.context and info.context.get("judged"))
 
 

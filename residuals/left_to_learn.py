@@ -69,7 +69,7 @@ class Left:
 
     @property
     def worth_it(self) -> bool:
-        """Whether a network has something to learn on any axis, and much to gain in rollouts."""
+        """True when a network has something to learn on any axis, and much to gain in rollouts."""
         gain = self.position**2 - self.position_floor**2
         rolls = self.horizon == 0.0 or gain > (_WORTH**2 - 1.0) * self.position_preparation**2
         return bool(rolls and self.learnable.any())

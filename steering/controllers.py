@@ -272,7 +272,7 @@ class PredictiveControl(Controller):
         return Asked(shares[0] * self._full, solved=solved)
 
     def _within(self, state: Array) -> bool:
-        """Whether a state is one that a plan may have."""
+        """True when a state is one that a plan may have."""
         return bool(np.isfinite(state).all() and (np.abs(state[3:6]) <= self._wildest).all())
 
     def _shifted(self, observer: Observer) -> tuple[Array, Array]:

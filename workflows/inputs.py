@@ -137,7 +137,7 @@ def _repairable(inspections: Sequence[Inspection]) -> list[str]:
 
 
 def _matters(finding: Finding, vehicle: Vehicle) -> bool:
-    """Whether a finding is a defect of what this vehicle is driven by or measured with."""
+    """True when a finding is a defect of what this vehicle is driven by or measured with."""
     commands = {name for name in finding.channels if command_kind(name)}
     driven = {thruster.channel for thruster in vehicle.thrusters}
     return finding.refused and (not commands or bool(driven & commands))
@@ -343,7 +343,7 @@ def _utf8(path: PathLike) -> str:
 
 
 def _is_biased(finding: Finding) -> bool:
-    """Whether the thrusters stand still elsewhere than where the vehicle's curves say."""
+    """True when the thrusters stand still elsewhere than where the vehicle's curves say."""
     return finding.check == "neutral" and finding.verdict == "warning"
 
 

@@ -87,7 +87,7 @@ class LogOnBench:
 
     @property
     def refits(self) -> bool:
-        """Whether its search fits the model's own numbers, and the log shows any of them."""
+        """True when its search fits the model's own numbers, and the log shows any of them."""
         return bool(self.basis.settings.refit) and self._bench(own=True).frees
 
     def _bench(self, own: bool) -> Bench:

@@ -360,7 +360,7 @@ def place_at(text: str) -> tuple[float, float]:
 
 
 def _on_earth(latitude: float, longitude: float) -> bool:
-    """Whether it is a place at which metres to the east are a longitude."""
+    """True when it is a place at which metres to the east are a longitude."""
     return abs(latitude) < 89.0 and abs(longitude) <= 180.0
 
 

@@ -218,7 +218,7 @@ class Workbench:
         return run
 
     def _is_found(self, names: Sequence[str]) -> bool:
-        """Whether a model is what the search found, or has nothing beside what the search began with."""
+        """True when a model is what the search found, or has nothing beside what the search began with."""
         return self._found is not None and (not names or set(names) == set(self._found))
 
     def _read(self, left: tuple[str, ...]) -> LogOnBench:

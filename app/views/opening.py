@@ -159,7 +159,7 @@ class LogFiles:
 
     @property
     def as_is(self) -> bool:
-        """Whether a broken log is taken as it is."""
+        """True when a broken log is taken as it is."""
         return bool(self._as_is.value)
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:

@@ -136,7 +136,7 @@ class ThrusterRows:
 
     @property
     def moved(self) -> bool:
-        """Whether any is elsewhere than before."""
+        """True when any is elsewhere than before."""
         return self.places != self._before
 
     @property

@@ -174,7 +174,7 @@ def _suspected(told: dict[str, Heading], stage: Scene, psi: Array) -> dict[str, 
 
 
 def _follows_speed(stage: Scene, psi: Array) -> bool:
-    """Whether the sway error has a harmonic of the heading that grows with the surge speed and turns sign with it.
+    """True when the sway error has a harmonic of the heading that grows with the surge speed and turns sign with it.
 
     A compass that errs makes sway speed out of surge speed, so that sway speed would explain its own error.
     """

@@ -280,7 +280,7 @@ def _holds(
     tests: NDArray[np.bool_],
     axis: int,
 ) -> bool:
-    """Whether a place is a failure on all rows, and the half that did not choose it agrees."""
+    """True when a place is a failure on all rows, and the half that did not choose it agrees."""
     of_error, of_rows = squares[inside].sum() / squares.sum(), inside.sum() / usable.sum()
     if of_error < _RATIO * of_rows or of_error - of_rows < _EXCESS or inside.sum() * stage.step < _LEAST_SECONDS:
         return False

@@ -211,7 +211,7 @@ class Scene:
 
     @property
     def opposed(self) -> NDArray[np.bool_]:
-        """Whether the thrust works against the motion, (n,)."""
+        """True when the thrust works against the motion, (n,)."""
         speed = self.column("u")
         return (self.common * speed < 0.0) & (np.abs(speed) > SLOW) & (np.abs(self.common) > IDLE_SHARE)
 

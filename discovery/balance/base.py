@@ -93,13 +93,13 @@ class Neighbourhood:
 
     @property
     def linear(self) -> bool:
-        """Whether columns of damping, mass and thrust do not depend on the model."""
+        """True when columns of damping, mass and thrust do not depend on the model."""
         return self.unit is not None
 
 
 @dataclass(frozen=True, slots=True)
 class WeakSettings:
-    """How the balance is tested.
+    """Test functions of the weak form, and the blocks and noisy copies of a log.
 
     Attributes
     ----------
@@ -153,7 +153,7 @@ class Balance(ABC):
 
     @abstractmethod
     def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> NDArray[np.float32] | None:
-        """What sensor noise, drawn anew, makes of the balance, (3, copies, tests) [`unit`].
+        """Draws of the sensor noise, passed through the balance, (3, copies, tests) [`unit`].
 
         None where there is no such noise, or where what is left of a balance tells nothing of it.
 
@@ -166,7 +166,7 @@ class Balance(ABC):
 
     @abstractmethod
     def of_switches(self, vehicle: Vehicle) -> Array | None:
-        """What sums over rows make of thrust that jumps, beyond integrals, (tests, 3) [`unit`]; None without sums."""
+        """Part of the balance that sums over rows make of thrust that jumps, (tests, 3) [`unit`]; None without sums."""
 
     @abstractmethod
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
@@ -191,7 +191,7 @@ class Balance(ABC):
     @property
     @abstractmethod
     def overlap(self) -> int:
-        """How many of the rollouts of `squares` run at any time."""
+        """Number of rollouts of `squares` that run at any time."""
 
     @abstractmethod
     def largest_force(self, vehicle: Vehicle) -> Array:
@@ -204,12 +204,12 @@ class Balance(ABC):
     @property
     @abstractmethod
     def tests(self) -> WeakSettings:
-        """How forces are tested along other motions than these."""
+        """Test functions for other motions than these."""
 
     @property
     @abstractmethod
     def bins(self) -> int:
-        """How many tests in a row belong to one place of the log; places are evenly spaced in time."""
+        """Number of successive tests at one place of the log; places are evenly spaced in time."""
 
     @property
     @abstractmethod
@@ -219,15 +219,15 @@ class Balance(ABC):
     @property
     @abstractmethod
     def sources(self) -> list[str]:
-        """Where each row of `squares` comes from."""
+        """Source of each row of `squares`."""
 
     @property
     @abstractmethod
     def reach(self) -> tuple[np.ndarray, Array, Array]:
-        """What each test is made of: the number of its motion, and the first and the last time [s], (tests,) each."""
+        """Motion, first and last time [s] of each test, (tests,) each."""
 
     def outside(self, fold: Fold) -> np.ndarray:
-        """Which tests (tests,) are made of nothing that lies in a fold."""
+        """Mask (tests,) of the tests that are made of nothing in a fold."""
         number, begin, end = self.reach
         inside = np.zeros(number.size, bool)
         for k, motion in enumerate(self.motions):

@@ -109,7 +109,7 @@ STRAIGHT_RUNS = "compass_on_straight_runs"
 
 @dataclass(frozen=True, slots=True)
 class Nuisances:
-    """What sensors add to the motion.
+    """Motions without what sensors add to them.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ def nuisances(motions: Sequence[Motion]) -> Nuisances:
 
 
 def misalignment(motions: Sequence[Motion]) -> float:
-    """How far the channels of motions are out of step with each other [s], 0 where it is no more than rounding.
+    """Misalignment of the channels of motions [s], 0 where it is no more than rounding.
 
     Compass and gyro, or what the reader of a log could not tell of its clocks, whichever is more.
     """

@@ -187,7 +187,7 @@ def gathered(rows: Sequence[Sequence[Part]]) -> Parts:
 
 
 def less(one: Parts, other: Parts) -> Parts:
-    """What one sum of products has more than another: what stands in both alike is in neither.
+    """Difference of two sums of products: what stands in both alike is in neither.
 
     What a thruster does in both stands side by side, so that two shapes which push alike in a log cancel to the bit.
     """
@@ -248,7 +248,7 @@ class LateForces:
         self._prompt.clear()
 
     def late(self, unit: Thruster) -> tuple[tuple[int, ...], Array]:
-        """By how many whole rows forces are late in each motion, and by which share of a row beyond."""
+        """Whole rows by which forces are late in each motion, and the share of a row beyond."""
         rows = np.array([unit.late / step for step in self._steps])
         whole = np.floor(rows + _WHOLE)
         share = rows - whole
@@ -272,7 +272,7 @@ class LateForces:
         return found
 
     def between(self, unit: Thruster, at: Callable[[tuple[int, ...]], Array], times: Sequence[int]) -> Array:
-        """What is linear in a force, from what it is at whole rows.
+        """Interpolate what is linear in a force between whole rows.
 
         Parameters
         ----------

@@ -64,7 +64,7 @@ class Propagation:
         return np.asarray(found, dtype=float)
 
     def transitions(self) -> Array:
-        """How velocities at the start spread to those at each row, (steps + 1, 3, 3, starts)."""
+        """Sensitivity of the velocities at each row to those at the start, (steps + 1, 3, 3, starts)."""
         n, _, bins, per_bin, starts = self._forward.shape
         state = np.repeat(np.eye(n, 3)[:, :, None], starts, axis=2)
         found = np.empty((bins * per_bin + 1, 3, 3, starts))
@@ -153,7 +153,7 @@ class Tangent:
 
 
 def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
-    """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts).
+    """Sensitivity of velocities along rollouts to the start velocity, (steps + 1, 3, 3, starts).
 
     Parameters
     ----------

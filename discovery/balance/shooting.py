@@ -69,7 +69,7 @@ def overlap_of(horizon: float, spacing: float = SPACING) -> int:
 
 
 def rise_of(without: Array, within: Array, overlap: int) -> Difference:
-    """How much larger the rollout errors of one model are than another's, paired over blocks of time.
+    """Increase of the rollout errors from one model to another, paired over blocks of time.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def worse_as_a_whole(motions: Sequence[Motion], without: Vehicle, within: Vehicl
 
 
 def rollouts_part(motions: Sequence[Motion], one: Vehicle, other: Vehicle, horizon: float = WHOLE_HORIZON) -> Array:
-    """How far two models part along a log, (3,): rms difference of their rollouts, as a share of the rms motion.
+    """Difference of two models' rollouts along a log, (3,): root mean square, as a share of the rms motion.
 
     Rollouts of `horizon` [s] from common measured starts; zeros when no motion is long enough.
 

@@ -33,7 +33,7 @@ _ROLLED = 2
 
 @dataclass(frozen=True, slots=True)
 class ShootingSettings:
-    """How rollouts are laid over the motions and scored.
+    """Layout of rollouts over the motions, and their score.
 
     Attributes
     ----------

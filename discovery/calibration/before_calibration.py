@@ -38,7 +38,7 @@ _THRUST = "thrust_scale"
 
 @dataclass(frozen=True, slots=True)
 class Freed:
-    """What is freed while effects are judged.
+    """Nuisance parameters and effects of a search in which the file's own numbers are free.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Freed:
 
     @property
     def sentence(self) -> str:
-        """What is free, for a line of progress."""
+        """The free parameters, for a line of progress."""
         return f"calibrating {', '.join(self.symbols) or 'nothing'} in every model"
 
     def seen(self, pool: Sequence[Candidate]) -> "Freed":
@@ -68,7 +68,7 @@ class Freed:
 
 
 def why_unseen(symbol: str) -> str:
-    """Why a log with blind axes does not show a parameter; the axis along which a mass is measured may be seen."""
+    """The reason why a log with blind axes does not show a parameter; a mass may be seen along its own axis."""
     return _BY_SWAY if symbol in NEEDS_SWAY and symbol != "Y_vdot" else _BLIND
 
 
@@ -101,7 +101,7 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
 def calibrated(
     symbols: Sequence[str], nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
 ) -> tuple[Calibrated, ...]:
-    """What became of the parameters that were free.
+    """A row for each parameter that was free: before, after, interval.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ ROLLOUTS = ShootingSettings(step=0.05)
 
 @dataclass(frozen=True, slots=True)
 class Groundwork:
-    """What a calibration starts from.
+    """The start of a calibration: motions, balance, and the parameters that they identify.
 
     Attributes
     ----------

@@ -29,7 +29,7 @@ _SURE = 0.95
 
 @dataclass(frozen=True, slots=True)
 class AlarmSettings:
-    """What the watch may cost.
+    """The budget of false alarms.
 
     Attributes
     ----------
@@ -273,7 +273,7 @@ def rows_of(settings: AlarmSettings, stride: float) -> int:
 
 
 def scattered(information: Array, scatter: float) -> Array:
-    """What is left of the information and the score of blocks (..., p, p), as a factor from the left.
+    """Factor (..., p, p), from the left, that scatter between blocks leaves of their information and score.
 
     Each block has values of its own, which scatter about those of its time: y = C (theta + s) + e with s of a deviation
     `scatter`, integrated out (Woodbury's identity).

@@ -92,7 +92,7 @@ _GROWS = 1.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beforehand:
-    """What is known of a boat and its log before it is followed.
+    """Prior knowledge of a boat and its log before it is followed.
 
     Attributes
     ----------

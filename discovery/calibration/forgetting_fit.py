@@ -20,7 +20,7 @@ Nearest = Callable[[Array, Array], Array]
 
 @dataclass(frozen=True, slots=True)
 class AdaptSettings:
-    """How fast adaptation forgets, and what it trusts.
+    """Settings of an adaptation: forgetting, excitation, prior and surprise.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class AdaptSettings:
 
     @property
     def share(self) -> float:
-        """What a row counts: tests overlap, and together they tell as much as one in every half width."""
+        """Weight of a row: tests overlap, and together they tell as much as one in every half width."""
         return self.weak.stride / self.weak.half_width
 
 

@@ -25,7 +25,7 @@ NEEDS_SWAY = ("X_udot", "Y_vdot", "x_g", "y_g", "mass")
 
 
 class Kind(Enum):
-    """What a candidate is: it decides its price, and where it is told."""
+    """Kind of a candidate: it decides the price, and the place in the findings."""
 
     EFFECT = "effect"
     """of the catalogue"""
@@ -59,7 +59,7 @@ class Candidate:
 
     @property
     def nuisance(self) -> bool:
-        """Whether it is fitted in every model."""
+        """True when it is fitted in every model."""
         return self.kind in (Kind.NUISANCE, Kind.SENSOR)
 
     @property
@@ -68,7 +68,7 @@ class Candidate:
         return tuple(p.symbol for p in self.parameters)
 
     def fitted(self, kept: Collection[str]) -> bool:
-        """Whether it is in a model with the keys `kept`: as one of them, or as what is in every model."""
+        """True when it is in a model with the keys `kept`: as one of them, or as what is in every model."""
         return self.key in kept or (self.nuisance and not any(key in kept for key in self.part_of))
 
 
@@ -210,7 +210,7 @@ def calibratable(vehicle: Vehicle, free: Sequence[str] = (), hold: Sequence[str]
 
 
 def holds_guesses(vehicle: Vehicle) -> bool:
-    """Whether nobody measured a number that may be calibrated, as in a file that `init` wrote."""
+    """True when nobody measured a number that may be calibrated, as in a file that `init` wrote."""
     guessed = assumed(vehicle)
     own = calibratable(vehicle)
     return bool(own) and not {"all", *own, *(vehicle.parameter(symbol).section for symbol in own)}.isdisjoint(guessed)
@@ -242,7 +242,7 @@ def nuisance_candidates(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candi
 
 
 def command_timing(motions: Sequence[Motion]) -> Candidate:
-    """How much earlier or later than they acted the commands of a log were recorded, as a part of every model.
+    """The offset of the record of the commands in time, as a candidate that is part of every model.
 
     A record may be as old as the time to the next one, and what is averaged over steps of the time base is known to one
     of them; by no more may the log be out of step with itself.
@@ -254,7 +254,7 @@ def command_timing(motions: Sequence[Motion]) -> Candidate:
 
 
 def beside(pool: Sequence[Candidate], freed: Sequence[str]) -> tuple[Candidate, ...]:
-    """What may still be missing beside freed parameters: each candidate without them, if anything is left of it."""
+    """Candidates beside freed parameters: each without them, if anything is left of it."""
     left = []
     for candidate in pool:
         parameters = tuple(p for p in candidate.parameters if p.symbol not in freed)

@@ -210,7 +210,7 @@ class Linearisation:
 
 
 def _is_linear(parameter: Parameter) -> bool:
-    """Whether the force is a sum of which a parameter multiplies some summands, whatever the others are."""
+    """True when the force is a sum of which a parameter multiplies some summands, whatever the others are."""
     apart = parameter.section == "thrusters" or parameter.grid or parameter.symbol == "fouling_rate"
     return not (parameter.nonlinear or apart)
 
@@ -335,6 +335,6 @@ def found_forces(
 
 
 def _alike(one: Vehicle, other: Vehicle) -> bool:
-    """Whether two vehicles have the same numbers, name and sources aside."""
+    """True when two vehicles have the same numbers, name and sources aside."""
     same = all(one.value(s) == other.value(s) for s in {**one.values, **other.values})
     return same and one.thrusters == other.thrusters

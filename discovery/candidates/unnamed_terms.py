@@ -215,7 +215,7 @@ def free_forms(weak: WeakForm, vehicle: Vehicle, blind: Sequence[bool] = SEEING)
 
 
 def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str, blind: Sequence[bool] = SEEING) -> FreeForms:
-    """What acts beyond many more speeds than `free_forms` has, or grows with powers of one, or sets in at more times.
+    """Free forms on a finer grid than `free_forms`: of onset speeds, powers of a speed, and onsets in time.
 
     A kink that lies between two knots is followed better by two smooth laws than by a kink at either.
 
@@ -341,7 +341,7 @@ def _setting_in(
 
 
 def onsets(minutes: Array, parts: int) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """When something may set in, and the rows from there on: after so many minutes of one log, or parts of several."""
+    """Possible onsets in time, and the rows from there on: minutes of one log, or parts of several."""
     rows = np.arange(minutes.size)
     in_logs = several(minutes)
     for part in range(1, parts):
@@ -368,7 +368,7 @@ def places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_
 
 
 def several(minutes: Array) -> bool:
-    """Whether there is more than one log: where another begins, its minutes do."""
+    """True when there is more than one log: where another begins, its minutes do."""
     return bool((np.diff(minutes) < 0.0).any())
 
 

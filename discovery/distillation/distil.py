@@ -123,7 +123,7 @@ def _distilled(
 
 
 def _delays(effect: Effect) -> bool:
-    """Whether an effect makes the force depend on the motion or the command before: it has a time constant."""
+    """True when an effect makes the force depend on the motion or the command before: it has a time constant."""
     return any(parameter.unit == "s" for parameter in effect.parameters)
 
 

@@ -58,7 +58,7 @@ class Region(NamedTuple):
 
 
 def invariance(search: Search, state: State, about: tuple[Linearisation, GramScores]) -> dict[str, Invariance]:
-    """Whether each effect of a model has one size in all parts of the log, by key.
+    """Test whether each effect of a model has one size in all regions of the log, by key.
 
     Sizes that a part does not know are left out. Noise on the columns is taken off, as in every fit.
 
@@ -145,7 +145,7 @@ class _Sizes(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether both parts know the number."""
+        """True when both parts know the number."""
         return bool((np.sqrt(np.diag(self.covariance)) < _KNOWN * abs(self.start - self.reference)).all())
 
     @property
@@ -177,7 +177,7 @@ def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:
 
 
 def carriers(column: Array, block: NDArray[np.int64]) -> float:
-    """How many blocks carry the square of a column: all of them where they carry alike, one where one carries all."""
+    """Effective number of blocks that carry the square of a column: all where they carry alike, one where one does."""
     carried = np.bincount(block, column**2)
     return float(carried.sum() ** 2 / max(float((carried**2).sum()), np.finfo(float).tiny))
 

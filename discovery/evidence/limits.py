@@ -169,7 +169,7 @@ _LETTERS = {"X": 0, "Y": 1, "N": 2}
 
 
 def beside_unjudged(forces: Search, state: State, kept: Sequence[str], unjudged: Sequence[Candidate]) -> dict[str, str]:
-    """Why effects are not certain in whose place one that was not judged does as well, by key.
+    """Effects in whose place one that was not judged would do as well, by key, with a sentence.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ from .rest_beside_forms import FormColumns, RestBesideForms
 
 
 class Beside(NamedTuple):
-    """What becomes of an effect beside the forms, and of one of them in its place.
+    """Refit of an effect beside the free forms, and the best single form in its place.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Beside(NamedTuple):
 
     @property
     def told(self) -> str:
-        """What a free force does in its place, as the end of a sentence."""
+        """The substitute of the effect, as the end of a sentence."""
         return f"in its place {self.form.in_words if self.form else 'one free force'} explains more"
 
 
@@ -62,7 +62,7 @@ class Substitute(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class OtherForms:
-    """What the rest of a model follows, and by key what becomes of its effects beside that."""
+    """Free forms that the residual follows, and the refit of each effect beside them, by key."""
 
     found: tuple[OtherForm, ...] = ()
     beside: Mapping[str, Beside] = field(default_factory=dict)
@@ -121,7 +121,7 @@ def in_place(columns: FormColumns, rest: RestBesideForms, candidate: Candidate, 
 
 
 def judged_in_logs(judge: Balance) -> bool:
-    """Whether rollouts of several logs judged: what they name holds in each, and the balance of one is no witness."""
+    """True when rollouts of several logs judged: what they name holds in each, and the balance of one is no witness."""
     return not judge.forces and several(np.concatenate([motion.minutes for motion in judge.motions]))
 
 

@@ -137,7 +137,7 @@ def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
 def accused(
     evidence: Sequence[Evidence], pool: Sequence[Candidate], errors: Sequence[SensorError]
 ) -> dict[str, tuple[float, str]]:
-    """What share of what each name explains an error of the sensors may have made, and which, by key of the effect.
+    """Share of what a name explains that an error of the sensors may have made, and which error, by key.
 
     Errors that are told and that nothing was corrected for. They are of headings and turn rates: what a name explains
     in surge they did not make, unless it goes with the turn rate.

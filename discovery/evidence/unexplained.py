@@ -38,7 +38,7 @@ _LEAST = 8
 
 
 def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[LastingRest, ...]:
-    """What lasts, is material, and is hardly less with the model found than with the nominal one, by axis.
+    """Persistent residuals by axis: material, lasting, and hardly less with the model found than with the nominal one.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ _DRAWS = 2000
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What the log says of one candidate.
+    """Evidence of the log on one candidate.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class Evidence:
 
     @property
     def reason(self) -> Reason:
-        """Why it is not called missing, where it is not: the first of all that holds."""
+        """The first reason that holds why it is not called missing; None where it is."""
         held = {
             Reason.FAINT: bool(self.faint),
             Reason.LOOK_ALIKES: bool(self.indistinguishable_from),

@@ -237,7 +237,7 @@ class Manoeuvre:
 
     @property
     def tells(self) -> bool:
-        """Whether it is more likely than not to tell the effects apart."""
+        """True when it is more likely than not to tell the effects apart."""
         return self.best.probability > 0.5
 
 

@@ -33,7 +33,7 @@ MOST_RIVALS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parting:
-    """How two effects would part in each trial, or one effect from all that could stand in for it.
+    """Separation of two effects in each trial, or of one effect from all that could stand in for it.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ def part(
     plausible: Mapping[str, tuple[float, ...]],
     rehearsal: Rehearsal,
 ) -> list[Parting]:
-    """How look-alikes, pair by pair, and effects without any would part in each trial; parameters as `advice.advise`.
+    """Separate look-alikes, pair by pair, and effects without any, in each trial; parameters as `advice.advise`.
 
     A look-alike acts with the size in which it would explain what the selected effect explains.
 
@@ -210,7 +210,7 @@ _MATTERS = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Rehearsed:
-    """What trials would do.
+    """Simulated outcome of trials.
 
     Attributes
     ----------
@@ -248,7 +248,7 @@ class OpenQuestion:
 
     @property
     def supposed(self) -> bool:
-        """Whether the log shows none of the effects, so that a plausible amount is taken for one."""
+        """True when the log shows none of the effects, so that a plausible amount is taken for one."""
         return self.effects[0] not in self.truths[0][1].active
 
     def rehearse(self, trials: Sequence[Trial]) -> Rehearsed:

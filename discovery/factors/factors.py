@@ -30,7 +30,7 @@ _CHUNK = 1 << 16
 
 
 class Column(Record):
-    """What a column or a target is, and its unit."""
+    """Name and unit of a column or a target."""
 
     name: str
     unit: str

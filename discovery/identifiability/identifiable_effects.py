@@ -166,7 +166,7 @@ _WIDE = "its 95 % interval would be wider than a plausible amount of it"
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """What a log can calibrate.
+    """Parameters that a log can calibrate.
 
     Attributes
     ----------

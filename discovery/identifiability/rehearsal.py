@@ -205,7 +205,7 @@ Ratio = Annotated[float, BeforeValidator(lambda value: math.inf if value is None
 
 
 class Excitation(Record):
-    """How strongly a log would show one candidate.
+    """Excitation of one candidate by a log.
 
     Attributes
     ----------
@@ -218,7 +218,7 @@ class Excitation(Record):
 
 
 class Identifiability(Record):
-    """What a log can show and tell apart about one model.
+    """Identifiability of all candidates about one model.
 
     Attributes
     ----------
@@ -247,7 +247,7 @@ class Identifiability(Record):
 
     @property
     def sentence(self) -> str:
-        """What the log cannot show or tell apart, for a line of progress."""
+        """Candidates that the log cannot show or tell apart, for a line of progress."""
         blind = [words(key) for key in (*self.dormant, *self.absorbed, *self.noise_limited)]
         groups = [" and ".join(map(words, group)) for group in self.groups]
         told = [f"does not show {', '.join(blind)}"] if blind else []

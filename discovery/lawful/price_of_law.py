@@ -43,7 +43,7 @@ Box = Annotated[Envelope, BeforeValidator(_envelope), PlainSerializer(Envelope.t
 
 
 class Binding(Record):
-    """Where the law of dissipation holds the fit most.
+    """The state in which the law of dissipation holds the fit most.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class MostPower(Record):
 
 
 class Passivity(Record):
-    """Whether a model's damping takes energy out everywhere in an envelope, and what that cost the fit.
+    """Passivity of a model's damping over an envelope, and what that cost the fit.
 
     Attributes
     ----------

@@ -128,7 +128,7 @@ class Search(Scoring):
         return state
 
     def _behind(self, state: State, best: State) -> bool:
-        """Whether a model has more effects than the best one and is far worse all the same: it gathers stand-ins."""
+        """True when a model has more effects than the best one and is far worse all the same: it gathers stand-ins."""
         more = len(self.named(state.active)) > len(self.named(best.active))
         return more and state.score > best.score + _FAR_BEHIND
 

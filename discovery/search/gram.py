@@ -227,7 +227,7 @@ class GramScores:
         return share_taken(*(g[columns[:, None], columns] for g in (self._total, self._blurred)))
 
     def screen(self, kept: Sequence[Option], others: Sequence[Option]) -> Array:
-        """How much each of several options would lower the weighted in-sample error beside kept ones, (options,).
+        """Drop of the weighted in-sample error by each of several options beside kept ones, (options,).
 
         One projection of the Gram matrix off the kept columns serves all; limits are honoured for single parameters.
         """
@@ -333,7 +333,7 @@ def share_taken(total: Array, blur: Array) -> float:
 
 
 def added_by_noise(columns: Array, noise: Array, edges: np.ndarray) -> Array:
-    """What sensor noise adds to the Gram matrices of columns, (blocks, a, p, p): those of noisier copies have more.
+    """Addition of sensor noise to the Gram matrices of columns, (blocks, a, p, p): those of noisier copies have more.
 
     That counts where copies come in pairs of opposite noise; one alone tells the squares of its noise, and by chance
     what it has in common with the columns.

@@ -91,7 +91,7 @@ class Beside:
 
     @property
     def earned(self) -> float:
-        """By how much the errors of the record make the model itself worth more."""
+        """Log-likelihood that errors of the record earn beside the model itself."""
         chosen = list(self._now.values())
         return self._worth(chosen, self._fit(chosen, alone=True)) - self.worth()
 
@@ -176,7 +176,7 @@ def coarse_records(motions: Sequence[Motion]) -> tuple[CoarseRecord, ...]:
 
 
 def leaves_structure(search: Search, state: State) -> bool:
-    """Whether a model leaves force that neither sensor noise nor the resolution of the commands' record explains."""
+    """True when a model leaves force that neither sensor noise nor the resolution of the commands' record explains."""
     if not search.leaves_structure(state.fit.held_out):
         return False
     records = coarse_records(search.balance.motions)

@@ -38,7 +38,7 @@ _INERTIA = tuple(p.symbol for p in PARAMETERS.values() if p.section in ("added_m
 
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
-    """What a change must be worth.
+    """Prices and thresholds of a search.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class State:
 
 
 class Loss(NamedTuple):
-    """What a model loses without an effect: error, as the largest share of the force scale of an axis, and score."""
+    """Loss of a model without an effect: error, as the largest share of the force scale of an axis, and score."""
 
     share: float
     score: float
@@ -207,12 +207,12 @@ class Scoring:
 
     @property
     def independent(self) -> float:
-        """How many of the tests that are seen count as independent."""
+        """Number of independent tests among those that are seen."""
         return self._share * self.balance.independent
 
     @property
     def share_scale(self) -> Array:
-        """What forces are shares of (3,): the force scale, or on a quiet axis one of which the floor is material."""
+        """Unit (3,) of shares: the force scale, or on a quiet axis one of which the floor is material."""
         return np.sqrt(self.floor) / self.settings.materiality
 
     @property
@@ -221,7 +221,7 @@ class Scoring:
         return np.sqrt(self.noise_blocks.sum(axis=0) / self.tests)
 
     def price(self, fit: Fit, chosen: Sequence[Option]) -> float:
-        """What the parameters that no limit holds must earn; a fixed shape counts as one parameter."""
+        """Price of the parameters that no limit holds; a fixed shape counts as one parameter."""
         total, at = 0.0, 0
         for option in chosen:
             size = sum(index >= 0 for index in option.free)
@@ -244,7 +244,7 @@ class Scoring:
         return tuple(key for key in active if key not in self.nuisances)
 
     def is_general(self, key: str) -> bool:
-        """Whether a candidate holds simpler ones as special cases."""
+        """True when a candidate holds simpler ones as special cases."""
         return key in self._general
 
     def of_kind(self, keys: Sequence[str], kind: Kind) -> tuple[str, ...]:
@@ -289,7 +289,7 @@ class Scoring:
         return self._without[-1][2]
 
     def losses(self, state: State) -> list[Loss]:
-        """What each effect of a model is worth about the columns at hand, the others not refined."""
+        """Worth of each effect of a model about the columns at hand, the others not refined."""
         pool = [c for c in self.pool if c.key in state.active]
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool)
         now = {key: linear.options[key][0] for key in state.active}

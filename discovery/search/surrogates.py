@@ -53,7 +53,7 @@ class NoiseCopies:
 
     @property
     def sensed(self) -> bool:
-        """Whether noise of sensors is in them, passed through the balance."""
+        """True when noise of sensors is in them, passed through the balance."""
         return self._drawn is not None
 
     @property
@@ -163,12 +163,12 @@ class Chance(Record):
 
     @property
     def none(self) -> bool:
-        """Whether none of them did."""
+        """True when none of them did."""
         return self.better == 0
 
     @property
     def in_words(self) -> str:
-        """What it says of an effect that none of them reached, in a sentence."""
+        """A sentence on an effect that none of the copies reached."""
         if not self.of_noise:
             return f"In {self.of} rehearsals of what is left without it no effect looked as good."
         return f"In {self.of} rehearsals of this log's noise without it no effect looked as good: 1 in {self.of + 1:,}."
@@ -210,14 +210,14 @@ class Rehearsals:
         return (self._linear.columns / self._scores.scale).astype(np.float32)
 
     def chance(self, key: str) -> Chance:
-        """How often nothing would have looked as good as an effect that stands in the model."""
+        """Chance by which pure noise looks as good as an effect that stands in the model."""
         gone = self._linear.options[key][1]
         rest = [*(option for name, option in self._now.items() if name != key), gone]
         own = self._trial(self._now[key], gone.offset)
         return self._of(rest, [own], [own, *self._others()])[1]
 
     def best(self) -> tuple[float, Chance]:
-        """What the best effect that the model does not have earns, and how often nothing would have looked as good."""
+        """Gain of the best effect that the model does not have, and the chance by which pure noise looks as good."""
         others = self._others()
         return self._of(list(self._now.values()), others, others)
 

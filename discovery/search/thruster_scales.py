@@ -75,7 +75,7 @@ ONE = "thruster_asymmetry"
 
 
 def all_thrusters(nominal: Vehicle, corrected: Vehicle, kept: Sequence[str]) -> str:
-    """That all thrusters push harder, or all weaker, than the file says, and how much of it is a difference.
+    """Sentence that all thrusters push harder, or all weaker, than the file says, and how much of it is a difference.
 
     Empty where a thruster is as the file has it, or pushes the other way from the file than another.
 

@@ -169,7 +169,7 @@ def operation(name: str, *given: Any) -> Symbol:
 
 
 def is_known(symbol: Symbol, value: float) -> bool:
-    """Whether a symbol is a certain constant."""
+    """True when a symbol is a certain constant."""
     return symbol.operation == "constant" and symbol.data == value
 
 

@@ -180,7 +180,7 @@ def _command(name: Name) -> str | None:
 
 
 def like_a_command(name: str) -> bool:
-    """Whether a stream of that name may be a command of a thruster."""
+    """True when a stream of that name may be a command of a thruster."""
     return _LIKE_COMMANDS.search(name) is not None
 
 
@@ -194,7 +194,7 @@ def side_in(name: str) -> str:
 
 
 def says_command(name: str) -> bool:
-    """Whether a name says outright that it is a command.
+    """True when a name says outright that it is a command.
 
     >>> says_command("/wamv/left_thrust_cmd:data"), says_command("/wamv/left_thrust_measure:data")
     (True, False)
@@ -290,7 +290,7 @@ _HEADINGS = (frozenset({"psi"}), frozenset({"qx", "qy", "qz", "qw"}))
 
 
 def is_under(topic: str, namespace: str) -> bool:
-    """Whether a topic lies in a namespace; slashes at its ends do not matter.
+    """True when a topic lies in a namespace; slashes at its ends do not matter.
 
     >>> is_under("/alpha/odometry", "alpha"), is_under("/alphabet/odometry", "alpha")
     (True, False)

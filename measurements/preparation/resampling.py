@@ -26,7 +26,7 @@ def gap_limit(channel: Channel, max_gap: float | None) -> float:
 
 
 def is_logged_on_change(channel: Channel) -> bool:
-    """Whether a command was logged only when it changed, so that silence means "as before" and not a gap.
+    """True when a command was logged only when it changed, so that silence means "as before" and not a gap.
 
     Such a stream never repeats a value and has no beat: less than half of its steps are near the median step.
     """

@@ -152,7 +152,7 @@ class Fold:
     stretches: tuple[tuple[str, float, float], ...]
 
     def holds(self, motion: Motion) -> bool:
-        """Whether a motion lies in it from beginning to end."""
+        """True when a motion lies in it from beginning to end."""
         begin, end = motion.time[0] + _EDGE, motion.time[-1] - _EDGE
         return any(source == motion.source and start <= begin and end <= stop for source, start, stop in self.stretches)
 

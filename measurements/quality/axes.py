@@ -55,12 +55,12 @@ class Track:
 
     @property
     def certain(self) -> bool:
-        """Whether the track follows from heading and speeds."""
+        """True when the track follows from heading and speeds."""
         return self.left < OVERWHELMING
 
     @property
     def sound(self) -> bool:
-        """Whether all axes point where they should."""
+        """True when all axes point where they should."""
         return self.turn == self.side == 1 and self.quarters == 0
 
 
@@ -179,7 +179,7 @@ def _rule(logs: Sequence[Log], turn: int, side: int) -> _Rule | None:
 
 
 def surveyed(logs: Sequence[Log]) -> bool:
-    """Whether positions came from latitude and longitude, which fix the handedness of the axes."""
+    """True when positions came from latitude and longitude, which fix the handedness of the axes."""
     origins = [log.channels["x"].origin.lower() for log in logs if "x" in log.channels]
     return bool(origins) and all("lat" in origin for origin in origins)
 

@@ -143,7 +143,7 @@ def _push(log: Log, begins: Array, ends: Array) -> Array:
 
 
 def contradicts(course: Course) -> bool:
-    """Whether heading and track have nothing to do with each other."""
+    """True when heading and track have nothing to do with each other."""
     return course.pieces >= _MANY and max(course.kept, course.other) < _CONTRADICTS
 
 

@@ -89,12 +89,12 @@ class Size:
 
     @property
     def refuses(self) -> bool:
-        """Whether a log may be refused for the fault: it surely explains much."""
+        """True when a log may be refused for the fault: it surely explains much."""
         return min(self.share.low, self.weight.low) > OVERWHELMING
 
     @property
     def warns(self) -> bool:
-        """Whether the fault is worth telling: it explains much, sure or not."""
+        """True when the fault is worth telling: it explains much, sure or not."""
         return min(self.share.value, self.weight.value) > OVERWHELMING
 
 

@@ -87,7 +87,7 @@ class Finding(file_records.Record):
 
     @property
     def refused(self) -> bool:
-        """Whether a log with this finding is refused by whoever computes with it."""
+        """True when a log with this finding is refused by whoever computes with it."""
         return self.verdict == "defect" and self.reach is Reach.LOG
 
     @property

@@ -54,7 +54,7 @@ def centre_of(records: Sequence[Record], name: str) -> float:
 
 
 def stands_still(records: Sequence[Record], name: str) -> bool:
-    """Whether a command has one value in all rows of all logs."""
+    """True when a command has one value in all rows of all logs."""
     values = [record.log.channels[name].value for record in records if name in record.log.channels]
     ends = max(float(value.max()) for value in values) - min(float(value.min()) for value in values)
     return ends <= _rounding(records, name)

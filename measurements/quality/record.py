@@ -96,7 +96,7 @@ def _cut(low: float, high: float) -> Array:
 
 
 def _idle(log: Log, pieces: Array, speed: Array) -> NDArray[np.bool_]:
-    """Whether in each piece no command changes and the boat is slow."""
+    """True when in each piece no command changes and the boat is slow."""
     idle = speed < _SLOW * np.quantile(speed, 0.95)
     for name, channel in log.channels.items():
         if command_kind(name):

@@ -126,11 +126,11 @@ class Trial:
 
     @property
     def in_step(self) -> bool:
-        """Whether a sound log may have this delay."""
+        """True when a sound log may have this delay."""
         return _earliest(self.row) <= self.seconds <= SLOW
 
     def contradicts(self, other: "Trial") -> bool:
-        """Whether a command pushes or turns the other way than in another trial."""
+        """True when a command pushes or turns the other way than in another trial."""
         pairs = [(self.answers[name], other.answers[name]) for name in self.answers]
         return any(one.ahead * two.ahead < 0 or one.turn * two.turn < 0 for one, two in pairs)
 
@@ -157,7 +157,7 @@ class Trials:
 
     @property
     def late(self) -> bool:
-        """Whether it is certain that the boat answers at another time than a sound log may have it."""
+        """True when it is certain that the boat answers at another time than a sound log may have it."""
         return not any(trial.in_step for trial in (self.best, *self.rivals))
 
 
@@ -369,7 +369,7 @@ def _coefficient(fit: Fit, place: int, size: float) -> tuple[float, float]:
 
 
 def _alone(commands: Array, place: int) -> bool:
-    """Whether a command moves enough on its own for its effect to be told from the others'."""
+    """True when a command moves enough on its own for its effect to be told from the others'."""
     own = commands[:, place]
     power = float(own @ own)
     if power <= 0.0:

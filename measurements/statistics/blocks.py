@@ -146,7 +146,7 @@ class Fit:
         return (float(self.values[place]) - half, float(self.values[place]) + half) if np.isfinite(half) else None
 
     def certain(self, place: int, times: float) -> bool:
-        """Whether a coefficient is at least `times` its standard error."""
+        """True when a coefficient is at least `times` its standard error."""
         return bool(abs(self.values[place]) > times * self.errors[place])
 
 
@@ -330,7 +330,7 @@ def block_length(series: Array) -> int:
 
 
 def surely_more(left: Array, other: Array) -> bool:
-    """Whether one explanation of a record leaves more than another, by great odds and not by chance.
+    """True when one explanation of a record leaves more than another, by great odds and not by chance.
 
     The difference in log likelihood, each stretch with its own variance and no more than two independent values, gives
     the odds. Its mean over stretches by its standard error is the statistic of Vuong (1989) for two models of which

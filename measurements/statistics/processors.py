@@ -115,7 +115,7 @@ def load_before_forks(modules: Sequence[str]) -> None:
 
 
 def at_hand() -> bool:
-    """Whether there is a second processor for a forked process, and no other thread of Python in its way."""
+    """True when there is a second processor for a forked process, and no other thread of Python in its way."""
     if sys.platform != "linux" or len(os.sched_getaffinity(0)) < 2:
         return False
     alone = threading.active_count() == 1 and multiprocessing.parent_process() is None

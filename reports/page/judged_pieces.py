@@ -184,7 +184,7 @@ class JudgedPieces:
 
 
 def apart(vehicle: Vehicle, symbol: str) -> bool:
-    """Whether thrusters differ in what all share as a rule: no single number moves that."""
+    """True when thrusters differ in what all share as a rule: no single number moves that."""
     return len(values_of(vehicle, symbol)) > 1
 
 

@@ -169,7 +169,7 @@ def showing(work: Callable[P, R]) -> Callable[P, R]:
 
 
 def on_terminal() -> bool:
-    """Whether stderr is a terminal on which a line can be drawn anew."""
+    """True when stderr is a terminal on which a line can be drawn anew."""
     return sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
 

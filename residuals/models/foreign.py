@@ -92,7 +92,7 @@ class FunctionModel(Model):
 
 
 def is_function_name(text: str) -> bool:
-    """Whether a text has the form `package.module:function`."""
+    """True when a text has the form `package.module:function`."""
     return _NAME.fullmatch(text) is not None
 
 

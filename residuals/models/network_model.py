@@ -117,7 +117,7 @@ class NetworkModel(Model):
 
     @property
     def heading(self) -> bool:
-        """Whether the network sees the heading."""
+        """True when the network sees the heading."""
         return "cos_psi" in self.network.scaling.inputs.names
 
     def correction(self, motion: Motion) -> Array:

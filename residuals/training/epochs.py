@@ -224,7 +224,7 @@ class _Run:
 
     @property
     def learns_laws(self) -> bool:
-        """Whether it has steps, and a loss of the laws."""
+        """True when it has steps, and a loss of the laws."""
         return self.settings.lambda_phys > 0.0 and self.grown is None
 
     @property

@@ -262,7 +262,7 @@ def _table(data: DataSet, vehicle: Vehicle, choice: Choice, scaling: Scaling) ->
 
 
 def _remembers(choice: Choice) -> bool:
-    """Whether a network has a memory, found by asking a throw-away one."""
+    """True when a network has a memory, found by asking a throw-away one."""
     scaling = Scaling(
         Standardisation(("u", "v", "r", "thrust"), np.zeros(4), np.ones(4)), np.ones(3), np.eye(3), np.eye(3)[:, :1]
     )

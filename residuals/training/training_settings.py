@@ -62,7 +62,7 @@ class Augmentation:
 
     @property
     def active(self) -> bool:
-        """Whether anything is varied."""
+        """True when anything is varied."""
         return any(asdict(self).values())
 
 
@@ -156,5 +156,5 @@ class TrainingSettings:
 
 
 def asks_its_log(choice: Choice, settings: TrainingSettings) -> bool:
-    """Whether parts of the log decide how far a correction is trusted, see `probes`."""
+    """True when parts of the log decide how far a correction is trusted, see `probes`."""
     return settings.trust and not choice.pure

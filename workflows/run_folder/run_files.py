@@ -45,12 +45,12 @@ RUN_FILES = (*DATA, RECORD, PAGE, PDF)
 
 
 def is_run(folder: str | os.PathLike[str]) -> bool:
-    """Whether a folder holds a run, be it whole or damaged."""
+    """True when a folder holds a run, be it whole or damaged."""
     return any(_of_schema(Path(folder) / name) for name in (RECORD, "findings.json"))
 
 
 def is_comparison(folder: str | os.PathLike[str]) -> bool:
-    """Whether a folder holds what `compare --page` wrote, and not a run: its `run.json` says so."""
+    """True when a folder holds what `compare --page` wrote, and not a run: its `run.json` says so."""
     return _content(Path(folder) / RECORD).get("verb") == COMPARE
 
 
@@ -104,7 +104,7 @@ def _own_digest(record: Mapping[str, Any]) -> str:
 
 
 def _of_schema(path: Path) -> bool:
-    """Whether a file holds what its name says, of this or an earlier version."""
+    """True when a file holds what its name says, of this or an earlier version."""
     kind, _, version = str(_content(path).get("schema")).rpartition("/")
     return kind == f"undertow.{_SCHEMAS[path.name]}" and version in _VERSIONS
 
@@ -161,7 +161,7 @@ class Kind(Enum):
     PDF = "report --pdf"
 
     def wrote(self, path: Path) -> bool:
-        """Whether a file shows that this verb wrote it, and that nobody has changed it since where it has a mark."""
+        """True when a file shows that this verb wrote it, and that nobody has changed it since where it has a mark."""
         if self in (Kind.COMPARISON, Kind.AUDIT):
             schema = "comparison" if self is Kind.COMPARISON else "audit"
             return re.match(rb'\s*\{\s*"schema":\s*"undertow\.%s/1"' % schema.encode(), _head(path)) is not None
@@ -293,7 +293,7 @@ def inputs_of(reads: Iterable[Any]) -> Iterator[Path]:
 
 
 def same_place(one: Path, other: Path) -> bool:
-    """Whether two paths are one file, be it there or not."""
+    """True when two paths are one file, be it there or not."""
     with suppress(OSError):
         return one.samefile(other)
     return real(one) == real(other)

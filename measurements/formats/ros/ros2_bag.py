@@ -207,7 +207,7 @@ def _matches(head: Head) -> bool:
 
 
 def _is_series(names: Sequence[str]) -> bool:
-    """Whether the files of a folder are one bag by their names: one file, or the splits NAME_0, NAME_1, ... of one.
+    """True when the files of a folder are one bag by their names: one file, or the splits NAME_0, NAME_1, ... of one.
 
     A recorder that died has written no metadata. Anything else beside them makes the folder one of several logs.
     """

@@ -114,7 +114,7 @@ def small_table(head: Head, names: tuple[str, ...], clock: TimeColumn) -> ArrowP
 
 
 def _is_plain(part: ArrowPart, words: tuple[str, ...], time: str) -> bool:
-    """Whether there are numbers in all columns but those of words, and no word is one that may stand for none."""
+    """True when there are numbers in all columns but those of words, and no word is one that may stand for none."""
     import pyarrow as pa
 
     numbers = (pa.int64(), pa.float64(), pa.null())

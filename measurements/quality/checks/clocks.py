@@ -123,7 +123,7 @@ def on_grid(record: Record, name: str, time: Array) -> Array:
 
 
 def _sure(lag: Lag | None) -> bool:
-    """Whether one record follows the other, at a delay that is known to a row of the commands."""
+    """True when one record follows the other, at a delay that is known to a row of the commands."""
     return lag is not None and lag.explained >= FOLLOWS and CI * lag.error <= ROW
 
 

@@ -144,7 +144,7 @@ def _mirrored(records: Sequence[Record], names: list[str]) -> list[tuple[int, in
 
 
 def _rests_or_saturates(records: Sequence[Record], name: str) -> bool:
-    """Whether the value at which a command stands longest is one of no push, or an end of its range."""
+    """True when the value at which a command stands longest is one of no push, or an end of its range."""
     channels = [r.log.channels[name] for r in records if name in r.log.channels]
     values, places = np.unique(np.concatenate([c.value for c in channels]), return_inverse=True)
     lasting = np.concatenate([np.diff(c.time, append=c.time[-1] + c.period) for c in channels])

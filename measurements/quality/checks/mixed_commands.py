@@ -136,7 +136,7 @@ def _pair(names: tuple[str, str], answers: Mapping[str, Answer]) -> _Mix | None:
 
 
 def _small(value: float, error: float, other: float) -> bool:
-    """Whether what a command does is surely little; without an error, it is too little to be seen."""
+    """True when what a command does is surely little; without an error, it is too little to be seen."""
     return not np.isfinite(error) or abs(value) + _CI * error < _HARDLY * abs(other)
 
 

@@ -37,7 +37,7 @@ class Gains:
 
     @property
     def broken(self) -> bool:
-        """Whether some state gains more than is allowed."""
+        """True when some state gains more than is allowed."""
         return bool((self.over > 0.0).any())
 
     @property

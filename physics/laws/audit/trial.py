@@ -188,7 +188,7 @@ def reachable(vehicle: Vehicle, pool: Array, seed: int = 0) -> tuple[Envelope, s
 
 
 def _settles(velocity: Array) -> bool:
-    """Whether the speeds and yaw rates of held commands (n, rows, 3) have settled in the last third."""
+    """True when the speeds and yaw rates of held commands (n, rows, 3) have settled in the last third."""
     for size in (np.linalg.norm(velocity[..., :2], axis=-1), np.abs(velocity[..., 2])):
         third = size.shape[1] // 3
         early, late, last = (size[:, : k * third + 1].max(axis=1) for k in (1, 2, 3))
