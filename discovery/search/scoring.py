@@ -363,7 +363,7 @@ class Scoring:
         return self.unexplained(error) > 0.0
 
     def unexplained(self, error: Array) -> float:
-        """How much of a mean square error (3,) is more than that, in what would be neither, summed over the axes."""
+        """Excess of a mean square error (3,) over the floor and sensor noise, relative to both, summed over axes."""
         least = np.maximum(self.floor, np.square(_STRUCTURE * self.noise_error))
         return float(np.maximum(error / least - 1.0, 0.0).sum())
 
