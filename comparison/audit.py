@@ -33,7 +33,7 @@ any corner, of networks without a memory, and of formulas, which are smooth."""
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Audit(Card):
-    """What all laws say of a model.
+    """Rulings of all laws on a model.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Audit(Card):
         return np.concatenate([r.against for r in self.violations if r.against is not None] or [np.empty((0, 4))])
 
     def ruling(self, law: str) -> Ruling:
-        """What one law says, by its name."""
+        """Ruling of one law, by its name."""
         return next(r for r in self.rulings if r.law == law)
 
     def to_dict(self) -> Plain:

@@ -95,7 +95,7 @@ class Judged:
 
     @property
     def verdict(self) -> str:
-        """What the laws say, in a word."""
+        """Verdict of the laws, in a word."""
         return "not run" if self.audit is None else self.audit.verdict
 
     def called(self, model: Model) -> "Judged":
@@ -187,7 +187,7 @@ def ends(models: Sequence[Model], recommended: str = "") -> tuple[Model, Model]:
 def where_ends_fail(
     table: SeriesTable, first: Model, after: Model, parts: Parts, fitted: Collection[str] = ()
 ) -> Fails:
-    """Where the two models of a series fail, as `comparison.json` says it; see `comparison` for `fitted`.
+    """Failures of the two models of a series, as `comparison.json` has them; see `comparison` for `fitted`.
 
     Parameters
     ----------

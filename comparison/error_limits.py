@@ -51,7 +51,7 @@ class PredictionLimits(AxisLimits):
 
 
 class Limits(BaseModel):
-    """What a vehicle must hold on its logs.
+    """Error limits that a vehicle must hold on its logs.
 
     Attributes
     ----------

@@ -81,7 +81,7 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None, *, judged: bool =
 
 
 def fitted_numbers(run: Path) -> int:
-    """How many numbers the corrected model of a run folder had fitted, as its own comparison says; 0 without one."""
+    """Number of parameters fitted in the corrected model of a run folder, by its own comparison; 0 without one."""
     found = _corrected(run)
     return 0 if found is None else found.parameters or 0
 
@@ -148,7 +148,7 @@ class Fitted:
 
 
 def fitted_to(models: Sequence[tuple[str, Model]], paths: Sequence[str]) -> list[Fitted]:
-    """What the files of models say of the logs to which these were fitted.
+    """Logs to which models were fitted, as far as their files say.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def fitted_notes(models: Sequence[Fitted], judge: str) -> list[str]:
 
 
 def overlap(record: Digests, judged: Digests) -> Overlap:
-    """Which of the judged logs a model was fitted to: by their SHA-256 where both are known, else by their names."""
+    """Judged logs to which a model was fitted: by their SHA-256 where both are known, else by their names."""
     same, alike = [], []
     for path, digest in judged:
         for other, known in record:

@@ -28,7 +28,7 @@ so: an error is then told as smaller by no more than two thirds of what the nois
 
 
 class Decides(NamedTuple):
-    """What is compared.
+    """Quantity that is compared.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Decides(NamedTuple):
 
 
 def what_decides(every: Sequence[Errors]) -> Decides:
-    """What decides between models by their errors: speeds over 10 s, over 2 s where these are too few, acceleration."""
+    """Choose what decides between models: speeds over 10 s, over 2 s where these are too few, else acceleration."""
     for horizon in _HORIZONS:
         if horizon in every[0].rollouts:
             found = _over(horizon, every)

@@ -35,7 +35,7 @@ ARM, COMPASS = "mount", "compass_constant"
 
 @dataclass(frozen=True, slots=True)
 class HiddenErrors:
-    """Where the sensor of places and speeds is, ahead and to starboard [m], and what a heading lacks [rad]."""
+    """Sensor errors that only forces show: place of the position sensor (ahead, starboard) [m], compass error [rad]."""
 
     arm_x: float
     arm_y: float

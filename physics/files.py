@@ -99,7 +99,7 @@ def try_out(path: str | os.PathLike[str], size: int = _TRIED) -> None:
 
 
 def real(path: Path) -> Path:
-    """Where a path leads to, through all links; the last of them may lead to nothing."""
+    """Resolve a path through all links; the last of them may lead to nothing."""
     return Path(os.path.realpath(path))
 
 
@@ -149,7 +149,7 @@ def name_unfinished(place: Path) -> Path:
 
 
 def left_beside(place: Path) -> list[Path]:
-    """What was or is still written beside a path, and is not finished."""
+    """Unfinished files beside a path, of living and of killed processes."""
     pattern = re.compile(re.escape(_stem(place)) + "[0-9a-f]{8}")
     try:
         return sorted(path for path in place.parent.iterdir() if pattern.fullmatch(path.name))
@@ -358,7 +358,7 @@ def _parquet(stream: BinaryIO, last: bytes) -> str | None:
 
 
 def parquet_data(data: bytes) -> bytes:
-    """What a mark of a Parquet file is the digest of: all but its magic bytes and metadata."""
+    """Content of a Parquet file that its mark is the digest of: all but its magic bytes and metadata."""
     return data[4 : len(data) - 8 - int.from_bytes(data[-8:-4], "little")]
 
 

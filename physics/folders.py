@@ -98,7 +98,7 @@ def at_rest(place: Path) -> Iterator[None]:
 
 
 def identity(place: Path) -> tuple[int, int] | None:
-    """Which folder bears a name now; None where there is none."""
+    """The folder that bears a name now; None where there is none."""
     try:
         found = place.stat()
     except OSError:

@@ -29,7 +29,7 @@ _CROSS_FLOW = tuple(name for _, name in FORCES)
 
 @dataclass(frozen=True, slots=True)
 class Actuation:
-    """What the thrusters do along a motion: force at rest and its loss per advance speed, (thrusters, n) each."""
+    """Actuation along a motion: force at rest and its loss per advance speed, (thrusters, n) each."""
 
     thrust: Array
     load: Array
@@ -141,7 +141,7 @@ def memory_states(vehicle: Vehicle, motion: Motion) -> tuple[Array, Array]:
 
 
 def remembered_before(vehicle: Vehicle, motion: Motion) -> tuple[float, float] | tuple[None, None]:
-    """What the wake memory of sway speed and yaw rate holds in the first row of a motion, from the rows before it.
+    """State of the wake memory of sway speed and yaw rate in the first row of a motion, from the rows before it.
 
     None where there are none: the first state is then taken to have lasted.
     """

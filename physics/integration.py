@@ -38,7 +38,7 @@ class Rollouts:
 
 
 class Around(NamedTuple):
-    """What is around a boat.
+    """Surroundings of a boat.
 
     Attributes
     ----------
@@ -75,12 +75,12 @@ class Driven(NamedTuple):
 
     @property
     def batch(self) -> int:
-        """How many rollouts there are."""
+        """Number of rollouts."""
         return self.initial.shape[0]
 
     @property
     def steps(self) -> int:
-        """How many steps each has."""
+        """Number of steps of each."""
         return self.thrust.shape[1] - 1
 
 

@@ -224,7 +224,7 @@ def thruster_matrix(vehicle: Vehicle) -> Array:
 
 
 def push_of(thruster: Thruster) -> tuple[float, float, float]:
-    """What a newton of a thruster does ahead, to starboard and in yaw [N, N, N m]: its column of B."""
+    """Column of B of a thruster: force ahead, to starboard and moment in yaw of a newton [N, N, N m]."""
     ahead, aside, arm = thruster.push
     return ahead, aside, thruster.arm_scale * arm
 

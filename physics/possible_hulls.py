@@ -26,7 +26,7 @@ were meant for metres are at 1000."""
 
 
 def impossible(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[str, str]:
-    """What no hull has, by the key to insist on, as sentences without an end.
+    """Numbers that no hull has, by the key to insist on, as sentences without an end.
 
     The signs are those of the catalogue's limits, which a fit keeps too. Only what is certain is told: coupling has
     either sign in published models, and so has a term of the third degree beside others that outweigh it.

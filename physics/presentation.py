@@ -178,7 +178,7 @@ class Card:
     __str__ = __repr__
 
     def drawings(self) -> Mapping[str, str]:
-        """What a notebook shows in the place of some lines, and below all of them: HTML by label; nothing of most."""
+        """Drawings of a notebook in the place of some lines, and below all of them: HTML by label; nothing of most."""
         return {}
 
     def _repr_html_(self) -> str:

@@ -227,7 +227,7 @@ def read_json(path: str | os.PathLike[str]) -> Any:
 
 
 def reason(error: Exception) -> str:
-    """Why a file could not be read, in a few words, without its path."""
+    """The reason why a file could not be read, in a few words, without its path."""
     return error.strerror or type(error).__name__ if isinstance(error, OSError) else str(error)
 
 
@@ -319,7 +319,7 @@ Positive = Annotated[Number, AfterValidator(positive)]
 
 
 def complaints(items: Sequence[Any], tell: Callable[[Any], str]) -> str:
-    """What pydantic complains about, in a sentence for each of the first few.
+    """Complaints of pydantic, in a sentence for each of the first few.
 
     Parameters
     ----------
@@ -348,7 +348,7 @@ def complaint(item: Any, parts: Sequence[Any], meant: str = "") -> str:
 
 
 def location(parts: Sequence[Any]) -> str:
-    """Where in a file, with dots: `thrusters.0.curve`."""
+    """Place in a file, with dots: `thrusters.0.curve`."""
     return ".".join(shortened(str(part), _NAME) for part in parts)
 
 

@@ -61,7 +61,7 @@ def area_average(time: Array, value: Array, grid: Array, step: float, *, hold: b
 
 
 def understated_noise(time: Array, grid: Array) -> float:
-    """By how much third differences on a grid understate the square of white noise on readings that came to it.
+    """Factor by which third differences on a grid understate the square of white noise on readings that came to it.
 
     Between two readings lies a part of each, so that neighbours on the grid share noise: of the autocovariances R0 to
     R3, an average over many rows meets R0 + 2 (R1 + R2 + R3), third differences (20 R0 - 30 R1 + 12 R2 - 2 R3) / 20.
@@ -168,7 +168,7 @@ class Switches(NamedTuple):
 
 
 def switches(command: Array) -> Switches:
-    """Where a command (n,) switches, of which the rows hold means, in any unit."""
+    """Find where a command (n,) switches, of which the rows hold means, in any unit."""
     change = np.abs(command[1:] - command[:-1])
     same = change <= _SAME * change.max(initial=0.0)
     rows = 2 + np.flatnonzero(same[:-3] & ~same[1:-2] & ~same[2:-1] & same[3:])

@@ -146,7 +146,7 @@ _OF_THRUSTERS = {"force": "thrust_scale", "y": "arm_scale"}
 
 
 def assumed(vehicle: Vehicle) -> dict[str, str]:
-    """Which numbers of a vehicle are assumed, by symbol, each with what its source says of how sure it is.
+    """Assumed numbers of a vehicle by symbol, each with what its source says of how sure it is.
 
     Thrust and places of the thrusters stand under `thrust_scale` and `arm_scale`, numbers without a source of their own
     under `all`. What was identified or given since is not assumed any more.

@@ -62,7 +62,7 @@ class Stage(str):
 
 
 class Course:
-    """How far a job is, by the stages that it tells: it only goes forward.
+    """Progress of a job, by the stages that it tells: it only goes forward.
 
     A job may go back to a stage that it had behind it, such as a second search. What it does from there on shares what
     is left of the bar, at the pace of the first time.

@@ -85,7 +85,7 @@ class Term(BaseModel):
 
 
 class Hull(BaseModel):
-    """What of the hull is in the water: `length` along it, centred on the body origin, and `draught` below it [m]."""
+    """The hull in the water: `length` along it, centred on the body origin, and `draught` below it [m]."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     length: Positive
@@ -331,7 +331,7 @@ _HOW_TO_STATE = {"hull": "hull: {length, draught}, in metres"}
 
 
 def lacking(vehicle: Vehicle, effect: Effect) -> str:
-    """What a vehicle file must state before it can have an effect, in words behind its name; empty where it does."""
+    """Numbers that a vehicle file lacks before it can have an effect, in words behind its name; empty for none."""
     absent = [key for key in effect.requires if getattr(vehicle, key) is None]
     told = " and ".join(_HOW_TO_STATE[key] for key in absent)
     return told and f"needs the size of the hull: give {told}, in the vehicle file"

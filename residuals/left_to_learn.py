@@ -29,7 +29,7 @@ _SURE = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Left:
-    """What a vehicle leaves unexplained on some motions, root mean squares (3,) [m/s^2, m/s^2, rad/s^2].
+    """Residual of a vehicle on some motions, root mean squares (3,) [m/s^2, m/s^2, rad/s^2], and its learnable part.
 
     Noise of the sensors and preparation are what no model explains: differences, the filter, the instants of commands.
 
@@ -64,7 +64,7 @@ class Left:
 
     @property
     def learnable(self) -> np.ndarray:
-        """Whether the error is more than the floor on each axis, by more than chance."""
+        """Mask of the axes on which the error is more than the floor, by more than chance."""
         return self.error**2 > self.floor**2 * (1.0 + _SURE * self.scatter)
 
     @property
@@ -95,7 +95,7 @@ class Left:
 
 
 def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> Left:
-    """What a vehicle leaves unexplained of the motions of parts that were prepared alike.
+    """Measure what a vehicle leaves unexplained of the motions of parts that were prepared alike.
 
     The noise of the error is how much it changes when as much noise as the sensors have is drawn anew onto the
     unfiltered motions: that goes through the filter, the differences and the vehicle as the sensors' own did. What
@@ -137,7 +137,7 @@ def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> 
 
 
 def twin(vehicle: Vehicle, motion: Motion) -> Motion:
-    """What a vehicle itself would have made of a motion, had each command come half a step of its record earlier.
+    """The motion that a vehicle itself would have made, had each command come half a step of its record earlier.
 
     A record tells no better when a command came; one that is held where it changed between two records, or the other
     way round, is wrong by as much.

@@ -70,7 +70,7 @@ def same_filter(values: Array, motion: Motion, data: DataSet) -> Array:
 
 
 def target_acceleration(vehicle: Vehicle, motion: Motion, data: DataSet, pure: bool) -> Array:
-    """What the filtered output of a network should be, (n, 3) [m/s^2, m/s^2, rad/s^2].
+    """Target of a network's filtered output, (n, 3) [m/s^2, m/s^2, rad/s^2].
 
     Parameters
     ----------

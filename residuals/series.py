@@ -184,7 +184,7 @@ def held_predictions(model: Model, band: PredictionBand, data: DataSet) -> HeldP
 
 
 def spread_of(states: Array, moved: Sequence[Array]) -> Array:
-    """How far predictions (..., 6) move with their starts, (..., 4), from the same with each state moved."""
+    """Sensitivity of predictions (..., 6) to their starts, (..., 4), from the same with each state moved."""
     return np.sqrt(np.sum([_sizes(one - states) ** 2 for one in moved], axis=0))
 
 
@@ -283,7 +283,7 @@ def series(
 
 
 def predicted(models: Sequence[Model], along: Sequence["Stretch"]) -> list[list[Array]]:
-    """What each model says along stretches, (n, 9) each, in the order of `PREDICTED`."""
+    """Predictions of each model along stretches, (n, 9) each, in the order of `PREDICTED`."""
     states = restarted(models, [stretch.motion for stretch in along])
     return [
         [np.column_stack([_modelled(model, stretch), rolled]) for stretch, rolled in zip(along, own, strict=True)]

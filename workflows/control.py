@@ -24,7 +24,7 @@ from .run_folder.run_files import Kind, check_targets
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """How models are tried.
+    """Conditions under which models are tried.
 
     Attributes
     ----------

@@ -93,7 +93,7 @@ def discover(
 
 @single_threaded
 def chosen_ahead(inputs: Inputs, settings: DiscoverySettings) -> Basis | None:
-    """What judges inputs that are not checked yet; None where nothing can, which `discover` says of checked ones.
+    """The basis of inputs that are not checked yet; None where there is none, which `discover` says of checked ones.
 
     A refusal by the checks waits for it, some tenths of a second.
     """

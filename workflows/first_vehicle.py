@@ -54,7 +54,7 @@ _MOST = {"length": ("m", 500.0), "mass": ("kg", 1e9), "spacing": ("m", 100.0), "
 
 @dataclass(frozen=True, slots=True)
 class Hull:
-    """What a person knows of a boat; None for what is to be estimated.
+    """Numbers of a boat that a person knows; None for what is to be estimated.
 
     Attributes
     ----------
@@ -265,7 +265,7 @@ def _ends(thruster: Thruster) -> tuple[Array, CommandKind]:
 
 
 def wires_of(vehicle: Vehicle, wires: Sequence[Wire]) -> tuple[Wire, ...]:
-    """What drives each thruster: its own command, where nobody said another."""
+    """Command that drives each thruster: its own, where nobody said another."""
     said = {wire.channel: wire for wire in wires}
     return tuple(said.get(t.channel, Wire(t.channel, t.channel)) for t in vehicle.thrusters)
 

@@ -92,7 +92,7 @@ def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) ->
 
 
 def likely_misplaced(findings: Sequence[Finding]) -> list[str]:
-    """What is likely wrong with the thrusters' places and directions, with its odds and the lines to try, once."""
+    """Likely errors of the thrusters' places and directions, with their odds and the lines to try, once."""
     likely = [finding for finding in findings if finding.check in _PLACES and finding.verdict == "warning"]
     found = []
     for cure in dict.fromkeys(finding.cure for finding in likely):

@@ -79,7 +79,7 @@ class LogOnBench:
 
     @property
     def basis(self) -> Basis:
-        """What judges it."""
+        """The basis that judges it."""
         if self._basis is None:
             chosen = chosen_for(self.inputs.fitting, self.inputs.vehicle, self._settings, self._searched)
             self._basis = chosen.leaving(self._left)

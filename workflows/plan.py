@@ -56,7 +56,7 @@ class PlannedDrive(Record):
 
     @classmethod
     def of(cls, driven: Driven) -> "PlannedDrive":
-        """What the models made of one."""
+        """Record of a manoeuvre as the models drove it."""
         return cls(
             words=driven.trial.words,
             seconds=driven.seconds,
@@ -189,13 +189,13 @@ class Plan(Card):
 
     @property
     def purpose(self) -> str:
-        """What it would tell."""
+        """The question that it would settle."""
         first, *others = map(words, self.question.effects)
         return f"tell {first} from {listing(others)}" if others else f"tell whether there is {first}"
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What to drive, what it tells, and how the library compares."""
+        """Sentences on what to drive, what it tells, and how the library compares."""
         best, fixed, bounds = self.manoeuvre.best, self.manoeuvre.fixed, self.manoeuvre.bounds
         if self.manoeuvre.tells:
             size = " and the effect is of a plausible size" if self.question.supposed else ""
@@ -234,7 +234,7 @@ class Plan(Card):
 
     @property
     def record(self) -> PlanRecord:
-        """What `mission.json` holds, without the digests of the files."""
+        """Content of `mission.json`, without the digests of the files."""
         return PlanRecord(
             effects=self.question.effects,
             tells=self.manoeuvre.tells,

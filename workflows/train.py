@@ -88,7 +88,7 @@ class TrainRun:
 
     @property
     def sentences(self) -> list[str]:
-        """What was trained, on what, and what to think of it."""
+        """Sentences on what was trained, on what, and what to think of it."""
         found, train = self.trained, self.inputs.parts.split.train
         model, logs = found.model, len(self.inputs.paths)
         where = f"{'in the place of' if model.pure else 'beside'} the physics of '{model.vehicle.name}'"
@@ -300,7 +300,7 @@ def choice_of(
     pure: bool = False,
     heading: bool = False,
 ) -> Choice:
-    """What to train: the network of these words, an LSTM where none is named, or one that goes on from a folder's.
+    """Choose what to train: the network of these words, an LSTM where none is named, or one that goes on from another.
 
     Parameters
     ----------

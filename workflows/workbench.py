@@ -48,7 +48,7 @@ class Workbench:
         self._readings: dict[tuple[str, ...], LogOnBench] = {(): LogOnBench(log, self._settings)}
 
     def opened(self, left: tuple[str, ...] = ()) -> Opened:
-        """What is measured, without some corrections of the sensors, and what the nominal model makes of it."""
+        """Facts of what is measured, without some corrections of the sensors, and of the nominal model on it."""
         return self._read(left).log.opened()
 
     def search(self, progress: Say | None = None) -> Searched:
@@ -132,7 +132,7 @@ class Workbench:
         return other.way(self._read(stand.left).model(stand).vehicle, time)
 
     def no_run(self, stand: Stand) -> str:
-        """Why no verb makes a run of a model, and what to do; empty where one does."""
+        """The reason why no verb makes a run of a model, and what to do; empty where one does."""
         names = stand.names
         if stand.moved:
             return (

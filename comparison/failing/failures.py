@@ -80,7 +80,7 @@ class Along:
 
 @dataclass(frozen=True, slots=True)
 class Contributions:
-    """What each effect, by which two vehicles differ, does to the squared error of every row.
+    """Share of each effect, by which two vehicles differ, in the squared error of every row.
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ class Contributions:
 
 
 def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Contributions | None:
-    """What each effect by which `after` differs from `before` does to the error along logs.
+    """Compute what each effect by which `after` differs from `before` does to the error along logs.
 
     Parameters
     ----------
@@ -285,7 +285,7 @@ def where_they_fail(
     *,
     link: bool = True,
 ) -> Fails:
-    """Where the first and the last model of a series fail, in what their errors are alike, and what removes them.
+    """Failures of the first and the last model of a series, the structure of their errors, and what removes them.
 
     Parameters
     ----------

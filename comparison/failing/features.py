@@ -96,7 +96,7 @@ def merged(
 
 
 def doing(scene: Scene, rows: NDArray[np.bool_]) -> str:
-    """What the boat was mostly doing on some rows, in words.
+    """The boat's main activity on some rows, in words.
 
     For example 'turning to port at 1.2 m/s, both thrusters ahead'.
     """

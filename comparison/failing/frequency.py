@@ -196,7 +196,7 @@ _CANNOT = "this log cannot tell"
 
 
 class Lag(Record):
-    """By how much the boat answers its thrusters after the model, on one axis.
+    """Lag of the boat behind the model on one axis.
 
     Attributes
     ----------
@@ -216,7 +216,7 @@ class Lag(Record):
 
 
 def against_lag(stage: Scene, thrust: Array) -> dict[str, Lag]:
-    """By how much the boat answers its thrusters after the model, by axis.
+    """Estimate by how much the boat answers its thrusters after the model, by axis.
 
     The acceleration that the thrusters give is delayed, or lags (whichever fits better), with its size fixed; what
     speeds, commands and heading of the moment explain of the remaining error is taken out, so that a missing damping, a

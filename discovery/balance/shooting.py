@@ -64,7 +64,7 @@ def _every(motions: Sequence[Motion], horizon: float, spacing: float) -> list[Le
 
 
 def overlap_of(horizon: float, spacing: float = SPACING) -> int:
-    """How many rollouts of `horizon` [s] from starts every `spacing` [s] run at any time, and are not independent."""
+    """Number of rollouts of `horizon` [s], started every `spacing` [s], that run at any time, and so depend."""
     return max(1, ceil(horizon / spacing))
 
 

@@ -235,7 +235,7 @@ _PAIRS = tuple(combinations_with_replacement(range(3), 2))
 
 @dataclass(frozen=True, slots=True)
 class Basis:
-    """How polynomial coefficients and slacks make matrices at control points; the same for every orthant.
+    """Basis by which polynomial coefficients and slacks make matrices at control points; the same for every orthant.
 
     In one orthant of the envelope nu = e p, with e its far corner and p in the unit cube, and moduli are plain numbers,
     so the power of the damping force is a polynomial P(p) [W] with coefficients linear in the vehicle's parameters.

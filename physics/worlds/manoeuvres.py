@@ -154,7 +154,7 @@ def draw_programme(name: str, duration: float, rng: np.random.Generator) -> Arra
 
 
 def side(thruster: Thruster) -> int:
-    """Which side of a pair a thruster is: -1 port, 1 starboard, 0 neither (on the centre line, or pushing sideways)."""
+    """Side of a thruster in a pair: -1 port, 1 starboard, 0 neither (on the centre line, or pushing sideways)."""
     return 0 if abs(thruster.push[0]) < 0.5 else int(np.sign(thruster.y))
 
 

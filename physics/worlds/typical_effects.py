@@ -111,7 +111,7 @@ def commanded_motion(vehicle: Vehicle, commands: Array, time_step: float) -> Mot
 
 
 def materiality(nominal: Vehicle, changed: Vehicle, motion: Motion) -> Array:
-    """How far two vehicles part in 10 s: rms difference of u, v, r over rollouts from common starts, by their rms (3,).
+    """Difference of two vehicles over 10 s: rms of u, v, r over rollouts from common starts, by their rms (3,).
 
     Twelve starts are spread over `motion`, which must last longer than 10 s.
 

@@ -39,7 +39,7 @@ def jonswap(frequency: Array) -> Array:
 
 
 def in_waves(motion: Motion, amplitude: float, rng: np.random.Generator) -> Motion:
-    """What a boat that follows `motion` in calm water does in long-crested waves of a random direction.
+    """Add the motion in long-crested waves of a random direction to a boat that follows `motion` in calm water.
 
     The water's orbital velocity w(t) = sum a_k cos(omega_k t + e_k) along the waves moves the boat, and its shear turns
     it: a line at an angle beta to the waves turns by sin(beta) cos(beta) sum (kappa_k a_k / omega_k) cos(omega_k t +
@@ -94,7 +94,7 @@ DURATIONS = (1.0, 86400.0)
 
 @dataclass(frozen=True, slots=True)
 class Sensors:
-    """What the log of a world suffers: standard deviations of white noise, losses, and waves.
+    """Sensors of a world: standard deviations of white noise, losses, and waves.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ NOISE: dict[str, Sensors] = {
 
 
 class Orders(NamedTuple):
-    """What a vehicle is to drive in the place of a programme.
+    """Commands that a vehicle is to drive in the place of a programme.
 
     Attributes
     ----------

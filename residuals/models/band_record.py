@@ -66,7 +66,7 @@ class PredictionBand(Record):
         return factor * np.hypot(spread, floor)
 
     def knows(self, speeds: Array) -> NDArray[np.bool_]:
-        """Which speeds (..., 3) [m/s, m/s, rad/s] lie where the band is told."""
+        """Mask of the speeds (..., 3) [m/s, m/s, rad/s] at which the band is known."""
         if self.lowest is None or self.highest is None:
             return np.ones(speeds.shape[:-1], dtype=bool)
         return np.all((speeds >= self.lowest) & (speeds <= self.highest), axis=-1)

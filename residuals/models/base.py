@@ -76,7 +76,7 @@ class Model(ABC):
         return [self.rollout(*legs) for legs in asked]
 
     def beyond(self, motion: Motion) -> Array:
-        """How far rows lie beyond what it was trained on, (n,) [standard deviations]; 0 where it does not tell."""
+        """Distance of rows beyond the training data, (n,) [standard deviations]; 0 where it does not tell."""
         if self.seen is None:
             return np.zeros(motion.time.size)
         seen = network_inputs(self.vehicle, motion, heading=False)
@@ -85,7 +85,7 @@ class Model(ABC):
         return np.sqrt((over**2).sum(axis=1))
 
     def margin(self, motion: Motion) -> Array | None:
-        """By how much its acceleration may differ from the measured one, (n, 3); None where it does not tell."""
+        """Margin of its acceleration about the measured one, (n, 3); None where it does not tell."""
         del motion
         return None
 

@@ -107,7 +107,7 @@ class Perceptron:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bounded:
-    """Whether a bound on the power is proved, and the state u, v, r (3,) `against` it, where one was met."""
+    """Outcome of a bound on the power: proved, or the state u, v, r (3,) `against` it, where one was met."""
 
     proved: bool
     against: Array | None = None

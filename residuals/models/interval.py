@@ -74,7 +74,7 @@ class Interval(BaseModel):
 
 
 def sizes(vehicle: Vehicle, motion: Motion, said: Array) -> Array:
-    """What errors may grow with along a motion, (n, 7 + 2 thrusters).
+    """Sizes with which errors may grow along a motion, (n, 7 + 2 thrusters).
 
     1, the velocities relative to the water, thrusts, their changes from row to row, and the acceleration that a model
     said (n, 3): root mean squares about each row, in SI units.
@@ -147,5 +147,5 @@ def _factor(ratio: Array) -> float:
 
 
 def widening(error: Array, margin: Array) -> Array:
-    """By how much wider margins (n, 3) must be to hold errors (n, 3), at least 1, (3,)."""
+    """Factor by which margins (n, 3) must be wider to hold errors (n, 3), at least 1, (3,)."""
     return np.maximum(1.0, np.quantile(np.abs(error) / margin, LEVEL, axis=0))

@@ -31,7 +31,7 @@ def network_inputs(vehicle: Vehicle, motion: Motion, heading: bool) -> Array:
 
 
 def in_box(vehicle: Vehicle, known: Sequence[Motion], asked: Sequence[Motion]) -> np.ndarray:
-    """Whether each row of some motions lies in the box of speeds and thrusts that others span.
+    """Mask of the rows of some motions that lie in the box of speeds and thrusts that others span.
 
     Parameters
     ----------

@@ -121,7 +121,7 @@ class NetworkModel(Model):
         return "cos_psi" in self.network.scaling.inputs.names
 
     def correction(self, motion: Motion) -> Array:
-        """What the network says along a measured motion, (n, 3) [m/s^2, m/s^2, rad/s^2].
+        """Correction by the network along a measured motion, (n, 3) [m/s^2, m/s^2, rad/s^2].
 
         Raises
         ------
@@ -249,7 +249,7 @@ class _OpenLoop:
 
 
 def numbers(said: Tensor) -> Array:
-    """What a network said as numbers in double precision."""
+    """Output of a network in double precision."""
     return said.double().cpu().numpy()
 
 
@@ -272,13 +272,13 @@ class NetworkWalk:
         self.said = np.zeros(3)
 
     def follow(self, seen: Array) -> Array:
-        """What it says of rows (n, inputs) that have come, (n, 3), and it remembers them."""
+        """Correction of rows (n, inputs) that have come, (n, 3); the network remembers them."""
         found, self._memory = self._asked(seen)
         self.said = found[-1]
         return found
 
     def ahead(self, seen: Array) -> Array:
-        """What it would say of rows (n, inputs) that come next, (n, 3); it remembers nothing of them."""
+        """Correction of rows (n, inputs) that would come next, (n, 3); the network remembers nothing of them."""
         return self._asked(seen)[0]
 
     def _asked(self, seen: Array) -> tuple[Array, Memory]:

@@ -51,7 +51,7 @@ class Scaling:
 
 @dataclass(frozen=True, slots=True)
 class Grown:
-    """What a network is that is found at once from all rows of a training part, and not by steps along a gradient.
+    """A network that is fitted at once to all rows of a training part, and not by steps along a gradient.
 
     No law plays a part while it is, and no training goes on from it. `training.growing` knows how it is found.
 
@@ -113,7 +113,7 @@ class Network(nn.Module, ABC):
         return rows
 
     def known(self, rows: Array) -> Array:
-        """What a training on inputs (rows, inputs) in standard deviations knows of velocities and thrusts."""
+        """Velocities and thrusts that a training on inputs (rows, inputs) in standard deviations covers."""
         inputs, drives = self.scaling.inputs, self.scaling.drives
         told = self.alike(inputs.undo(rows), self.scaling.reach)
         return np.concatenate([rows, inputs.apply(told[len(rows) :])])[:, : 3 + drives]

@@ -30,7 +30,7 @@ _ROUNDING = 1e-5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trust:
-    """Where a training has been, and the gain of its correction by the distance from there.
+    """Trust region of a training, and the gain of its correction by the distance from there.
 
     The distance is that from a polytope: the root of the squared excess over the least and the most that each input,
     and each sum and difference of two, had in training. A box alone would call full ahead at full astern thrust known

@@ -32,7 +32,7 @@ SCHEMA = "undertow.checkpoint/3"
 
 @dataclass(frozen=True, slots=True)
 class Checkpoint:
-    """What a training needs to go on.
+    """State from which a training goes on.
 
     Attributes
     ----------
@@ -161,7 +161,7 @@ Again = Callable[[Array], tuple[int, Weights]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What an auditor says of a model.
+    """Verdict of an auditor on a model.
 
     Attributes
     ----------
@@ -225,7 +225,7 @@ class Chooser:
         return Chosen(ranked[0], None if self.auditor is None else False)
 
     def mended(self, found: Chosen, again: Again) -> Chosen:
-        """Where the auditor passed none: train on at the states against the laws until it does, or leave all as it is.
+        """Train on at the states against the laws until the auditor passes one; leave all as it is where it passed one.
 
         The weights at the end of a round are put before it, for those of its first epochs have learnt the least.
         """

@@ -26,7 +26,7 @@ Slopes = tuple[Tensor, ...]
 
 @dataclass(frozen=True, slots=True)
 class Forcing:
-    """What acts from outside along a rollout: thrust, load (batch, rows, thrusters), air (batch, rows, 2)."""
+    """Inputs from outside along a rollout: thrust, load (batch, rows, thrusters), air (batch, rows, 2)."""
 
     thrust: Tensor
     load: Tensor

@@ -91,7 +91,7 @@ def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Probed:
-    """What probes of one kind say of the parts that they do not know.
+    """Predictions of the probes of one kind on the parts that they do not know.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
 
 
 def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
-    """What a network that learnt some motions says of others, stretch by stretch; its gain is 1 everywhere then.
+    """Predict the correction of a network on data that it did not learn, stretch by stretch; its gain is 1 then.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
 
 
 def trust_of(model: NetworkModel, split: Split, found: Probed) -> Trust:
-    """How far a trained network is trusted, by probes along the training part, and by itself on the validation part.
+    """Trust region of a trained network, by probes along the training part, and by itself on the validation part.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ Device = Literal["auto", "cpu", "cuda"]
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What is trained.
+    """Choice of the network that is trained.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Augmentation:
-    """What training data suffer at random, anew in every epoch; all off by default.
+    """Random changes of the training data, anew in every epoch; all off by default.
 
     Attributes
     ----------

@@ -84,7 +84,7 @@ _TOLD = 12
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """Where the logs and the channel map of a run are now, as the user says it; which is which, their content says.
+    """Places of a run's logs and channel map now, as the user says; which is which, their content says.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ class MadeFile:
 
 
 def paths_from(target: Path, logs: Sequence[str], channel_map: PathLike | None) -> dict[str, Any]:
-    """What `run.json` has of where the logs and the map lie, seen from the run folder, and of the map's digest.
+    """Paths of the logs and the map for `run.json`, seen from the run folder, and the map's digest.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def made_map(record: Mapping[str, Any]) -> MadeFile | None:
 
 
 def places(folder: Path, made: MadeFile) -> Iterator[str]:
-    """Where a file may be, the likeliest first: as it was given, as seen from the run folder, beside it, in it."""
+    """Places where a file may be, the likeliest first: as given, as seen from the run folder, beside it, in it."""
     yield made.path
     if made.from_run is not None:
         yield _joined(folder, made.from_run)

@@ -88,7 +88,7 @@ _LONGEST_HEADER = 65536
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """What a run was made from, and what a verb that goes on from it must know of its findings.
+    """Origin of a run, and the findings that a verb that goes on from it must know.
 
     Attributes
     ----------
@@ -304,7 +304,7 @@ def _series(content: bytes, path: Path, remedy: str = REMEDY) -> "pd.DataFrame":
 
 
 def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
-    """What a run folder was made from.
+    """Read what a run folder was made from.
 
     Parameters
     ----------

@@ -139,7 +139,7 @@ _LIBRARY = 64
 
 
 class Kind(Enum):
-    """What a verb writes, with the verb's own words for it."""
+    """Kind of file that a verb writes, with the verb's own words for it."""
 
     MAP = "inspect --map-out"
     FIXED = "inspect --fix"

@@ -35,7 +35,7 @@ TOLD = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Proof:
-    """What a proof of dissipation came to.
+    """Outcome of a proof of dissipation.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Proof:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answers:
-    """What a model answers to the laws.
+    """Answers of a model to the laws.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Answers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scope:
-    """Where a model is judged, and how thoroughly.
+    """Scope of an audit: where a model is judged, and how thoroughly.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ class Witness:
 
     @cached_property
     def turns(self) -> bool:
-        """Whether the answer depends on the heading, as far as some of `states` tell; all of them, of a fast model."""
+        """True when the answer depends on the heading, as some of `states` tell; all of them, of a fast model."""
         some = self.states.copy() if self.dense else self.states[:256].copy()
         some[:, 3] += 0.5 * np.pi
         gap = np.abs(self.relative(some) - self.coasting[: some.shape[0]]).max()
@@ -260,7 +260,7 @@ Verdict = Literal["pass", "fail", "not applicable"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ruling:
-    """What one law says of a model.
+    """Ruling of one law on a model.
 
     Attributes
     ----------
@@ -290,7 +290,7 @@ class Ruling:
 
     @property
     def margin(self) -> float | None:
-        """How far the worst value lies below the limit; negative for a violation."""
+        """Distance of the worst value below the limit; negative for a violation."""
         return None if self.value is None or self.limit is None else self.limit - self.value
 
     def to_dict(self) -> Plain:
@@ -383,7 +383,7 @@ def in_words(at: dict[str, float]) -> str:
 
 
 def let_pass(witness: Witness, limit: float) -> str:
-    """What is let pass, in words, behind what was found; nothing for a formula, which is held to rounding."""
+    """Tolerance in words, behind what was found; nothing for a formula, which is held to rounding."""
     return "" if witness.exact else f", where {limit:.3g} W is let pass"
 
 

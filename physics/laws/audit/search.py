@@ -29,7 +29,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
-    """How hard to look.
+    """Effort of the search.
 
     Attributes
     ----------

@@ -110,7 +110,7 @@ def rolled(answer: Answer, commands: Array, seconds: float) -> Rollouts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Settling:
-    """How a vehicle fares in a trial in calm water.
+    """Speeds of a vehicle in a trial in calm water.
 
     Attributes
     ----------
