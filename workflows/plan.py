@@ -306,7 +306,7 @@ def plan(
 
 
 def first_question(looked: Selected) -> tuple[str, ...]:
-    """What a selection leaves open first: what it selected and its look-alikes, else what it doubts or cannot see."""
+    """The first question that a selection leaves open: its names and look-alikes, else what it doubts or cannot see."""
     sure = [e.key for e in looked.evidence if e.sure]
     questions = open_questions(looked.evidence, sure, looked.known)
     ranked = sorted(questions, key=lambda key: (not questions[key], key not in looked.state.active))

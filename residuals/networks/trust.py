@@ -52,7 +52,7 @@ class Trust:
 
     @classmethod
     def within(cls, seen: Array, reach: float | None = None) -> "Trust":
-        """That of a training on standardised inputs (rows, inputs): whole within it, and up to a reach or anywhere.
+        """Trust region of a training on standardised inputs (rows, inputs): whole within, and to a reach or anywhere.
 
         Parameters
         ----------
