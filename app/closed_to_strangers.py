@@ -65,7 +65,7 @@ class ClosedToStrangers:
         await self._within(scope, receive, send)
 
     def _knows(self, cookies: str) -> bool:
-        """Whether the cookie is that of the token."""
+        """True when the cookie is that of the token."""
         jar = SimpleCookie()
         try:
             jar.load(cookies)

@@ -1,6 +1,6 @@
-"""What a worker does for the page that asks it: one open log, its vehicle, and the workbench on both.
+"""Service of a worker: one open log, its vehicle, and the workbench on both, for the page that asks.
 
-What shows a log is loaded at once, what searches it when that is asked for.
+Modules that show a log load at once, those that search it on the first search.
 """
 
 import shutil

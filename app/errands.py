@@ -1,13 +1,4 @@
-"""Errands of a tab: what its worker is asked, the network in training, what goes on, and who is told of it.
-
-What the worker of a tab is asked: what goes on meanwhile, and what went wrong.
-
-Who is told of every change: the views of a tab.
-
-The work of the machine that goes on: what it is, how far it is, and since when.
-
-A network in training, in a process of its own that can be stopped.
-"""
+"""Client of a tab's worker: requests, a network in training in a process of its own, progress, and observers."""
 
 import asyncio
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""What the user calls the files of a tab, which are kept under names that no browser can choose."""
+"""Names of the user's files in a tab, which are stored under names that no browser can choose."""
 
 import re
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What every worker needs, loaded once by the process that all of them are forked from; it loads this by its name."""
+"""Modules that every worker needs, loaded once by the process from which all are forked, which imports this by name."""
 
 from ..physics.stage import collect_seldom, pass_over_what_is_loaded
 

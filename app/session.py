@@ -1,4 +1,4 @@
-"""What one tab of the browser works on: what is shown, the steps that lead there, and what is done beside it."""
+"""Session of one tab: what is shown, the steps that lead there, and the work beside it."""
 
 import asyncio
 import shutil
@@ -170,7 +170,7 @@ class Session:
 
     @property
     def forcible(self) -> bool:
-        """Whether the log that was refused is broken, and may be taken as it is."""
+        """True when the log that was refused is broken, and may be taken as it is."""
         return self.refused is not None and "--as-is" in self.errands.trouble
 
     async def open_as_is(self) -> None:

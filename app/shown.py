@@ -129,7 +129,7 @@ class Shown:
 
     @property
     def refits(self) -> bool:
-        """Whether the search fitted the model's own numbers."""
+        """True when the search fitted the model's own numbers."""
         return self.searched is not None and self.searched.refits
 
     def open(self, source: Source, opened: Opened) -> None:

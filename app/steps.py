@@ -1,9 +1,4 @@
-"""Steps of a person's work, back and forth, and the commands that do the same.
-
-The steps of a person's work, back and forth; each says what is open and what is made of it.
-
-The commands that do on the command line what was done with the mouse.
-"""
+"""Steps of a person's work, back and forth, and the commands that do the same on the command line."""
 
 import shlex
 from collections.abc import Mapping, Sequence
@@ -82,12 +77,12 @@ class History:
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a step before this one."""
+        """True when there is a step before this one."""
         return self.at > 0
 
     @property
     def can_redo(self) -> bool:
-        """Whether a step was taken back."""
+        """True when a step was taken back."""
         return self.at + 1 < len(self.steps)
 
     def then(self, step: Step) -> "History":

@@ -1,9 +1,4 @@
-"""Workers: a process of its own for each open log, and one that is ready before anybody asks.
-
-A worker: a process of its own for each open log, so that nothing it does, not even its end, stops the page.
-
-A worker that is there before anybody asks: it has the demo open, and what a search needs is loaded.
-"""
+"""Workers: a process for each open log, so that no failure of it stops the page, and one that is ready beforehand."""
 
 import asyncio
 import multiprocessing
@@ -66,7 +61,7 @@ class Worker:
 
     @property
     def alive(self) -> bool:
-        """Whether it can be asked."""
+        """True when it can be asked."""
         return not self._closed and self.process.is_alive()
 
     async def ask(self, what: str, *given: Any, say: Say | None = None) -> Any:

@@ -149,7 +149,7 @@ def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:
 
 
 def _is_log(word: str) -> bool:
-    """Whether a word names an existing file or folder, or looks like a log or a pattern."""
+    """True when a word names an existing file or folder, or looks like a log or a pattern."""
     from ..measurements.collection import is_pattern
     from ..measurements.formats.registry import SUFFIXES
 

@@ -1,8 +1,8 @@
-"""Ctrl-C, and the signals of a system that shuts down, end a verb with one line and the shell's exit code.
+"""Interruption of a verb: Ctrl-C or a shutdown signal ends it with one line and the shell's exit code.
 
-Python raises KeyboardInterrupt wherever it is, also where nobody can catch it: while modules load, in a callback of a
-library, in a finalizer. There it ends in a traceback, or is passed over and the program goes on. So outside of the work
-the process ends at once, and inside, what was passed over is asked for again.
+Python raises KeyboardInterrupt anywhere, also where nobody can catch it (imports, callbacks, finalizers), and then
+prints a traceback or goes on. So outside of the work the process ends at once; inside, a signal passed over is raised
+again.
 """
 
 import atexit

@@ -1,9 +1,4 @@
-"""Options that the verbs share, and the examples below them.
-
-What the verbs share: the options that they declare, and how they read logs.
-
-Examples of every verb, shown below its options.
-"""
+"""Options that the verbs share, how they read logs, and the examples below the options."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path

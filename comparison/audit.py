@@ -33,7 +33,7 @@ any corner, of networks without a memory, and of formulas, which are smooth."""
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Audit(Card):
-    """What all laws say of a model.
+    """Rulings of all laws on a model.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Audit(Card):
         return np.concatenate([r.against for r in self.violations if r.against is not None] or [np.empty((0, 4))])
 
     def ruling(self, law: str) -> Ruling:
-        """What one law says, by its name."""
+        """Ruling of one law, by its name."""
         return next(r for r in self.rulings if r.law == law)
 
     def to_dict(self) -> Plain:
@@ -141,7 +141,16 @@ def witness_of(
     commands: Array | None = None,
     seed: int = 0,
 ) -> Witness:
-    """A model as the laws see it; see `audit`."""
+    """A model as the laws see it; see `audit`.
+
+    Parameters
+    ----------
+    model : to be judged
+    envelope : of velocities [m/s, m/s, rad/s]
+    motions : of the logs
+    commands : (n, thrusters) from which extremes are taken; those of the motions for None
+    seed : of the states that are drawn
+    """
     formula = isinstance(model, VehicleModel)
     if commands is None and motions:
         commands = np.concatenate([m.commands for m in motions])

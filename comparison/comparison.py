@@ -1,9 +1,4 @@
-"""Comparison of all models on the same rows: errors, laws, domain, coverage, and what is more than chance.
-
-All models on the same rows, as `comparison.json` has them: errors, laws, domain, and what is more than chance.
-
-What the interval of a model holds of the rows that judge it, within what it has seen and beyond.
-"""
+"""Comparison of models on the same rows, as `comparison.json` has it: errors, laws, domain, coverage of intervals."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -100,7 +95,7 @@ class Judged:
 
     @property
     def verdict(self) -> str:
-        """What the laws say, in a word."""
+        """Verdict of the laws, in a word."""
         return "not run" if self.audit is None else self.audit.verdict
 
     def called(self, model: Model) -> "Judged":
@@ -116,7 +111,14 @@ def judge_all(models: Sequence[Model], parts: Parts) -> list[Judged]:
 
 
 def judge(model: Model, parts: Parts, errors: Errors | None = None) -> Judged:
-    """Evaluate a model on the judged rows, if it was not yet, and judge it by the laws along all parts of the logs."""
+    """Evaluate a model on the judged rows, if it was not yet, and judge it by the laws along all parts of the logs.
+
+    Parameters
+    ----------
+    model : to be judged
+    parts : of the logs, and which of them judges
+    errors : of the model, where they were evaluated
+    """
     found = evaluate(model, parts.judged) if errors is None else errors
     if isinstance(model, VehicleModel):  # the laws are asked of the vehicle that is written
         return Judged(model, found, audit_along(VehicleModel(model.vehicle, model.name, model.kind), parts))
@@ -132,6 +134,12 @@ def calibrated_model(
     Where all rows are judged there are no others to fit to, and a sentence says so; where folds judge, a vehicle that
     was fitted without it predicts each. The `basis` of a discovery, which fits to the training and the validation
     part, serves where the calibration fits to both as well.
+
+    Parameters
+    ----------
+    inputs : the prepared logs
+    basis : of the discovery, if there was one
+    folds : where folds judge
     """
     judged, split = inputs.parts.judge, inputs.weak
     motions = inputs.fitting if judged != "validation" else split.train.motions
@@ -151,7 +159,15 @@ def calibrated_model(
 def reference_models(
     inputs: Inputs, middle: Sequence[Model] = (), basis: Basis | None = None, folds: Sequence[Fold] = ()
 ) -> tuple[list[Model], list[str]]:
-    """The models that are always compared: nominal, calibrated, those of a run (`middle`), and the baselines."""
+    """The models that are always compared: nominal, calibrated, those of a run (`middle`), and the baselines.
+
+    Parameters
+    ----------
+    inputs : the prepared logs
+    middle : models of a run
+    basis : of the discovery, if there was one
+    folds : where folds judge
+    """
     known, notes = calibrated_model(inputs, basis, folds)
     nominal = VehicleModel(inputs.vehicle, NOMINAL, "physics")
     return [nominal, *known, *middle, *baselines(inputs.vehicle)], notes
@@ -171,7 +187,15 @@ def ends(models: Sequence[Model], recommended: str = "") -> tuple[Model, Model]:
 def where_ends_fail(
     table: SeriesTable, first: Model, after: Model, parts: Parts, fitted: Collection[str] = ()
 ) -> Fails:
-    """Where the two models of a series fail, as `comparison.json` says it; see `comparison` for `fitted`."""
+    """Failures of the two models of a series, as `comparison.json` has them; see `comparison` for `fitted`.
+
+    Parameters
+    ----------
+    table : their series
+    first, after : the nominal model, and what became of it
+    parts : of the logs
+    fitted : see `comparison`
+    """
     data = [parts.data(part) for part in PARTS]
     # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
     last = after if after is not first else None
@@ -273,7 +297,14 @@ def row(found: Judged, inside: np.ndarray | None = None, *, timed: bool = False)
 
 
 def band_of(model: Model, parts: Parts, fitted: Collection[str] = ()) -> PredictionBand | None:
-    """The band of the run that a model comes from, else one that the judged rows give, if no fit saw them."""
+    """The band of the run that a model comes from, else one that the judged rows give, if no fit saw them.
+
+    Parameters
+    ----------
+    model : that predicts
+    parts : of the logs
+    fitted : see `comparison`
+    """
     seen = model.name in fitted or (model.name == CALIBRATED and parts.judge in _FITTED_TO)
     return model.band or (None if seen else prediction_band(model, parts.judged))
 
@@ -343,7 +374,14 @@ def _with_noise(best: Best, judged: Sequence[Judged]) -> list[str]:
 def score_step(
     errors: Errors, added: str | None = None, thruster: str | None = None, before: Errors | None = None
 ) -> Step:
-    """Held-out errors of one step of the story, what was added in it, and which are larger than `before`."""
+    """Held-out errors of one step of the story, what was added in it, and which are larger than `before`.
+
+    Parameters
+    ----------
+    errors : of the model after the step
+    added, thruster : the effect, and the thruster where it concerns one
+    before : errors before the step
+    """
     return Step(
         added=added,
         thruster=thruster,

@@ -1,9 +1,4 @@
-"""Error limits: read from a file in the words of the field, and held against measured errors.
-
-Limits of a model's errors, as a file says them: in the words of the field, and nothing that is not known.
-
-Whether a model holds limits on its logs: measured errors beside those that are allowed.
-"""
+"""Error limits: read from a file in the words of the field, and held against the errors of a model."""
 
 import math
 import os
@@ -56,7 +51,7 @@ class PredictionLimits(AxisLimits):
 
 
 class Limits(BaseModel):
-    """What a vehicle must hold on its logs.
+    """Error limits that a vehicle must hold on its logs.
 
     Attributes
     ----------
@@ -143,6 +138,12 @@ def limits_from_dict(data: Any, where: str) -> Limits:
 
 def with_margin(acceleration: AccelerationRecord, rollout: Rollouts, margin: float, *, lawful: bool) -> Limits:
     """Limits above errors as they are now, by a share of them.
+
+    Parameters
+    ----------
+    acceleration, rollout : errors as they are
+    margin : share by which a limit lies above them
+    lawful : whether the laws must be kept
 
     Raises
     ------

@@ -1,9 +1,4 @@
-"""Facts of a comparison as its files have them, and which differences are more than chance.
-
-What a run folder holds beside the findings: comparison, audit and how it was made, as their files have them.
-
-Which differences between models are more than chance, quantity by quantity.
-"""
+"""Facts of a comparison as its files have them, and the differences between models that are more than chance."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
@@ -27,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class PairedRecord(Record):
-    """How an error of a model differs from that of another on the same rows, as `comparison.json` has it.
+    """Difference of one error between two models on the same rows, as `comparison.json` has it.
 
     Attributes
     ----------
@@ -55,7 +50,7 @@ class PairedRecord(Record):
 
     @property
     def in_words(self) -> str:
-        """Which error it is, and by what share it changed, as a part of a sentence."""
+        """The error and the share by which it changed, as a part of a sentence."""
         what = "acceleration" if self.horizon is None else f"of {self.horizon} s predictions"
         return f"{self.axis} {what} by {percent(abs(self.relative or 0.0))}"
 
@@ -78,7 +73,7 @@ def differences(models: Sequence[tuple[Model, Errors]], references: Sequence[str
 
 
 def rises(errors: Errors, before: Errors) -> tuple[Rise, ...]:
-    """Which errors are larger than those before on the same rows, by more than chance."""
+    """Errors that are larger than those before on the same rows, by more than chance."""
     found = []
     for told in _against("", errors, "", before):
         if told.verdict == "worse":
@@ -117,7 +112,7 @@ def rolled(errors: Errors, horizon: str) -> Array:
 
 
 def rows_of(errors: Errors, horizon: str) -> int:
-    """How many starts lie within one horizon: rollouts from them share rows."""
+    """Number of starts within one horizon: rollouts from them share rows."""
     return max(1, round(float(horizon) / min(errors.rollouts[horizon].spacing)))
 
 
@@ -157,7 +152,7 @@ class WorstCase(Amount):
 
 
 class RulingRecord(Record):
-    """What one law says of a model, as `physics.laws.audit` rules; whatever else it says is kept."""
+    """Ruling of one law on a model, as `physics.laws.audit` has it; whatever else it says is kept."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -177,7 +172,7 @@ class RulingRecord(Record):
 
 
 class AuditRecord(Record):
-    """What all laws say of a model, the envelope [m/s, m/s, rad/s] in which they were asked, and where it came from."""
+    """Rulings of all laws on a model, the envelope [m/s, m/s, rad/s] in which they were asked, and its origin."""
 
     SCHEMA: ClassVar[str] = "undertow.audit/1"
 
@@ -198,7 +193,7 @@ class LogDigest(Record):
 
 
 class MadeFrom(Record):
-    """How a run was made: the command that makes it again, seed, versions of packages, and logs.
+    """Provenance of a run: the command that makes it again, seed, versions of packages, and logs.
 
     `refit` says that the model's own numbers were fitted beside the effects.
     """
@@ -252,7 +247,7 @@ class Held(Record):
 
 
 class IntervalRecord(Record):
-    """What of the judged rows the interval of a model's acceleration holds, within and beyond what it has seen.
+    """Coverage of the judged rows by the interval of a model's acceleration, within and beyond what it has seen.
 
     `level` is the share that it is to hold.
     """

@@ -1,9 +1,4 @@
-"""Models by name: whatever stands behind `--model`, and whether it was fitted to the rows that judge it.
-
-Models by name: whatever a user may put behind `--model`, and what is asked of it before it is compared.
-
-Whether a model was fitted to the rows on which it is judged: what its own files say of that, as notes.
-"""
+"""Models by name, whatever a user puts behind `--model`, and whether one was fitted to the rows that judge it."""
 
 import json
 import os
@@ -86,7 +81,7 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None, *, judged: bool =
 
 
 def fitted_numbers(run: Path) -> int:
-    """How many numbers the corrected model of a run folder had fitted, as its own comparison says; 0 without one."""
+    """Number of parameters fitted in the corrected model of a run folder, by its own comparison; 0 without one."""
     found = _corrected(run)
     return 0 if found is None else found.parameters or 0
 
@@ -140,20 +135,20 @@ class Fitted:
 
     @property
     def apart(self) -> bool:
-        """Whether it is known to come from other logs than the judged ones."""
+        """True when it is known to come from other logs than the judged ones."""
         return bool(self.logs) and not (self.overlap.same or self.overlap.alike)
 
     def saw(self, judge: str) -> bool:
-        """Whether it was fitted to rows of its logs that judge."""
+        """True when it was fitted to rows of its logs that judge."""
         return self.whole or judge in _FITTED
 
     def surely_saw(self, judge: str) -> bool:
-        """Whether it was surely fitted to rows that judge: the content of a judged log is that of one of its own."""
+        """True when it was surely fitted to rows that judge: the content of a judged log is that of one of its own."""
         return bool(self.overlap.same) and self.saw(judge)
 
 
 def fitted_to(models: Sequence[tuple[str, Model]], paths: Sequence[str]) -> list[Fitted]:
-    """What the files of models say of the logs to which these were fitted.
+    """Logs to which models were fitted, as far as their files say.
 
     Parameters
     ----------
@@ -209,7 +204,7 @@ def fitted_notes(models: Sequence[Fitted], judge: str) -> list[str]:
 
 
 def overlap(record: Digests, judged: Digests) -> Overlap:
-    """Which of the judged logs a model was fitted to: by their SHA-256 where both are known, else by their names."""
+    """Judged logs to which a model was fitted: by their SHA-256 where both are known, else by their names."""
     same, alike = [], []
     for path, digest in judged:
         for other, known in record:
@@ -237,7 +232,7 @@ def logs_of(path: str | os.PathLike[str], model: Model) -> Digests:
 
 
 def _saw_everything(path: str | os.PathLike[str], model: Model) -> bool:
-    """Whether a model was fitted to all rows of its logs: a discovery that folds judged keeps no test part."""
+    """True when a model was fitted to all rows of its logs: a discovery that folds judged keeps no test part."""
     if record := _run_record(path):
         return record.get("judged_on") == FOLDS
     return isinstance(model, VehicleModel) and any(every for every, _ in _told_of(model.vehicle))

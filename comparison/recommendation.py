@@ -1,8 +1,6 @@
-"""Recommendation: the simplest model that no other beats by more than chance, and what decides between two.
+"""Recommendation of a model: the simplest that keeps the laws and that no other beats by more than chance.
 
-Which model to trust: the simplest that no other beats by more than chance, among those that keep the laws.
-
-What decides between models on the same rows: their rollouts where these are enough, else their acceleration.
+Rollouts decide where there are enough of them, else accelerations.
 """
 
 from collections.abc import Sequence
@@ -30,7 +28,7 @@ so: an error is then told as smaller by no more than two thirds of what the nois
 
 
 class Decides(NamedTuple):
-    """What is compared.
+    """Quantity that is compared.
 
     Attributes
     ----------
@@ -47,7 +45,7 @@ class Decides(NamedTuple):
 
 
 def what_decides(every: Sequence[Errors]) -> Decides:
-    """What decides between models by their errors: speeds over 10 s, over 2 s where these are too few, acceleration."""
+    """Choose what decides between models: speeds over 10 s, over 2 s where these are too few, else acceleration."""
     for horizon in _HORIZONS:
         if horizon in every[0].rollouts:
             found = _over(horizon, every)
@@ -70,7 +68,7 @@ def _less_noise(squares: Array, noise: Array) -> Array:
 
 
 def _can_tell(table: list[Array], shortest: int) -> bool:
-    """Whether the rows are enough for an interval, without which nothing beats anything."""
+    """True when the rows are enough for an interval, without which nothing beats anything."""
     return any(paired_ratio(other, table[0], shortest).ci95 is not None for other in table[1:] or table)
 
 

@@ -1,8 +1,7 @@
-"""Effects that somebody chose: the verb `add` on motions, and one by one while somebody watches.
+"""Effects chosen by a person: fitted in the given order under the laws of a hull, and judged like those of a search.
 
-The verb `add` on motions: effects that somebody chose, fitted in the order given, and judged like those found.
-
-Effects added and removed while somebody watches: a fit begins where an earlier one ended; none is made twice.
+`add_effects` is the verb `add`. `Bench` serves the workbench: a fit starts from the nearest earlier one, and none is
+made twice.
 """
 
 from collections.abc import Iterator, Sequence
@@ -186,7 +185,7 @@ class Bench:
 
     @property
     def frees(self) -> bool:
-        """Whether any of the model's own numbers are fitted."""
+        """True when any of the model's own numbers are fitted."""
         return self._free is not None and bool(self._free.symbols)
 
     @single_threaded

@@ -1,6 +1,6 @@
-"""What a discovery is judged on: rollouts, where what the force balance leaves is more than white noise.
+"""The choice of the balance for a log: the force balance where its residual is white noise, else open-loop rollouts.
 
-The choice is made here, once for a log, whoever asks: discovery, adding by name, calibration, distillation.
+The choice is made once a log, for discovery, adding by name, calibration and distillation alike.
 """
 
 from collections.abc import Collection, Sequence
@@ -45,7 +45,7 @@ _RANK = 1e-7
 
 @dataclass(frozen=True, slots=True)
 class Unexplained:
-    """What the balance keeps when every effect and every term up to degree three is fitted at once.
+    """Residual of the balance when every effect and every term up to degree three is fitted at once.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Unexplained:
 
     @property
     def sentence(self) -> str:
-        """Why rollouts decide, with numbers."""
+        """The reason for rollouts, with numbers."""
         told = [
             f"{axis} {e:.2g} {unit} (white noise {n:.2g})"
             for axis, e, n, unit, far in zip(AXES, self.error, self.noise, FORCE_UNITS, self.coloured, strict=True)
@@ -97,7 +97,7 @@ LEAVES = (
 
 
 def why_rollouts(weak: WeakForm, search: Search) -> str:
-    """Why rollouts and not the force balance must decide on a log, in a sentence; empty where they need not.
+    """The reason why rollouts must judge a log, in a sentence; empty where the force balance does.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def unexplained(weak: WeakForm, search: Search) -> Unexplained:
 
 
 def beside_few(weak: WeakForm, search: Search, most: int) -> Array:
-    """What the few forces on each axis that take most of what the nominal model leaves would leave, (3,) mean squares.
+    """Residual of the few best forces on each axis, (3,) mean squares: those that explain most of the nominal model's.
 
     Each has a free factor on each axis, and is the one that takes most beside those before it: orthogonal matching
     pursuit (Pati, Rezaiifar and Krishnaprasad 1993, doi:10.1109/ACSSC.1993.342465). What a search calibrates in every
@@ -170,7 +170,7 @@ def beside_few(weak: WeakForm, search: Search, most: int) -> Array:
 
 
 def plenty(weak: WeakForm) -> bool:
-    """Whether a log has so many independent tests that what is left by its forces is no guess."""
+    """True when a log has so many independent tests that what is left by its forces is no guess."""
     return weak.independent >= _ENOUGH
 
 
@@ -203,7 +203,7 @@ def _turned(weak: WeakForm) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Basis:
-    """What effects and parameters are fitted to.
+    """The balance that judges a log, with the motions and candidates for it.
 
     Attributes
     ----------
@@ -230,17 +230,17 @@ class Basis:
 
     @property
     def rolls(self) -> bool:
-        """Whether rollouts judge."""
+        """True when rollouts judge."""
         return bool(self.why)
 
     @property
     def sensed(self) -> bool:
-        """Whether sensors made the log: the exact state of a simulator has no noise, white or coloured."""
+        """True when sensors made the log: the exact state of a simulator has no noise, white or coloured."""
         return _sensed(self.forces)
 
     @property
     def told(self) -> tuple[str, ...]:
-        """What is judged of a long log, what judges where it is not the force balance, and what was done, in words."""
+        """Sentences on the part of a long log, on rollouts as judges, and on corrections of the motions."""
         return (*filter(None, [self.part, self.why]), *self.notes)
 
     @property

@@ -1,7 +1,7 @@
 """Claims: the facts of each name that stands in a model, gathered once, none of them a verdict.
 
-What is left unexplained and how much a number changes between parts of the log widen its interval; each test gives its
-size, relative to the claim, and what is told of it. `judgement` makes a probability of them.
+Unexplained force and the scatter of a number between parts of the log widen its interval; each test contributes its
+size relative to the claim. `judgement.py` turns a claim into a probability.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,7 +36,7 @@ Told = Mapping[str, str]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tests:
-    """What the tests of a discovery found, by key of an effect; what a test does not concern is not there.
+    """Results of the tests of a discovery, by key of an effect; what a test does not concern is not there.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Tests:
     several: bool = False
 
     def told(self, e: Evidence) -> dict[Reason, str]:
-        """What each test tells of a name, of those that say more than their own sentence."""
+        """Sentence of each test on a name, of those that say more than their own reason."""
         beside = self.forms.beside.get(e.key)
         listed = {
             Reason.AT_LIMIT: self.limits.get(e.key, "the log asks for more of it than physics allows"),

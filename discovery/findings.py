@@ -29,7 +29,7 @@ _EMPTY = (
 
 
 class SensorError(Record):
-    """What a sensor, or the log's record of one, does wrong: the vehicle stays as it is.
+    """An error of a sensor, or of the log's record of one: the vehicle stays as it is.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class Rise(Record):
 
     @property
     def in_words(self) -> str:
-        """Which error it is, and its two values, as a part of a sentence."""
+        """The error and its two values, as a part of a sentence."""
         what = "acceleration error" if self.horizon is None else f"error of {self.horizon} s predictions"
         ends = f"from {number(self.before, 2)} to {number(self.after, 2)} {unit_text(self.unit)}"
         return f"the {self.axis} {what} rises {ends}"
@@ -194,7 +194,7 @@ class FailingPlace(Record):
 
 
 class Criterion(Record):
-    """What an effect had to satisfy, and the force at work on each axis [`unit`], of which shares are taken."""
+    """The demands on an effect, and the force at work on each axis [`unit`], of which shares are taken."""
 
     materiality: Number | None = None
     certainty: str = ""
@@ -269,7 +269,7 @@ class OtherForm(Record):
 
 
 class LogFacts(Record):
-    """What was looked at: rows, length [s], how it was split, what stays unexplained by axis, notes, and SHA-256."""
+    """Facts of the log: rows, length [s], how it was split, what stays unexplained by axis, notes, and SHA-256."""
 
     rows: Whole | None = None
     seconds: Number | None = None
@@ -280,7 +280,7 @@ class LogFacts(Record):
 
 
 class Findings(Card, Record):
-    """What discovery concludes from a log.
+    """Conclusions of a discovery from a log.
 
     Attributes
     ----------

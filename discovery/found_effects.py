@@ -1,9 +1,4 @@
-"""Findings of one effect: its verdict and why, its numbers with their intervals, and how many folds agree.
-
-What is found of one effect: its verdict and why, its numbers with their intervals, and what would do as well.
-
-What the folds of a discovery are found to say: how many give the same names, and what the model without each is.
-"""
+"""Findings on one effect, as files hold them: verdict, reasons, numbers with intervals, worth, look-alikes, folds."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -58,7 +53,7 @@ class Worth(Record):
 
 
 class Claim(Record):
-    """What is known of a name that stands in a model: the four numbers and the sizes of the tests.
+    """Facts of a name that stands in a model: the four numbers and the sizes of the tests.
 
     Attributes
     ----------
@@ -186,7 +181,7 @@ class FoundEffect(Record):
 
     @property
     def in_model(self) -> bool:
-        """Whether it stands in the model that is written; a file of an earlier version tells it of sure ones."""
+        """True when it stands in the model that is written; a file of an earlier version tells it of sure ones."""
         old = self.verdict == "missing" and self.claim is None
         return old or any(term.in_model is not None for term in self.terms)
 
@@ -197,7 +192,7 @@ class FoundEffect(Record):
 
     @property
     def cannot_tell(self) -> bool:
-        """Whether the log holds nothing that could show it, so that no number about it means anything."""
+        """True when the log holds nothing that could show it, so that no number about it means anything."""
         return self.reason is not None and self.reason.cannot_tell
 
 

@@ -1,12 +1,8 @@
-"""Sensor errors that no other record shows: how large they are, and the search that finds them by forces.
+"""Sensor errors that only forces show: a lever arm of the position sensor, and a constant compass error.
 
-Errors of sensors that no other record shows, so that only forces tell of them: a lever arm, a compass turned aside.
-
-A receiver that measures places and speeds where it stands and not at the origin agrees with itself, and so do speeds
-that were turned into the body by a heading that is off by a constant. What they make of a motion no hull explains but
-with many effects at once, each a stand-in; taken away, the few that are real remain.
-
-Errors of sensors that no other record shows: how large they are, what a motion is without them, and their words.
+Such an error agrees with itself in every record, but makes of the motion what only many effects together explain. So
+where a search leaves structure, or ends with many effects, the errors are estimated, taken off the motions, and the
+search runs again; its answer is kept where the errors earn their price.
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -39,7 +35,7 @@ ARM, COMPASS = "mount", "compass_constant"
 
 @dataclass(frozen=True, slots=True)
 class HiddenErrors:
-    """Where the sensor of places and speeds is, ahead and to starboard [m], and what a heading lacks [rad]."""
+    """Sensor errors that only forces show: place of the position sensor (ahead, starboard) [m], compass error [rad]."""
 
     arm_x: float
     arm_y: float
@@ -47,7 +43,7 @@ class HiddenErrors:
 
     @classmethod
     def of(cls, estimate: Array) -> "HiddenErrors":
-        """From three numbers, those that do not matter taken for none."""
+        """Make them of three numbers, those that do not matter taken for none."""
         ahead, aside, turned = np.where(np.abs(estimate) >= _LEAST, estimate, 0.0).tolist()
         return cls(ahead, aside, turned)
 
@@ -62,7 +58,7 @@ class HiddenErrors:
 
     @property
     def many(self) -> int:
-        """How many of them there are."""
+        """Number of errors that are not zero."""
         return int(np.count_nonzero((self.arm_x, self.arm_y, self.compass)))
 
     def leaving(self, left: Collection[str]) -> "HiddenErrors":
@@ -77,7 +73,7 @@ class HiddenErrors:
 
     @property
     def findings(self) -> tuple[SensorError, ...]:
-        """What is told of them."""
+        """Findings on these errors."""
         found = []
         if max(abs(self.arm_x) / _LEAST[0], abs(self.arm_y) / _LEAST[1]) >= 1.0:
             told = (
@@ -121,14 +117,14 @@ an arm left three quarters, an arm that was there less than a sixth, of that whi
 
 
 class BesideSensors(NamedTuple):
-    """What was found, and the errors of the sensors that were taken out for it."""
+    """Result of a search, and the errors of the sensors that were taken out for it."""
 
     looked: Selected
     errors: HiddenErrors | None = None
 
 
 def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
-    """What is found, or what is found without an error of the sensors, where the force balance asks for one.
+    """Search with sensor errors among the causes, where the force balance asks for one; else without.
 
     Where rollouts judge, a third of what stood unexplained may be left without it; they are not asked of a log that
     forces explain without it. Where the log asks less plainly, nothing is corrected.
@@ -165,13 +161,13 @@ def _asked_while_searching(basis: Basis, before: Selection) -> Array | None:
 
 
 def _as_few_forces(first: Found, found: BesideSensors) -> bool:
-    """Whether as many forces on each axis, free there, would explain a log without errors of the sensors, too."""
+    """True when as many forces on each axis, free there, would explain a log without errors of the sensors, too."""
     many = len(_named(found.looked)) + (found.errors.many if found.errors else 0)
     return not first.search.leaves_structure(beside_few(first.basis.forces, first.search, many))
 
 
 def _leaves_much(first: Found) -> bool:
-    """Whether a first search leaves structure, or ends with so many effects that they may be a crowd of stand-ins."""
+    """True when a first search leaves structure, or ends with so many effects that they may be a crowd of stand-ins."""
     return not first.explains or len(_named(first)) >= first.search.settings.crowd
 
 
@@ -180,7 +176,7 @@ def _named(found: Found | Selected) -> tuple[str, ...]:
 
 
 def _crowded(search: Search, state: State) -> bool:
-    """Whether a model is a crowd of stand-ins, beside which an error of the sensors would earn nothing more."""
+    """True when a model is a crowd of stand-ins, beside which an error of the sensors would earn nothing more."""
     named = search.named(state.active)
     return bool(search.of_kind(named, Kind.TERM)) or len(named) >= search.settings.large
 
@@ -265,7 +261,7 @@ def _quiet(text: str) -> None:
 
 
 def _simpler(against: Found | None, after: Found | Selected, errors: HiddenErrors) -> bool:
-    """Whether fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
+    """True when fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
 
     Turning moves an antenna as it bends the flow along a hull: four effects about another origin do as well as five
     laws of drag, and forces that explain a log need no error of the sensors. A centre of gravity that moves farther

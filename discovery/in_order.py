@@ -78,7 +78,7 @@ class Fitted:
 
     @property
     def whole(self) -> bool:
-        """Whether it is the model of the run, with all that this found and nothing else."""
+        """True when it is the model of the run, with all that this found and nothing else."""
         return self.run is not None and self.run.is_whole(self.names)
 
     @property
@@ -142,14 +142,22 @@ def own_numbers(basis: Basis) -> Freed:
 
 
 def judged_as(basis: Basis, run: RunModels | None) -> Basis:
-    """What judges a log by rollouts, where a run of it was judged by them in the end."""
+    """The basis of a log by rollouts, where a run of it was judged by them in the end."""
     return basis.rolling(LEAVES) if run is not None and run.rolls and not basis.rolls else basis
 
 
 def chosen_for(
     motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, searched: Findings | None
 ) -> Basis:
-    """What judges motions to which effects are added: what judged them in their search, where there was one."""
+    """The basis on which effects are added: that of their search, where there was one.
+
+    Parameters
+    ----------
+    motions : measured
+    nominal : the model to which effects are added
+    settings : of discovery
+    searched : findings of a search of these motions, if there was one
+    """
     return judged_as(choose(motions, nominal, settings), RunModels.of(searched, nominal))
 
 

@@ -1,10 +1,9 @@
 """Judgement: from the facts of a claim to the probability that its name is true, and to its verdict.
 
-A name that stands in a model is a claim with four numbers (gain, identity, worth, and how far its interval is from the
-file's own value) and the sizes of the tests that `Reason` lists. One logistic model turns them into a probability. It
-is fitted to worlds of many simulators, with causes that the catalogue holds and causes that it does not
+One logistic model takes a claim's gain, identity, worth, distance from the file's own value, and the sizes of the tests
+that `Reason` lists. It is fitted to worlds of many simulators, with causes inside and outside the catalogue
 (`benchmarks/odds.py`), so the probability is that of worlds like those. A doubt lowers it by its size; no test takes an
-answer back. Features that grow with doubt may only lower the odds, and what speaks for a name only raise them.
+answer back.
 """
 
 import json
@@ -70,7 +69,7 @@ class Odds:
         return feature.get(SHARE, 1.0) / (1.0 + exp(-max(min(total, 30.0), -30.0)))
 
     def largest_doubt(self, feature: Mapping[str, float]) -> Reason:
-        """What lowers the odds most."""
+        """The doubt that lowers the odds most."""
         costs = {name: weight * (_PLENTY.get(name, 0.0) - feature[name]) for name, weight in self.weights.items()}
         by_reason: dict[Reason, float] = {}
         if feature.get(SHARE, 1.0) < 1.0:
@@ -90,7 +89,7 @@ def odds() -> Odds:
 
 
 def features(claim: Claim) -> dict[str, float]:
-    """What the odds are made of, by name: the four numbers and the sizes of the tests, on scales of like size."""
+    """Features of the odds by name: the four numbers and the sizes of the tests, on scales of like size."""
     size = claim.tests
     clear = -log(max(size.get("file_value", 1.0), 1e-3))
     rollout = claim.worth.rollout

@@ -1,9 +1,4 @@
-"""Result of a search: what it ends with, and the kept effects alone, polished and step by step.
-
-What is made of a selection: the kept effects alone, polished where rollouts judge, and the steps to them.
-
-What a search ends with, before the sure effects are kept.
-"""
+"""The result of a search, and the model of its kept effects: refitted, polished on rollouts, and built step by step."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -76,7 +71,7 @@ class Found:
 
     @cached_property
     def explains(self) -> bool:
-        """Whether it leaves no structure of the log."""
+        """True when it leaves no structure of the log."""
         return not leaves_structure(self.search, self.state)
 
 
@@ -111,7 +106,14 @@ def too_short(findings: Findings, blocks: int) -> Findings:
 
 
 def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
-    """The model with the kept effects alone, polished where rollouts judge."""
+    """The model with the kept effects alone, polished where rollouts judge.
+
+    Parameters
+    ----------
+    search, state : the search and the model that it ended with
+    kept : keys of the effects that stay
+    shooting : of the rollouts on which they are polished
+    """
     return on_rollouts(search, search.restrict(state, kept), kept, shooting)
 
 
@@ -120,6 +122,13 @@ def with_untold(search: Search, final: State, untold: Sequence[str], shooting: S
 
     What is named needs certainty, what predicts only the better guess. Where nothing is kept nothing joins it, nor does
     what stands at a limit, or what makes a hull impossible.
+
+    Parameters
+    ----------
+    search : of the log
+    final : the model with the kept effects
+    untold : keys of the effects that may join, in the order in which they are tried
+    shooting : of the rollouts on which they are polished
     """
     if not search.named(final.active):
         return final
@@ -133,7 +142,7 @@ def with_untold(search: Search, final: State, untold: Sequence[str], shooting: S
 
 
 def _possible(search: Search, before: State, after: State, key: str) -> bool:
-    """Whether an effect that joins a model is one that a hull can have."""
+    """True when an effect that joins a model is one that a hull can have."""
     (candidate,) = (c for c in search.pool if c.key == key)
     nominal, found = search.nominal, after.vehicle
     if any(limit_at(p, found.value(p.symbol), nominal.value(p.symbol)) is not None for p in candidate.parameters):
@@ -143,7 +152,14 @@ def _possible(search: Search, before: State, after: State, key: str) -> bool:
 
 
 def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
-    """A model polished on its rollouts, where that betters its score; the same on the force balance."""
+    """A model polished on its rollouts, where that betters its score; the same on the force balance.
+
+    Parameters
+    ----------
+    search, state : the search and the model to polish
+    kept : keys of its effects
+    shooting : of the rollouts
+    """
     form = search.balance
     symbols = [s for c in search.pool if c.fitted(kept) for s in c.symbols]
     if not symbols or form.forces:

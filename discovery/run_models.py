@@ -1,8 +1,6 @@
-"""Models of a run: each fold's, which never saw it, and those that a finished run holds.
+"""Models of a run: those of its steps, and those selected and fitted without one fold of the log.
 
-The models of a finished run: what is added of what it found has its numbers, and is not fitted a second way.
-
-What a discovery would have found without a part of its log, for each of a few parts: models that never saw it.
+The models of a finished run carry the numbers it found; adding an effect of that run does not fit it a second way.
 """
 
 from collections import Counter
@@ -70,12 +68,12 @@ class RunModels:
 
     @property
     def own(self) -> bool:
-        """Whether the file's own numbers are fitted in them."""
+        """True when the file's own numbers are fitted in them."""
         return self.steps[0].label == CALIBRATED
 
     @property
     def rolls(self) -> bool:
-        """Whether rollouts judged the run, and not the force balance."""
+        """True when rollouts judged the run, and not the force balance."""
         return self.findings.criterion.unit.get(AXES[0], FORCE_UNITS[0]) != FORCE_UNITS[0]
 
     @property
@@ -89,11 +87,11 @@ class RunModels:
         return self.steps[-1]
 
     def holds(self, names: Sequence[str]) -> bool:
-        """Whether the run's model has all of these."""
+        """True when the run's model has all of these."""
         return set(names) <= set(self.names)
 
     def is_whole(self, names: Sequence[str]) -> bool:
-        """Whether these are all that the run's model has."""
+        """True when these are all that the run's model has."""
         return set(names) == set(self.names)
 
     def step(self, names: Sequence[str]) -> RunStep | None:
@@ -126,7 +124,7 @@ def named_as_found(findings: Findings | None, effects: Sequence[str]) -> list[st
 
 
 def values_of_step(vehicle: Vehicle, nominal: Vehicle) -> dict[str, float]:
-    """What a model has in the place of the nominal model's numbers, by symbol."""
+    """Values of a model in the place of the nominal model's numbers, by symbol."""
     return {symbol: value for symbol, value in vehicle.values.items() if value != nominal.value(symbol)}
 
 

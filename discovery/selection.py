@@ -1,16 +1,7 @@
-"""Selection of effects: on the force balance where noise is white, on rollouts elsewhere.
+"""Selection of effects: a search on the force balance where its residual is white noise, on rollouts elsewhere.
 
-What a search looks at and keeps: on the force balance where noise is white, on rollouts elsewhere.
-
-Search, evidence and look-alikes are the same on forces and on rollouts. What differs is where a search begins, and what
-is tried after it: a force balance may leave structure for terms that nobody has named; rollouts are weighed by the
-model that was found, and lose what cannot be told from nothing.
-
-Which logs of several disagree with the others on a corrected model.
-
-What a search on rollouts looks at and keeps, where the force balance leaves more than white noise.
-
-It begins at several models, is weighed by the model that was found, and loses what cannot be told from nothing.
+Search, evidence and look-alikes are the same on both. A force balance may leave structure for unnamed terms. Rollouts
+begin at several models, are weighted by the model found, and lose what cannot be told from nothing.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -43,7 +34,13 @@ from .search.thruster_scales import in_plain_words
 
 
 def disagreements(form: Balance, nominal: Vehicle, corrected: Vehicle) -> list[str]:
-    """Sentences on logs in which rollouts of the corrected model are worse than the nominal model's on some axis."""
+    """Sentences on logs in which rollouts of the corrected model are worse than the nominal model's on some axis.
+
+    Parameters
+    ----------
+    form : what judges, of one or several logs
+    nominal, corrected : the models before and after
+    """
     sources = form.sources
     if len(set(sources)) < 2:
         return []
@@ -214,7 +211,7 @@ def select(basis: Basis, say: Say) -> Selected:
 
 
 class Selection:
-    """What is selected of a log, in steps that are taken when they are asked for, see `select`.
+    """Selection of effects on a log, in steps that are taken when they are asked for, see `select`.
 
     Parameters
     ----------
@@ -232,7 +229,7 @@ class Selection:
 
     @cached_property
     def first(self) -> Found | None:
-        """Where the first search of the catalogue on the force balance ends, where that is asked."""
+        """The end of the first search of the catalogue on the force balance, where that is asked."""
         return None if self.given.rolls else _searched(self.given, self.say)
 
     @cached_property
@@ -245,7 +242,7 @@ class Selection:
 
     @property
     def settled(self) -> Found | None:
-        """What the force balance found, where it was asked and settles it."""
+        """The fit that settles the log on the force balance; None where it was not asked, or does not."""
         return self._searched_on if isinstance(self._searched_on, Found) else None
 
     @property
@@ -255,7 +252,7 @@ class Selection:
 
     @property
     def basis(self) -> Basis:
-        """What judges in the end."""
+        """The basis that judges in the end."""
         return self.unsettled.rolling if self.unsettled else self.given
 
     @cached_property
@@ -336,7 +333,7 @@ def _weighed(found: Found, say: Say) -> Selected:
 
 
 def _beyond_few(first: Found) -> bool:
-    """Whether the few forces that explain most of a log, free on each axis, would leave structure of it, too.
+    """True when the few forces that explain most of a log, free on each axis, would leave structure of it, too.
 
     Not asked of a log that is too short to say so, nor where a coarse record of the commands may leave it.
     """

@@ -1,4 +1,4 @@
-"""From evidence to words: verdicts, sentences and the headline."""
+"""Words of the evidence: verdicts, sentences and the headline."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -38,7 +38,7 @@ _TRIFLE = 0.03
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grounds:
-    """What findings are made of.
+    """Inputs of a verdict.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
 
 
 def _in_play(effect: FoundEffect) -> bool:
-    """Whether an effect that is only possible leaves a question open: it is no trifle, or moves a quiet axis."""
+    """True when an effect that is only possible leaves a question open: it is no trifle, or moves a quiet axis."""
     if effect.claim is None:
         return effect.reason is Reason.FAINT
     worth = effect.claim.worth
@@ -233,7 +233,7 @@ def _base_rate(e: Evidence) -> float:
 
 
 def _open(e: Evidence, reason: Reason) -> bool:
-    """Whether an effect that is no claim may be there: anything speaks for it, or nothing could speak at all."""
+    """True when an effect that is no claim may be there: anything speaks for it, or nothing could speak at all."""
     hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
     return hidden or reason is Reason.WEAK or e.confidence >= PERHAPS
 

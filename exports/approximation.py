@@ -1,10 +1,6 @@
-"""Approximation of a model by a simpler format: straight and steady runs, and the force that goes missing.
+"""Approximation of a model by a simpler format: the force that goes missing [N], effect by effect, and steady runs.
 
-What a format cannot say, told in newtons: how much force goes missing over the envelope, effect by effect.
-
-What a boat with one thruster at each side does in calm water when it runs straight or turns steadily.
-
-Throttle and steering are those of autopilots: the sum and the difference of the shares of full command at both sides.
+Throttle and steering are those of autopilots: sum and difference of the shares of full command at both sides.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence

@@ -1,9 +1,4 @@
-"""Elements of HTML and MathML: markup that escapes by default, and formulas that browsers typeset.
-
-HTML that escapes by default: plain text becomes markup only through these few functions.
-
-Formulas as MathML, which browsers typeset without script: factors, symbols and numbers of the momentum balance.
-"""
+"""Elements of HTML and MathML: markup that escapes by default, and formulas that browsers typeset without script."""
 
 import html
 from collections.abc import Iterable, Mapping, Sequence

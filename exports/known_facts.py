@@ -1,9 +1,4 @@
-"""Known facts of a model that stand in every export, and the legend of its equations.
-
-What is known about a model and stands in every export: envelope, verdict, intervals, sources, what is left out.
-
-What stands beside the equations wherever they are shown: letters, what acts within factors, thrust curves.
-"""
+"""Known facts of a model in every export: envelope, verdict, intervals, sources, and the legend of the equations."""
 
 import textwrap
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
-"""An MCAP file of JSON messages in chunks: each compressed by zstandard, and indexed, so that a viewer enters anywhere.
+"""An MCAP file of JSON messages in chunks, compressed by zstandard and indexed, so that a viewer enters anywhere.
 
-The records are those of the package mcap. Its writer spends ten microseconds on each of a log's ten thousands of
-messages; here one loop puts the messages of a chunk together (MCAP specification, mcap.dev/spec).
+Records are those of the package mcap; its writer spends ten microseconds on each of ten thousands of messages, so one
+loop puts those of a chunk together (MCAP specification, mcap.dev/spec).
 """
 
 import struct

@@ -106,7 +106,7 @@ def log_prefixes(logs: Sequence[int]) -> list[str]:
 
 
 def mcap_installed() -> bool:
-    """Whether files can be written: the package mcap is there."""
+    """True when files can be written: the package mcap is there."""
     try:
         import mcap.records  # noqa: F401
     except ImportError:

@@ -1,14 +1,8 @@
-"""Operations on vectors: a trained network, and the simulation that it corrects, for tools that have graphs.
+"""Operations on vectors for tools with graphs: a trained network, and the simulation that it corrects.
 
-A trained network as operations on vectors, and the simulation that it corrects, its memory among the states.
-
-The simulation is that of `NetworkModel.rollout`: the network sees the state at the beginning of a step, and what it
-says is held during the step at the two-step Adams-Bashforth value 1.5 a_k - 0.5 a_(k-1), the first step at a_0.
-
-What is made of whole vectors: operations that a graph of another tool has, and functions that are built of them.
-
-A program of single numbers says everything of a hull; a layer of a network is a product with a matrix, and a program
-of its thousands of numbers would be long and slow.
+The simulation is that of `NetworkModel.rollout`: the network sees the state at the beginning of a step, and its answer
+is held during the step at the two-step Adams-Bashforth value 1.5 a_k - 0.5 a_(k-1), the first step at a_0. A program of
+single numbers suits a hull; a layer of a network is one product with a matrix.
 """
 
 from abc import ABC, abstractmethod

@@ -1,18 +1,9 @@
-"""Days of boats: shares of nominal values, how far they scatter, and partial pooling over the boats of a fleet.
+"""Days of boats in shares of nominal values, their scatter from day to day, and partial pooling over a fleet.
 
-The logs of a fleet by boat and day, in shares of nominal values: what pooling and the hull diary work on.
-
-How far the days of a boat scatter beyond the noise within their logs: load, battery, waves.
-
-The covariance of this scatter is found from differences between one logged day and the next, so that a hull that
-changes once, or slowly, hardly moves it: by expectation and maximisation (Dempster, Laird and Rubin 1977), boats
-together, each with a factor of its own that is drawn towards one (Smyth 2004, section 4).
-
-What boats share and how they differ: partial pooling of each parameter over the boats of a fleet.
-
-Each boat's own value is normal about the fleet's mean with a spread that is not known (random effects, DerSimonian and
-Laird 1986, equation 1). What is believed of the spread is integrated over, and not set to its best value, so that the
-intervals of a fleet of three boats say how little three boats tell of it (Rubin 1981; Gelman 2006, section 3).
+The covariance of the scatter comes from differences between successive days, which a hull that changes hardly moves, by
+expectation and maximisation (Dempster, Laird and Rubin 1977), with a factor for each boat drawn towards one (Smyth
+2004, section 4). Pooling is a random-effects model (DerSimonian and Laird 1986, eq. 1) whose spread is integrated over,
+so that a fleet of three boats has wide intervals (Rubin 1981; Gelman 2006, section 3).
 """
 
 from collections.abc import Mapping, Sequence

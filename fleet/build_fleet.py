@@ -1,9 +1,4 @@
-"""Building of a fleet folder: each log is read once by a worker, and becomes a few kilobytes of factors.
-
-A fleet folder of logs: each read once by a worker, kept by its contents, and never again unless it changes.
-
-One log to factors: what a worker does. A path goes in, a few kilobytes come out.
-"""
+"""Building of a fleet folder: a worker reads each log once, and makes a few kilobytes of factors of it."""
 
 import hashlib
 import json
@@ -272,7 +267,7 @@ def _lost(answer: WorkerLost | LogAnswer) -> str:
 
 
 def _unchanged(folder: Path, log: FleetLog, source: LogSource, task: LogTask) -> bool:
-    """Whether a log is as it was, as far as size, time and what is asked tell, and its factors are there."""
+    """True when a log is as it was, as far as size, time and what is asked tell, and its factors are there."""
     same = source.version == log.version != "" and _begins(source) == log.begins
     return same and key_of(log.sha256, task) == log.factors and has_factors(folder, log.factors)
 

@@ -1,9 +1,4 @@
-"""Causes of changes of a hull: directions in which parameters move, weighed by all days about a change.
-
-What happens to hulls, as directions in which their parameters move: for the watch and for the name of a change.
-
-What a change of a hull was: each cause as a law of what parameters do, weighed by all days about the change.
-"""
+"""Causes of changes of a hull: directions in which parameters move, for the watch and for the name of a change."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""The hull diary: the changes of every boat of a fleet over its days, as the facts that the page and the file tell.
-
-The hull diary: how each boat of a fleet changes over its days, as the facts that the page and the file tell.
-
-The changes of every boat of a fleet: the scatter of its days, how wide it must be taken, alarms, and their names.
-"""
+"""The hull diary: the changes of every boat of a fleet over its days, as facts for page and file."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence

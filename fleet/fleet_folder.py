@@ -1,9 +1,4 @@
-"""The folder of a fleet, made, added to and joined with others: `fleet.json` and `factors/KEY.npz`.
-
-The folder of a fleet: `fleet.json`, which says what is in it, and `factors/KEY.npz`, what each log says.
-
-Fleets joined in a new one, where they do not say two things of one log.
-"""
+"""The folder of a fleet, made, added to and joined: `fleet.json` lists the logs, `factors/KEY.npz` holds each."""
 
 import os
 from collections.abc import Collection, Iterable, Sequence
@@ -178,7 +173,7 @@ def read_hull_factors(folder: Path, key: str) -> HullFactors:
 
 
 def has_factors(folder: Path, key: str) -> bool:
-    """Whether the factors of a key are there, and whole."""
+    """True when the factors of a key are there, and whole."""
     try:
         read_hull_factors(folder, key)
     except RequestError:

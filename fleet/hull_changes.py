@@ -1,21 +1,9 @@
-"""Change detection over the days of a boat: an e-process under a budget of false alarms, and days that stand alone.
+"""Change detection over the days of a boat: an e-process with a budget of false alarms, and single odd days.
 
-When a hull changed: an e-process over the days of a boat, under a budget of false alarms.
-
-For every day on which something may have begun, and every direction that is watched, the days since are weighed by
-their likelihood with the change over that without (both without regard to where the parameters were before, so that a
-boat needs no baseline from outside). Each such ratio is an e-process: its mean is one while nothing happens. Their sum,
-each weighed by the days in which its change may have begun, is the detector of Shiryaev and Roberts (Shin, Ramdas and
-Rinaldo 2024, definition 2.5): while nothing happens its mean is at most the days gone by, so that it passes a year's
-worth of days at most once a year.
-
-Days on which a boat was another for once: the day after is as those before, and takes the alarm back.
-
-How much wider than it is the scatter of days must be taken for the watch to keep its budget: found by rehearsal.
-
-Theory keeps the budget where scatter is normal, of a known covariance, and forgotten from day to day. A fleet's is none
-of these. So the same fleet is rehearsed on the same days with nothing but its own scatter, drawn anew with its tails
-and with what lasts from day to day; and its covariance is widened until false alarms are within the budget.
+For every possible onset and watched direction, the days since are weighed by a likelihood ratio of change to none, with
+mean one under no change and no baseline from outside. Their weighted sum is the detector of Shiryaev and Roberts (Shin,
+Ramdas and Rinaldo 2024, definition 2.5). Scatter is not as the theory assumes, so its covariance is widened until
+surrogate histories of the same fleet, with its own scatter drawn anew, keep the budget.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,15 +1,8 @@
 """Factors of hulls: sums over blocks of time that add to those of other logs, and their bytes in a file.
 
-What logs say of the parameters of a hull, as sums over blocks of time that add to those of other logs.
-
-Rows are those of the weak form: columns of the parameters followed, what the force equation gives when each moves
-(`linearisation`), against the force that the vehicle leaves unexplained. Of each block and axis their products are
-kept, which are all that least squares, its sandwich covariance and a bootstrap of blocks ask for. What sensor noise
-adds to the products is told beside them (errors in variables; Carroll et al. 2006, chapter 5).
-
-Factors of hulls as bytes: plain arrays in an `.npz`, nothing pickled, and what they are as JSON beside them.
-
-Equal factors give equal bytes.
+Rows are those of the weak form: columns of the parameters followed against the force that the vehicle leaves. The
+products of each block and axis are all that least squares, its sandwich covariance and a block bootstrap ask for; what
+sensor noise adds to them is kept too (errors in variables; Carroll et al. 2006, chapter 5).
 """
 
 import io

@@ -1,9 +1,4 @@
-"""Sources of a fleet's logs: folders, patterns, a manifest, object stores.
-
-Which logs make a fleet, of which boat and day each is: folders, patterns, a manifest, object stores.
-
-Logs in object stores (S3, Google, Azure and their like), through obstore.
-"""
+"""Sources of a fleet's logs (folders, patterns, a manifest, object stores), with the boat and the day of each log."""
 
 import csv
 import io
@@ -28,7 +23,7 @@ _URL = re.compile(r"(?:s3a?|gs|az|abfss?|https?)://[^/]+", re.ASCII)
 
 
 def is_url(name: str) -> bool:
-    """Whether a name is the address of an object store, or of something in one."""
+    """True when a name is the address of an object store, or of something in one."""
     return _URL.match(name) is not None
 
 
@@ -66,7 +61,7 @@ def objects_below(url: str, suffixes: Collection[str]) -> list[tuple[str, str]]:
 
 
 def _meets(key: Sequence[str], pattern: Sequence[str]) -> bool:
-    """Whether the parts of a key meet those of a pattern, whose `**` stands for any number of parts."""
+    """True when the parts of a key meet those of a pattern, whose `**` stands for any number of parts."""
     if not pattern:
         return not key
     if pattern[0] == "**":

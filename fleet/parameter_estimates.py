@@ -1,17 +1,9 @@
-"""Parameter estimates of hulls: weighted least squares on factors, with covariances, a log or a day each.
+"""Parameter estimates of hulls from factors, a log or a day each: weighted least squares with a sandwich covariance.
 
-Values of a hull's parameters, and their covariance, from factors: weighted least squares with honest errors.
-
-Axes are weighted by what the rows leave unexplained (feasible generalised least squares). What sensor noise adds to
-the products is taken off. Water that moves is fitted in each log, under a prior. The covariance is the sandwich of
-blocks of time (Liang and Zeger 1986, eq. 8), each variance over what it would be in the mean were the model right, for
-a fit leaves few blocks less than they had (Bell and McCaffrey 2002); variances are drawn towards what all parameters
-have in common, and correlations towards the model's own, as far as blocks are few: a minute has six of them. It is so
-wide that 1.96 deviations are what Student's t would have.
-
-What logs say of the parameters of a hull: estimates with their covariance, a log each.
-
-A fleet folder as estimates: what each log, or each day of a boat's logs, says of its hull.
+Axes are weighted by what the rows leave (feasible generalised least squares), sensor noise is taken off the products,
+and moving water is fitted in each log under a prior. The covariance is that of blocks of time (Liang and Zeger 1986,
+eq. 8), corrected for few blocks (Bell and McCaffrey 2002), drawn towards the model's own, and so wide that 1.96
+deviations are those of Student's t.
 """
 
 import os

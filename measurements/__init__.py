@@ -1,1 +1,1 @@
-"""From a log in any shape to motions on an even time base: read, inspect, prepare, split."""
+"""Measurements: from a log in any format to motions on an even time base; read, inspect, prepare, split."""

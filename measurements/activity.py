@@ -1,4 +1,4 @@
-"""What the boat did in a log, and what it did not: the ground of everything that can be learned from it."""
+"""Excitation of a log by its motion: what the boat did, and what cannot be learned for want of it."""
 
 from collections.abc import Sequence
 

@@ -1,9 +1,4 @@
-"""The canonical channels: their names, units and values, and latitude and longitude as local metres.
-
-The canonical channels: their names, their units, and the values that they may take.
-
-From latitude and longitude to local metres north and east.
-"""
+"""The canonical channels of a log: names, units and possible values, and fixes turned into local metres."""
 
 import re
 from dataclasses import dataclass, replace
@@ -99,7 +94,7 @@ class Lost:
 
     @property
     def disordered(self) -> bool:
-        """Whether time runs backwards in the file."""
+        """True when time runs backwards in the file."""
         return self.backward > 0 or any(by < 0.0 for _, by in self.sets)
 
 
@@ -199,7 +194,7 @@ def in_vehicle_file(name: str) -> str:
 
 
 def is_canonical(name: str) -> bool:
-    """Whether `name` is a canonical channel of motion or a command channel."""
+    """True when `name` is a canonical channel of motion or a command channel."""
     return name in UNITS or command_kind(name) is not None
 
 

@@ -1,9 +1,4 @@
-"""Clocks: stamps that are astray, pieces between which the clock was set, and the delay between two records.
-
-The clock of a log: stamps that are astray are dropped, and pieces between which the clock was set are joined.
-
-Are two channels in step? The delay between two records of the same quantity.
-"""
+"""Clocks: stray stamps dropped, pieces joined between which the clock was set, and the delay between two records."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -132,7 +127,7 @@ def _runs(time: Array, rows: NDArray[np.int64]) -> list[NDArray[np.int64]]:
 
 
 def _apart(pieces: Sequence[Array]) -> bool:
-    """Whether no two pieces share any time: they are of one clock, and in disorder."""
+    """True when no two pieces share any time: they are of one clock, and in disorder."""
     spans = sorted((float(piece.min()), float(piece.max())) for piece in pieces)
     return all(end < start for (_, end), (start, _) in pairwise(spans))
 
@@ -224,7 +219,14 @@ def drift_free(rate: Array, step: float) -> Array:
 
 
 def band_passed(values: Array, step: float, band: tuple[float, float]) -> Array:
-    """Keep a band [Hz] of records (n, ...) sampled every `step` [s], without moving them in time."""
+    """Keep a band [Hz] of records (n, ...) sampled every `step` [s], without moving them in time.
+
+    Parameters
+    ----------
+    values : (n, ...)
+    step : [s]
+    band : its ends [Hz]
+    """
     padding = min(values.shape[0] - 1, round(5.0 / step))
     found = np.empty(values.shape)
     # Long records one after the other: the filter makes several copies of what it is given.

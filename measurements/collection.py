@@ -1,9 +1,4 @@
-"""Collections of logs: files, bags, folders and patterns as one data set, and the digests by which a log is known.
-
-Which logs are meant: files, bags, folders of logs, and patterns such as `logs/*.bin`, as one data set.
-
-Digests of logs, by which it is known later whether a log is the same.
-"""
+"""Collections of logs: files, bags, folders and patterns as one data set, and digests that identify a log."""
 
 import glob
 import hashlib
@@ -63,7 +58,7 @@ def find_logs(names: Sequence[str | os.PathLike[str]]) -> tuple[tuple[str, ...],
 
 
 def is_pattern(name: str) -> bool:
-    """Whether a word looks like a pattern of files; brackets alone do not, for an effect may have them."""
+    """True when a word looks like a pattern of files; brackets alone do not, for an effect may have them."""
     return bool(set("*?") & set(name))
 
 
@@ -86,7 +81,7 @@ def _in_folder(folder: Path) -> tuple[list[str], list[str]]:
 
 
 def _is_log(path: Path) -> bool:
-    """Whether a format recognises it; not for a pipe, a broken link, or a folder that cannot be looked into."""
+    """True when a format recognises it; not for a pipe, a broken link, or a folder that cannot be looked into."""
     try:
         return (path.is_file() or path.is_dir()) and format_of(read_head(path)) is not None
     except LogError:

@@ -1,9 +1,9 @@
-"""Compass deviation: a heading error that changes with the heading makes false sway velocity, in proportion to speed.
+"""Compass deviation: a heading error that changes with the heading makes false sway velocity in proportion to speed.
 
-GPS velocity turned into the body by a heading that is wrong by delta shows v = u tan(delta) on a straight run. The
-deviation of a compass is smooth in the heading, delta = A + B sin(psi) + C cos(psi) (the semicircular part of the
-classical five coefficients; Denne 1979, Magnetic Compass Deviation and Correction, chapter 2). A current makes sway
-velocity too, but one that does not grow with speed, and a turn makes it in proportion to the yaw rate.
+GPS velocity turned by a heading that is wrong by delta shows v = u tan(delta) on a straight run. The deviation is
+smooth, delta = A + B sin(psi) + C cos(psi) (semicircular part of the classical coefficients; Denne 1979, Magnetic
+Compass Deviation and Correction, chapter 2). A current makes sway that does not grow with speed, a turn sway in
+proportion to the yaw rate; both are fitted too.
 """
 
 from collections.abc import Callable, Sequence
@@ -100,7 +100,7 @@ class Compass:
 
     @property
     def curve_known(self) -> bool:
-        """Whether the straight runs had headings enough to tell the deviation on every heading."""
+        """True when the straight runs had headings enough to tell the deviation on every heading."""
         return self.sectors >= _MOST_SECTORS
 
     @property

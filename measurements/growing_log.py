@@ -1,8 +1,6 @@
 """A log that is still being written: its lines as they come, as motions that go on where the last one ended.
 
-A log that is still being written, as motions that go on where the last one ended; memory of half a minute of it.
-
-A CSV table that is still being written: its lines as they come, and the streams of its latest rows.
+The latest half minute is kept in memory.
 """
 
 import gzip

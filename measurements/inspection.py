@@ -1,4 +1,4 @@
-"""What a log holds, and what the tool would do with it, before anything is computed from it."""
+"""Inspection of a log before anything is computed from it: channels, quality, and the plan of its preparation."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -198,7 +198,14 @@ def inspect_log(
 
 
 def inspect_logs(logs: Sequence[Log], vehicle: Vehicle | None = None, recipe: Recipe = PAPER) -> Inspections:
-    """Look several logs of one boat over, each by itself and all together; see `inspect_log`."""
+    """Look several logs of one boat over, each by itself and all together; see `inspect_log`.
+
+    Parameters
+    ----------
+    logs : of one boat
+    vehicle : for which they are meant
+    recipe : of the preparation
+    """
     examinations = [examine(log, vehicle) for log in logs]
     each = tuple(inspect_log(log, vehicle, recipe, examination=e) for log, e in zip(logs, examinations, strict=True))
     quality = pool(examinations)

@@ -1,12 +1,8 @@
-"""Kinematics: what sensors say of each other, with no force in between, and the errors that it shows.
-
-What sensors say of each other: heading against gyro, positions against speeds, with no force in between.
+"""Kinematics: errors of sensors that records show of each other, with no force in between, and their correction.
 
 psi_dot = (r - bias) / scale and p_dot = R(psi) nu hold whatever drives the boat (Fossen 2021, eq. 2.14 and 2.58), up to
-what sensors do: scales, a compass that deviates, delays, water that moves, an antenna that is elsewhere. Both are asked
-in weak form, so that no noisy record is differentiated, and all errors at once, so that none is blamed for another.
-
-Errors of sensors: their sizes, the words that tell of them, and a motion as right sensors would have measured it.
+scales, deviation, delays, moving water and lever arms. Both are fitted in weak form, so that no record is
+differentiated, and all errors at once, so that none is blamed for another.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -71,7 +67,7 @@ class Kinematics:
         return tuple(name for name, (by, error) in off.items() if by > max(LIMITS[name][1], _CLEARLY * error))
 
     def sharp(self, name: str) -> bool:
-        """Whether an error that matters would have shown."""
+        """True when an error that matters would have shown."""
         return name in self.values and 2.0 * self.values[name][1] <= self.least(name)
 
     @property

@@ -1,7 +1,4 @@
-"""A `Log`: the canonical channels of one file or of a table in memory, each on its own time stamps.
-
-Tables in memory as streams: a data frame of any library, with a row for each stamp or for each value.
-"""
+"""A `Log`: the canonical channels of one file or of a data frame, each on its own time stamps."""
 
 import os
 import re
@@ -45,6 +42,12 @@ def streams_of(table: Any, time: str | None, where: str) -> list[Stream]:
 
     A table with a column of names and one of values is long, as telemetry is exported: every name is a stream with its
     own stamps. Every other table has a row for each stamp, and a column for each stream.
+
+    Parameters
+    ----------
+    table : a data frame of any library
+    time : name of the column of stamps; guessed for None
+    where : the table, for messages
 
     Raises
     ------

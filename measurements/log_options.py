@@ -1,4 +1,4 @@
-"""How logs are to be read, where they do not say it themselves: one argument of every verb."""
+"""Options of reading, where logs do not say it themselves: one argument of every verb."""
 
 import os
 from dataclasses import dataclass

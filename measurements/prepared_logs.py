@@ -1,9 +1,4 @@
-"""Prepared logs: read once for a vehicle, repaired, and the part that judges.
-
-What every verb works on: logs read and prepared once for a vehicle, and the part that judges.
-
-A repaired log: in memory, or as CSV with remarks above its canonical channels that say what was done to it.
-"""
+"""Prepared logs, which every verb works on: read once for a vehicle, repaired, corrected, and the part that judges."""
 
 import gzip
 import os

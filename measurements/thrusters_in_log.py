@@ -1,4 +1,4 @@
-"""What a log tells of the thrusters: which there are, on which side, which way round, and how hard they push."""
+"""Thrusters as a log shows them: which there are, on which side, which way round, and how hard they push."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What kind of vehicle an autopilot steers, as its log says it: a boat, or something that is none."""
+"""Kinds of vehicle that an autopilot steers, as its log says: a boat, or something that is none."""
 
 import re
 from collections.abc import Iterable
@@ -19,7 +19,7 @@ class Craft(Enum):
 
     @property
     def floats(self) -> bool:
-        """Whether it may be a surface vessel; ArduPilot's firmware of boats is that of rovers."""
+        """True when it may be a surface vessel; ArduPilot's firmware of boats is that of rovers."""
         return self in (Craft.BOAT, Craft.ROVER)
 
 

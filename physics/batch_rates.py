@@ -1,9 +1,8 @@
 """The force equation of vehicles along many rollouts at once, flattened into a few operations on whole arrays.
 
-A rollout asks for the rate of change of its state four times a step, and for a hundred boats that is so little
-arithmetic that the number of calls is what it costs. So all products of signals are taken in two steps, and all axes in
-one matrix product; what the thrusters do is summed up beforehand, in the order of the terms, so that what cancels on
-paper, as of two thrusters that push alike, cancels to the bit and a straight course stays straight.
+A rollout asks for rates four times a step, so the number of calls is what it costs. Products of signals are taken in
+two steps, all axes in one matrix product. Thrusters are summed beforehand in the order of the terms, so that what
+cancels on paper, as of two thrusters that push alike, cancels to the bit and a straight course stays straight.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,8 @@
 """The catalogue: every physical effect undertow knows, as parameters of the one force equation.
 
-An effect is one entry here. Its parameters name the place in the vehicle file, the unit, the null value that means
-"absent", and the physical limits; hydrodynamic ones also say which monomial on which axis they multiply, which is
-all the force equation needs to know. Force forms follow Fossen, *Handbook of Marine Craft Hydrodynamics and Motion
-Control* (2nd ed., 2021), chapters 6 (manoeuvring), 9 (propulsion) and 10 (environment).
+An effect is one entry. Its parameters name the place in the vehicle file, the unit, the null value that means "absent"
+and the physical limits; hydrodynamic ones also name the monomial and the axis they multiply. Force forms follow Fossen,
+*Handbook of Marine Craft Hydrodynamics and Motion Control* (2nd ed., 2021), chapters 6, 9 and 10.
 """
 
 from dataclasses import dataclass

@@ -1,12 +1,7 @@
-"""Errors by which undertow refuses, the remedies that they name, and foreign text made fit to be shown in them.
+"""Errors by which undertow refuses a log, a vehicle or a request; their remedies; and foreign text made safe to print.
 
-The three ways in which undertow refuses: a log, a vehicle, or a request that cannot be used.
-
-How a remedy is said: as the option that somebody types, or as the argument that somebody gives in Python.
-
-Messages are written with options, and in one place made arguments of Python's functions, where they are read in Python.
-
-Foreign text made fit to be shown: no byte of it moves a cursor, hides a word, opens a line or fills a screen.
+A message says what was expected, what came and what to try. Remedies are written as options of the command line and
+turned into arguments where Python called. No byte of foreign text moves a cursor, opens a line or fills a screen.
 """
 
 import re

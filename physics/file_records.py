@@ -1,9 +1,4 @@
-"""Records of files: facts typed where they are made, and closed lists of words that carry a sentence each.
-
-Facts that files hold: each is a type defined where the fact is made, and read back from a file as that type.
-
-Words of a closed list that carry a sentence each: files write the word, people read the sentence.
-"""
+"""Records: facts of files as types, defined where the fact is made, and closed lists of words with a sentence each."""
 
 import math
 from collections.abc import Mapping

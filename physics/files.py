@@ -1,12 +1,8 @@
-"""Files written whole or not at all, and the marks by which a file says which verb wrote it.
+"""Files written whole or not at all (temporary name, then rename), and marks that say which verb wrote a file.
 
-Files appear whole or not at all: written to a temporary name beside the target, then renamed.
-
-Marks by which a file says which verb wrote it, and that nobody has changed it since.
-
-A mark is a verb and the SHA-256 of the rest of the file. It stands in a remark on top (channel maps, vehicles, repaired
-logs), in one at the end (pages, PDF), in the metadata (Parquet), or, where a remark would break whoever reads the file
-as a plain table (simulated logs), in the zeros after its first time stamps. Whoever edits the file makes it his own.
+A mark is a verb and the SHA-256 of the rest of the file, in a remark on top (channel maps, vehicles, repaired logs), at
+the end (pages, PDF), in the metadata (Parquet), or in the zeros after the first stamps of a simulated log. A file that
+somebody edits is theirs: its mark is no longer true.
 """
 
 import gzip
@@ -103,7 +99,7 @@ def try_out(path: str | os.PathLike[str], size: int = _TRIED) -> None:
 
 
 def real(path: Path) -> Path:
-    """Where a path leads to, through all links; the last of them may lead to nothing."""
+    """Resolve a path through all links; the last of them may lead to nothing."""
     return Path(os.path.realpath(path))
 
 
@@ -116,7 +112,7 @@ def stream_of(path: Path) -> int | None:
 
 
 def is_device(path: Path) -> bool:
-    """Whether there is a device, which is written to and never replaced."""
+    """True when there is a device, which is written to and never replaced."""
     try:
         return stat.S_ISCHR(path.stat().st_mode)
     except OSError:
@@ -153,7 +149,7 @@ def name_unfinished(place: Path) -> Path:
 
 
 def left_beside(place: Path) -> list[Path]:
-    """What was or is still written beside a path, and is not finished."""
+    """Unfinished files beside a path, of living and of killed processes."""
     pattern = re.compile(re.escape(_stem(place)) + "[0-9a-f]{8}")
     try:
         return sorted(path for path in place.parent.iterdir() if pattern.fullmatch(path.name))
@@ -268,7 +264,14 @@ def on_top(verb: str, text: str) -> str:
 
 
 def at_end(verb: str, data: bytes, begin: bytes = b"<!-- ", end: bytes = b" -->") -> bytes:
-    """Put a mark below a page, or, with "% " and "", a PDF, or whatever else begins and ends a remark."""
+    """Put a mark below a page, or, with "% " and "", a PDF, or whatever else begins and ends a remark.
+
+    Parameters
+    ----------
+    verb : that wrote the file
+    data : its content
+    begin, end : of a remark
+    """
     data = data if data.endswith(b"\n") else data + b"\n"
     return data + begin + remark(verb, data).encode() + end + b"\n"
 
@@ -283,7 +286,7 @@ def in_stamps(text: str) -> str:
 
 
 def is_mark(text: str) -> bool:
-    """Whether a remark is a mark, be it true or not."""
+    """True when a remark is a mark, be it true or not."""
     return _MARK.fullmatch(text.encode("utf-8")) is not None
 
 
@@ -355,7 +358,7 @@ def _parquet(stream: BinaryIO, last: bytes) -> str | None:
 
 
 def parquet_data(data: bytes) -> bytes:
-    """What a mark of a Parquet file is the digest of: all but its magic bytes and metadata."""
+    """Content of a Parquet file that its mark is the digest of: all but its magic bytes and metadata."""
     return data[4 : len(data) - 8 - int.from_bytes(data[-8:-4], "little")]
 
 

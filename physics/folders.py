@@ -1,9 +1,4 @@
-"""Folders replaced as a whole by one rename, and what a file system can do with two of them.
-
-A folder is replaced as a whole by one rename: whoever looks, whenever, finds the old one or the new one.
-
-What a file system can do with two folders: change their names, link, compare and lock what is in them.
-"""
+"""Folders replaced as a whole by one rename, so that a reader finds the old one or the new one, and never a part."""
 
 import ctypes
 import errno
@@ -59,7 +54,7 @@ def _link_file(source: str | Path, target: str | Path) -> None:
 
 
 def cannot_link(path: Path) -> bool:
-    """Whether something is, or holds, what is neither file, folder nor link: pipes, sockets, other disks."""
+    """True when something is, or holds, what is neither file, folder nor link: pipes, sockets, other disks."""
     if path.is_symlink() or path.is_file():
         return False
     if not path.is_dir() or os.path.ismount(path):
@@ -68,7 +63,7 @@ def cannot_link(path: Path) -> bool:
 
 
 def same(one: Path, other: Path) -> bool:
-    """Whether two files, or all files of two folders, hold the same."""
+    """True when two files, or all files of two folders, hold the same."""
     if one.is_symlink() or other.is_symlink():
         return one.is_symlink() and other.is_symlink() and os.readlink(one) == os.readlink(other)
     if one.is_dir():
@@ -103,7 +98,7 @@ def at_rest(place: Path) -> Iterator[None]:
 
 
 def identity(place: Path) -> tuple[int, int] | None:
-    """Which folder bears a name now; None where there is none."""
+    """The folder that bears a name now; None where there is none."""
     try:
         found = place.stat()
     except OSError:
@@ -392,7 +387,7 @@ def _staged(place: Path) -> Iterator[Path]:
 
 
 def _stays(place: Path) -> bool:
-    """Whether a folder must stay where it is: a mount, the working folder, or in a folder that cannot be written."""
+    """True when a folder must stay where it is: a mount, the working folder, or in a folder that cannot be written."""
     if not place.is_dir():
         return False
     try:

@@ -29,7 +29,7 @@ _CROSS_FLOW = tuple(name for _, name in FORCES)
 
 @dataclass(frozen=True, slots=True)
 class Actuation:
-    """What the thrusters do along a motion: force at rest and its loss per advance speed, (thrusters, n) each."""
+    """Actuation along a motion: force at rest and its loss per advance speed, (thrusters, n) each."""
 
     thrust: Array
     load: Array
@@ -42,7 +42,14 @@ def actuation(vehicle: Vehicle, motion: Motion) -> Actuation:
 
 
 def thruster_response(motion: Motion, index: int, thruster: Thruster) -> tuple[Array, Array]:
-    """Force [N] and advance loss [N s/m] (n,) of a thruster under one command column of a motion and its history."""
+    """Force [N] and advance loss [N s/m] (n,) of a thruster under one command column of a motion and its history.
+
+    Parameters
+    ----------
+    motion : with commands, and those before it
+    index : of the command column
+    thruster : that follows it
+    """
     commands, past = commands_known(motion, index)
     force, load = thruster.response(commands, motion.time_step)
     force, load = force[past:], load[past:]
@@ -74,7 +81,15 @@ def current_at(vehicle: Vehicle, minutes: Array | float = 0.0) -> tuple[Array | 
 
 
 def relative_velocity(vehicle: Vehicle, heading: Array, velocity: Triple, minutes: Array | float = 0.0) -> Triple:
-    """Velocity relative to the water [m/s, m/s, rad/s], minutes after the beginning of the log."""
+    """Velocity relative to the water [m/s, m/s, rad/s], minutes after the beginning of the log.
+
+    Parameters
+    ----------
+    vehicle : whose water moves
+    heading : psi [rad]
+    velocity : u, v, r over ground [m/s, m/s, rad/s]
+    minutes : since the beginning of the log
+    """
     current = current_at(vehicle, minutes)
     if current is None:
         return velocity
@@ -103,6 +118,11 @@ def apparent_wind(heading: Array, velocity: tuple[Array, Array], air: tuple[Arra
 def across_hull(vehicle: Vehicle, sway_speed: Any, yaw_rate: Any) -> tuple[Any, Any]:
     """F_Y [N] and F_N [N m] of a vehicle's hull of C_d = 1, see `cross_flow.cross_flow_forces`.
 
+    Parameters
+    ----------
+    vehicle : with length and draught [m]
+    sway_speed, yaw_rate : relative to the water [m/s, rad/s]
+
     Raises
     ------
     VehicleError
@@ -121,7 +141,7 @@ def memory_states(vehicle: Vehicle, motion: Motion) -> tuple[Array, Array]:
 
 
 def remembered_before(vehicle: Vehicle, motion: Motion) -> tuple[float, float] | tuple[None, None]:
-    """What the wake memory of sway speed and yaw rate holds in the first row of a motion, from the rows before it.
+    """State of the wake memory of sway speed and yaw rate in the first row of a motion, from the rows before it.
 
     None where there are none: the first state is then taken to have lasted.
     """
@@ -256,7 +276,14 @@ class ForceEquation:
         return total[0], total[1], total[2]
 
     def acceleration(self, force: Triple, relative: Triple, velocity: Triple, heading: Array) -> Triple:
-        """nu_dot over ground from a force: M^-1 force plus the change of the current, d/dt (R^T current)."""
+        """nu_dot over ground from a force: M^-1 force plus the change of the current, d/dt (R^T current).
+
+        Parameters
+        ----------
+        force : on each axis [N, N, N m]
+        relative, velocity : u, v, r relative to the water, and over ground [m/s, m/s, rad/s]
+        heading : psi [rad]
+        """
         i = self._inverse
         du = i[0][0] * force[0]
         dv = i[1][1] * force[1] + i[1][2] * force[2]
@@ -334,7 +361,16 @@ def stated_push(
     air: tuple[Array, Array] | None = None,
     minutes: Array | float = 0.0,
 ) -> Array:
-    """Force (n, 3) [N, N, N m] of the wind and the trim that the vehicle file states."""
+    """Force (n, 3) [N, N, N m] of the wind and the trim that the vehicle file states.
+
+    Parameters
+    ----------
+    vehicle : with wind and trim
+    heading : psi [rad]
+    relative : velocity relative to the water [m/s, m/s, rad/s]
+    air : velocity of the air over ground, north and east [m/s]; None where no log tells of it
+    minutes : since the beginning of the log
+    """
     idle = np.zeros((len(vehicle.thrusters), np.asarray(heading).size))
     pair = [ForceEquation(v).force(relative, heading, idle, air=air, minutes=minutes) for v in (vehicle, calm(vehicle))]
     return np.stack([a - b + np.zeros_like(heading) for a, b in zip(*pair, strict=True)], axis=-1)

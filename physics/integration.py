@@ -1,10 +1,6 @@
 """Integration of the force equation: fixed-step RK4, rollouts from measured starts, and a step for stiff models.
 
-Fixed-step RK4 of the force equation for many rollouts at once, of one vehicle or of several side by side.
-
-A step for any acceleration, however stiff: bounds are asked of rollouts that nobody made stable beforehand.
-
-Open-loop rollouts from measured starts along motions, with their commands, their history and their wind.
+Rollouts of several vehicles run side by side in one batch. The stiff step bounds models that nobody made stable.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,7 +38,7 @@ class Rollouts:
 
 
 class Around(NamedTuple):
-    """What is around a boat.
+    """Surroundings of a boat.
 
     Attributes
     ----------
@@ -79,12 +75,12 @@ class Driven(NamedTuple):
 
     @property
     def batch(self) -> int:
-        """How many rollouts there are."""
+        """Number of rollouts."""
         return self.initial.shape[0]
 
     @property
     def steps(self) -> int:
-        """How many steps each has."""
+        """Number of steps of each."""
         return self.thrust.shape[1] - 1
 
 
@@ -384,6 +380,12 @@ def _driven(vehicle: Vehicle | None, legs: Legs, placed: bool = True) -> Driven:
 
 def check_starts(motion: Motion, starts: np.ndarray, steps: int) -> np.ndarray:
     """Rows from which a motion is rolled out, as whole numbers.
+
+    Parameters
+    ----------
+    motion : that is rolled out
+    starts : row numbers (batch,)
+    steps : rows that must follow each
 
     Raises
     ------

@@ -1,25 +1,7 @@
-"""The momentum balance: mass, Coriolis and damping matrices, cross-flow drag, and every term as a reader is shown it.
+"""The momentum balance of a vehicle, term by term: M, C and D in Fossen's parametrisation, and cross-flow drag.
 
-The momentum balance of a vehicle term by term: what `forces.py` evaluates, and what a reader is shown.
-
-Values of parameters as a vehicle states them: one for all thrusters, or each with its own.
-
-Cross-flow drag by strip theory: the force of water that crosses a hull, strip by strip along its length.
-
-Fossen (2021), eq. 6.91 ff., and Faltinsen, *Sea Loads on Ships and Offshore Structures* (1990), chapter 6: each section
-of the hull is dragged like a cylinder across the flow, by its own sway speed w(x) = v_r + x r,
-
-    Y = -1/2 rho C_d T integral |w| w dx,    N = -1/2 rho C_d T integral x |w| w dx,    |x| <= L / 2.
-
-One coefficient C_d serves the whole length. The integral is a sum over twenty strips, each at its middle (midpoint
-rule), everywhere: in simulation, columns and exports. In pure sway the sum is exact, Y = -1/2 rho C_d T L v |v|; in
-pure yaw N = -1/2 rho C_d T r |r| L^4 / 32 comes out half a per cent too small.
-
-Its power is never positive: v Y + r N = -1/2 rho C_d T sum |w|^3 dx, since the power of a strip is its force times its
-own speed. So C_d >= 0 takes energy out at every state, and D of it is positive semidefinite: a sum of
-|w| dx [0, 1, x]^T [0, 1, x].
-
-The matrices of the model: mass M, Coriolis C and damping D, in Fossen's parametrisation.
+`forces.py` evaluates these terms, and a reader is shown them. A parameter has one value for all thrusters, or each
+thruster its own.
 """
 
 from collections.abc import Mapping
@@ -50,7 +32,15 @@ def values_of(vehicle: Vehicle, symbol: str) -> tuple[float, ...]:
 
 
 def amount(vehicle: Vehicle, symbol: str, digits: int, unit: str = "") -> str:
-    """The value of a parameter in words, with the names of thrusters where they differ in it."""
+    """The value of a parameter in words, with the names of thrusters where they differ in it.
+
+    Parameters
+    ----------
+    vehicle : whose parameter it is
+    symbol : of the parameter
+    digits : significant digits
+    unit : in words
+    """
     behind = "" if unit in ("1", "-") else unit
     own = [f"{value:.{digits}g} {behind}".rstrip() for value in values_of(vehicle, symbol)]
     if len(own) == 1:
@@ -82,6 +72,11 @@ def pair_forces(place: Any, sway_speed: Any, yaw_rate: Any) -> tuple[Any, Any]:
     """|w| w of the strips at plus and minus a place [m], summed, and its moment; all of them broadcast.
 
     In pairs what cancels on paper cancels to the bit: pure sway turns no hull, pure yaw pushes none aside.
+
+    Parameters
+    ----------
+    place : of the strips ahead of and behind the middle [m]
+    sway_speed, yaw_rate : relative to the water [m/s, rad/s]
     """
     turning = place * yaw_rate
     ahead, abaft = sway_speed + turning, sway_speed - turning
@@ -91,6 +86,16 @@ def pair_forces(place: Any, sway_speed: Any, yaw_rate: Any) -> tuple[Any, Any]:
 
 def cross_flow_forces(length: float, draught: float, sway_speed: Any, yaw_rate: Any) -> tuple[Any, Any]:
     """F_Y [N] and F_N [N m]: what a hull of C_d = 1 resists with.
+
+    Strip theory (Fossen 2021, eq. 6.91 ff.; Faltinsen, *Sea Loads on Ships and Offshore Structures*, 1990, chapter 6):
+    each section of the hull is dragged like a cylinder across the flow by its own sway speed w(x) = v_r + x r,
+
+        Y = -1/2 rho C_d T integral |w| w dx,    N = -1/2 rho C_d T integral x |w| w dx,    |x| <= L / 2.
+
+    The integral is a sum over twenty strips, each at its middle, everywhere: in simulation, columns and exports. In
+    pure sway it is exact, Y = -1/2 rho C_d T L v |v|; in pure yaw N = -1/2 rho C_d T r |r| L^4 / 32 comes out half a
+    per cent too small. The power v Y + r N = -1/2 rho C_d T sum |w|^3 dx is never positive for C_d >= 0, as D is a sum
+    of |w| dx [0, 1, x]^T [0, 1, x], positive semidefinite.
 
     Parameters
     ----------
@@ -106,7 +111,13 @@ def cross_flow_forces(length: float, draught: float, sway_speed: Any, yaw_rate: 
 
 
 def cross_flow_matrix(length: float, draught: float, sway_speed: Array, yaw_rate: Array) -> Array:
-    """D (..., 3, 3) of C_d = 1, with D nu_r = (0, F_Y, F_N); positive semidefinite at every state."""
+    """D (..., 3, 3) of C_d = 1, with D nu_r = (0, F_Y, F_N); positive semidefinite at every state.
+
+    Parameters
+    ----------
+    length, draught : of the hull [m]
+    sway_speed, yaw_rate : relative to the water (...) [m/s, rad/s]
+    """
     shares = np.array(SHARES)
     place = length * np.concatenate([-shares[::-1], shares])
     crossing = np.abs(np.asarray(sway_speed)[..., None] + place * np.asarray(yaw_rate)[..., None])
@@ -213,7 +224,7 @@ def thruster_matrix(vehicle: Vehicle) -> Array:
 
 
 def push_of(thruster: Thruster) -> tuple[float, float, float]:
-    """What a newton of a thruster does ahead, to starboard and in yaw [N, N, N m]: its column of B."""
+    """Column of B of a thruster: force ahead, to starboard and moment in yaw of a newton [N, N, N m]."""
     ahead, aside, arm = thruster.push
     return ahead, aside, thruster.arm_scale * arm
 

@@ -1,12 +1,8 @@
-"""Motion on an even time base: a `Motion`, its axes and its units.
+"""Motion on an even time base: a `Motion` in SI units, earth axes NED and body axes FRD, and the turns between frames.
 
-The one grammar of a log: a `Motion`, SI units, NED/FRD axes, an even time base.
-
-Axes and units: earth NED and body FRD inside, everything else converted at the door.
-
-Conventions of Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2nd ed., 2021), chapter 2:
-heading `psi` [rad] clockwise from north, positive yaw rate turns to starboard. ROS logs follow REP-103
-(earth ENU, body FLU) and are turned by the functions here.
+Conventions of Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2nd ed., 2021), chapter 2: heading
+`psi` [rad] clockwise from north, positive yaw rate turns to starboard. ROS logs follow REP-103 (earth ENU, body FLU)
+and are turned by the functions here.
 """
 
 from dataclasses import dataclass, replace
@@ -57,7 +53,13 @@ def earth_to_body(heading: Array, north: Array | float, east: Array | float) -> 
 
 
 def body_to_earth(heading: Array, ahead: Array | float, starboard: Array | float) -> tuple[Array, Array]:
-    """Turn a horizontal body-fixed vector into the earth axes (north, east); the inverse of `earth_to_body`."""
+    """Turn a horizontal body-fixed vector into the earth axes (north, east); the inverse of `earth_to_body`.
+
+    Parameters
+    ----------
+    heading : psi (n,) [rad]
+    ahead, starboard : components in the body axes
+    """
     cosine, sine = np.cos(heading), np.sin(heading)
     return cosine * ahead - sine * starboard, sine * ahead + cosine * starboard
 
@@ -71,6 +73,10 @@ def heading_from_quaternion(x: Array, y: Array, z: Array, w: Array) -> Array:
     """Yaw [rad] about the z axis of the quaternion's own frame (Fossen 2021, eq. 2.77), wrapped to -pi..pi.
 
     The quaternion may be unnormalised; its scale cancels.
+
+    Parameters
+    ----------
+    x, y, z, w : components, the vector part first
     """
     return np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
 

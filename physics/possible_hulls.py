@@ -1,4 +1,4 @@
-"""What no hull has: drag that drives, negative added mass, a port thruster to starboard; a user may insist on it."""
+"""Numbers that no hull has (driving drag, negative added mass, a port thruster to starboard), unless a user insists."""
 
 from collections.abc import Mapping, Sequence
 
@@ -26,7 +26,7 @@ were meant for metres are at 1000."""
 
 
 def impossible(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[str, str]:
-    """What no hull has, by the key to insist on, as sentences without an end.
+    """Numbers that no hull has, by the key to insist on, as sentences without an end.
 
     The signs are those of the catalogue's limits, which a fit keeps too. Only what is certain is told: coupling has
     either sign in published models, and so has a term of the third degree beside others that outweigh it.
@@ -80,7 +80,7 @@ def _terms(values: Mapping[str, float]) -> dict[str, str]:
 
 
 def _of_own_speed(symbol: str, axis: int) -> bool:
-    """Whether a symbol is drag of an axis by its own speed alone."""
+    """True when a symbol is drag of an axis by its own speed alone."""
     text = _text(symbol)
     if text is None or text[0] != axis:
         return False

@@ -1,9 +1,4 @@
-"""Presentation of numbers, units and names in words, and of objects as cards.
-
-Numbers, units and names in words, the same wherever undertow says them.
-
-Cards and plots: what an object shows of itself in a console and a notebook, instead of all its numbers.
-"""
+"""Presentation: numbers, units and names in words, the same everywhere, and objects as cards."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -42,6 +37,12 @@ def finite(value: Any) -> float:
 
 def number(value: Any, digits: int = 3, *, minus: str = "-", blank: str = "n/a") -> str:
     """A number with `digits` significant digits, an integer whole; no exponent where it can be avoided.
+
+    Parameters
+    ----------
+    value : anything; what is no finite number gives `blank`
+    digits : significant digits
+    minus, blank : the signs for minus and for no number
 
     Examples
     --------
@@ -100,6 +101,11 @@ def share_removed(share: Any) -> str:
 
 def percent(share: Any, *, minus: str = "-", blank: str = "n/a") -> str:
     """A share as a whole percentage that never claims certainty.
+
+    Parameters
+    ----------
+    share : 1 is all
+    minus, blank : the signs for minus and for no number
 
     Examples
     --------
@@ -172,7 +178,7 @@ class Card:
     __str__ = __repr__
 
     def drawings(self) -> Mapping[str, str]:
-        """What a notebook shows in the place of some lines, and below all of them: HTML by label; nothing of most."""
+        """Drawings of a notebook in the place of some lines, and below all of them: HTML by label; nothing of most."""
         return {}
 
     def _repr_html_(self) -> str:

@@ -1,11 +1,7 @@
-"""Reading of what others wrote: text, YAML and JSON within bounds, and what counts as a number there.
+"""Reading of foreign text, YAML and JSON within bounds: the one door for all three, and what counts as a number there.
 
-Text, YAML and JSON that others wrote, read within bounds: the one door for all three.
-
-Nothing is built before it is known how much it will be: the size of a file, the depth and number of its parts, and what
-its aliases stand for. Whatever cannot be read is refused by one `ValueError`, in words that fit on a line.
-
-What counts as a number in a file that a person writes, and what is said where something else stands.
+Size of the file, depth, number of parts and expansion of aliases are checked before anything is built. Whatever cannot
+be read is refused by one `ValueError` that fits on a line.
 """
 
 import json
@@ -231,7 +227,7 @@ def read_json(path: str | os.PathLike[str]) -> Any:
 
 
 def reason(error: Exception) -> str:
-    """Why a file could not be read, in a few words, without its path."""
+    """The reason why a file could not be read, in a few words, without its path."""
     return error.strerror or type(error).__name__ if isinstance(error, OSError) else str(error)
 
 
@@ -323,7 +319,7 @@ Positive = Annotated[Number, AfterValidator(positive)]
 
 
 def complaints(items: Sequence[Any], tell: Callable[[Any], str]) -> str:
-    """What pydantic complains about, in a sentence for each of the first few.
+    """Complaints of pydantic, in a sentence for each of the first few.
 
     Parameters
     ----------
@@ -352,12 +348,19 @@ def complaint(item: Any, parts: Sequence[Any], meant: str = "") -> str:
 
 
 def location(parts: Sequence[Any]) -> str:
-    """Where in a file, with dots: `thrusters.0.curve`."""
+    """Place in a file, with dots: `thrusters.0.curve`."""
     return ".".join(shortened(str(part), _NAME) for part in parts)
 
 
 def unknown_key(key: Any, known: Iterable[str], where: str = "") -> str:
-    """Say that a key is not known, and which known one is nearest."""
+    """Say that a key is not known, and which known one is nearest.
+
+    Parameters
+    ----------
+    key : that came
+    known : keys that there are
+    where : the place, in words
+    """
     names = sorted(k for k in known if "{" not in k)
     meant = _MEANT.get(str(key).lower(), str(key))
     near = [meant] if meant in names else get_close_matches(meant[:_NAME], names, n=1, cutoff=_NEAR)

@@ -1,9 +1,4 @@
-"""Members of a room and packages of an extra: what is loaded when somebody asks for it.
-
-What the files of a room offer: a registry asks here, so that a new member is one file and nothing else.
-
-How a package of an extra is installed, from wherever this undertow runs.
-"""
+"""Members of a room, found by a registry when somebody asks, and the command that installs a package of an extra."""
 
 import sys
 from collections.abc import Iterator

@@ -1,11 +1,4 @@
-"""Sampled series: averages over time, means over bins, delays and first-order lags.
-
-Averages of a sampled series on an even time base: commands without losing their area, readings and their noise.
-
-How much of a series another one tells, seen through its means over parts of the other's range.
-
-Series of commands and forces in time: delayed, lagged, and put between two levels where a command switches.
-"""
+"""Series on an even time base: averages, means over bins, delays, first-order lags and switching commands."""
 
 from typing import NamedTuple
 
@@ -68,7 +61,7 @@ def area_average(time: Array, value: Array, grid: Array, step: float, *, hold: b
 
 
 def understated_noise(time: Array, grid: Array) -> float:
-    """By how much third differences on a grid understate the square of white noise on readings that came to it.
+    """Factor by which third differences on a grid understate the square of white noise on readings that came to it.
 
     Between two readings lies a part of each, so that neighbours on the grid share noise: of the autocovariances R0 to
     R3, an average over many rows meets R0 + 2 (R1 + R2 + R3), third differences (20 R0 - 30 R1 + 12 R2 - 2 R3) / 20.
@@ -175,7 +168,7 @@ class Switches(NamedTuple):
 
 
 def switches(command: Array) -> Switches:
-    """Where a command (n,) switches, of which the rows hold means, in any unit."""
+    """Find where a command (n,) switches, of which the rows hold means, in any unit."""
     change = np.abs(command[1:] - command[:-1])
     same = change <= _SAME * change.max(initial=0.0)
     rows = 2 + np.flatnonzero(same[:-3] & ~same[1:-2] & ~same[2:-1] & same[3:])
@@ -186,7 +179,14 @@ def switches(command: Array) -> Switches:
 
 
 def shift(series: Array, delay: float, time_step: float) -> Array:
-    """Delay a series by `delay` [s], any real number of samples; the ends hold their value."""
+    """Delay a series by `delay` [s], any real number of samples; the ends hold their value.
+
+    Parameters
+    ----------
+    series : (n,) on an even time base
+    delay : [s], negative for earlier
+    time_step : [s]
+    """
     if delay == 0.0:
         return series
     index = np.arange(series.size, dtype=float)
@@ -197,6 +197,13 @@ def first_order_lag(series: Array, time_constant: float, time_step: float, start
     """Response of `T y' = x - y` to a series that is linear between samples, from a start, or at rest (y = x there).
 
     Exact (first-order hold): y[k+1] = a y[k] + b0 x[k] + b1 x[k+1], a = exp(-h/T).
+
+    Parameters
+    ----------
+    series : x (n,) on an even time base
+    time_constant : T [s]
+    time_step : h [s]
+    start : y before the first row; None for rest
     """
     if not lags(time_constant, time_step):
         return series
@@ -216,7 +223,7 @@ def lag_weights(time_constant: float, time_step: float) -> tuple[float, float, f
 
 
 def lags(time_constant: float, time_step: float) -> bool:
-    """Whether a lag is long enough to be seen in steps of this length."""
+    """True when a lag is long enough to be seen in steps of this length."""
     return time_constant > 0.0 and time_constant >= 1e-6 * time_step
 
 

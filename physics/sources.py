@@ -1,15 +1,7 @@
-"""Sources of a vehicle's numbers: measured, assumed, typical of a hull's length, or changed by hand.
+"""Sources of a vehicle's numbers: measured, identified, assumed, typical of a hull's length, or changed by hand.
 
-Where the numbers of a vehicle came from, kept true when some of them are identified anew.
-
-Numbers of a vehicle that are not those which their sources state: changed by hand, and the source was not.
-
-Numbers of a vehicle that nobody measured or gave: its sources say so, in the words by which `init` marks them.
-
-What is typical of a hull of some length, for numbers that nobody has measured yet, each with its formula.
-
-They are of the right size, not right: through a model ship of 1.26 m (CyberShip II) and a catamaran of 2 m (Otter), by
-the estimates of T. I. Fossen's model of the Otter (MSS, VESSELS/models/otter.m, see `vehicles/otter.yaml`).
+Typical numbers are of the right size, not right: formulas through a model ship of 1.26 m (CyberShip II) and a catamaran
+of 2 m (Otter), by T. I. Fossen's model of the Otter (MSS, VESSELS/models/otter.m, see `vehicles/otter.yaml`).
 """
 
 import math
@@ -154,7 +146,7 @@ _OF_THRUSTERS = {"force": "thrust_scale", "y": "arm_scale"}
 
 
 def assumed(vehicle: Vehicle) -> dict[str, str]:
-    """Which numbers of a vehicle are assumed, by symbol, each with what its source says of how sure it is.
+    """Assumed numbers of a vehicle by symbol, each with what its source says of how sure it is.
 
     Thrust and places of the thrusters stand under `thrust_scale` and `arm_scale`, numbers without a source of their own
     under `all`. What was identified or given since is not assumed any more.
@@ -238,6 +230,10 @@ def typical_added_mass(mass: float, inertia: float, length: float) -> dict[str, 
     """Added masses of a boat of this mass [kg], moment of inertia [kg m^2] and length [m], by symbol.
 
     In surge by Soeding (1982), as otter.m has it.
+
+    Parameters
+    ----------
+    mass, inertia, length : of the boat [kg, kg m^2, m]
     """
     surge = 2.7 * _DENSITY * (mass / _DENSITY) ** (5.0 / 3.0) / length**2
     return {

@@ -1,13 +1,7 @@
-"""Stages of a verb: how far work is, and the memory between one stage and the next.
+"""Stages of a verb: lines of progress that know their usual share of the time, and memory freed between stages.
 
-Lines about work that goes on, which know what share of it usually lies behind them, and how far it is by them.
-
-Memory that a stage has freed, handed back to the system before the next stage needs its own.
-
-The C library of Linux keeps what lies between blocks that are still in use: after the search of a long log that is more
-than all that the log takes.
-
-How often Python looks for cycles of objects that nobody needs any more, while a verb runs.
+The C library of Linux keeps free blocks between used ones, and Python looks for cycles of objects too often for a verb:
+both are dealt with here.
 """
 
 import ctypes
@@ -68,7 +62,7 @@ class Stage(str):
 
 
 class Course:
-    """How far a job is, by the stages that it tells: it only goes forward.
+    """Progress of a job, by the stages that it tells: it only goes forward.
 
     A job may go back to a stage that it had behind it, such as a second search. What it does from there on shares what
     is left of the bar, at the pace of the first time.
@@ -92,7 +86,7 @@ class Course:
         self._before = 0.0
 
     def __bool__(self) -> bool:
-        """Whether any stage has begun."""
+        """True when any stage has begun."""
         return bool(self._stage)
 
     def begin(self, stage: Stage, now: float) -> None:

@@ -39,7 +39,7 @@ class Form:
 
     @property
     def column(self) -> int | None:
-        """Which velocity the damping matrix multiplies: the last factor without modulus; None when there is none."""
+        """Velocity that the damping matrix multiplies: the last factor without modulus; None when there is none."""
         signed = [f for f in self.factors if not f.startswith("|")]
         return _INDEX[signed[-1]] if signed else None
 

@@ -202,7 +202,7 @@ class Thruster(BaseModel):
 
     @property
     def push(self) -> tuple[float, float, float]:
-        """What a newton of it does ahead, to starboard and in yaw [N, N, N m], its lever arm as the file has it."""
+        """Force ahead, to starboard and moment in yaw of its newton [N, N, N m], its lever arm as the file has it."""
         if self.command == "tau":
             return _GENERALISED[self.name]
         ahead, aside = float(np.cos(self.angle)), float(np.sin(self.angle))
@@ -210,7 +210,7 @@ class Thruster(BaseModel):
 
     @property
     def gain(self) -> float:
-        """What the force of its shape is multiplied by."""
+        """Factor on the force of its shape."""
         return self.scale * self.thrust_scale
 
     @property
@@ -220,17 +220,17 @@ class Thruster(BaseModel):
 
     @property
     def shape(self) -> tuple[object, ...]:
-        """What decides the response of its `unit`."""
+        """Parameters that decide the response of its `unit`."""
         return _shape_of(self)
 
     @property
     def prompt_shape(self) -> tuple[object, ...]:
-        """What decides what its `unit` makes of commands before that is late, see `prompt`."""
+        """Parameters that decide what its `unit` makes of commands before that is late, see `prompt`."""
         return _prompt_of(self)
 
     @property
     def late(self) -> float:
-        """By how much the force comes after the command on record [s]."""
+        """Time by which the force comes after the command on record [s]."""
         return self.delay + self.command_offset
 
     def response(self, command: Array, time_step: float) -> tuple[Array, Array]:
@@ -361,7 +361,7 @@ def side_named(name: str) -> str:
 
 
 def push_and_turn(thruster: Thruster) -> tuple[int, int]:
-    """Which way more command pushes (1 ahead, -1 astern) and turns the boat (1 to starboard, -1 to port).
+    """Direction in which more command pushes (1 ahead, -1 astern) and turns the boat (1 to starboard, -1 to port).
 
     0 where it does so with less than a tenth of its force, or of its lever arm.
     """

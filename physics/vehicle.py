@@ -85,7 +85,7 @@ class Term(BaseModel):
 
 
 class Hull(BaseModel):
-    """What of the hull is in the water: `length` along it, centred on the body origin, and `draught` below it [m]."""
+    """The hull in the water: `length` along it, centred on the body origin, and `draught` below it [m]."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     length: Positive
@@ -93,7 +93,7 @@ class Hull(BaseModel):
 
 
 def _to_be_judged(info: ValidationInfo) -> bool:
-    """Whether a vehicle that cannot be is wanted all the same, see `load_vehicle`."""
+    """True when a vehicle that cannot be is wanted all the same, see `load_vehicle`."""
     return bool(info.context and info.context.get("judged"))
 
 
@@ -331,7 +331,7 @@ _HOW_TO_STATE = {"hull": "hull: {length, draught}, in metres"}
 
 
 def lacking(vehicle: Vehicle, effect: Effect) -> str:
-    """What a vehicle file must state before it can have an effect, in words behind its name; empty where it does."""
+    """Numbers that a vehicle file lacks before it can have an effect, in words behind its name; empty for none."""
     absent = [key for key in effect.requires if getattr(vehicle, key) is None]
     told = " and ".join(_HOW_TO_STATE[key] for key in absent)
     return told and f"needs the size of the hull: give {told}, in the vehicle file"
@@ -352,6 +352,12 @@ def hull_of(vehicle: Vehicle) -> Hull:
 
 def vehicle_from_dict(data: Any, where: str, *, judged: bool = False) -> Vehicle:
     """Build a vehicle from plain data; one that cannot be too, where it is to be `judged`.
+
+    Parameters
+    ----------
+    data : plain data of a vehicle file
+    where : the file, for messages
+    judged : refuse a hull that cannot be
 
     Raises
     ------

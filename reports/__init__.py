@@ -1,1 +1,1 @@
-"""What an engineer reads at the end: words and pictures made of facts that were found on the floors below."""
+"""Reports: words and pictures for an engineer, made of facts from the floors below."""

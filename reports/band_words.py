@@ -1,4 +1,4 @@
-"""What is said of the band about predictions, on the page, the terminal and the workbench."""
+"""Words for the band about predictions, for page, terminal and workbench."""
 
 from typing import TYPE_CHECKING
 

@@ -1,9 +1,4 @@
-"""Reports of a boat that is followed: a row an update and a sentence an alarm, for a reader and as JSON.
-
-What `adapt` says while it follows a boat: a row an update, a sentence an alarm, and a summary.
-
-What `adapt --json` prints of a boat that is followed: a record a row.
-"""
+"""Words for a boat that is followed: a row an update, a sentence an alarm, and the same as JSON."""
 
 from collections.abc import Sequence
 from typing import ClassVar

@@ -1,9 +1,4 @@
-"""The hull diary of a fleet: its facts as file and page have them, and a sentence a boat.
-
-What a hull diary tells of a fleet, as its file and its page have it.
-
-What a hull diary says in words: a sentence a boat, the same on the page and on the terminal.
-"""
+"""The hull diary of a fleet: its facts as file and page have them, and a sentence a boat."""
 
 from collections.abc import Sequence
 from typing import ClassVar

@@ -1,7 +1,4 @@
-"""Claims in words: how sure a name is, its numbers, and its coefficients before and after.
-
-The coefficients of missing effects: before, after, and the interval of each, for page, figures and fleet.
-"""
+"""Words for a claim: how sure a name is, its numbers, and its coefficients before and after."""
 
 import math
 from collections.abc import Iterable, Sequence

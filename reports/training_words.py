@@ -1,4 +1,4 @@
-"""What a training says in words: what there was to learn, how far it is trusted, and what the laws took."""
+"""Words for a training: what there was to learn, how far it is trusted, and what the laws took."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""How much of what a vehicle does not explain is more than noise of the sensors and what preparing a log leaves."""
+"""Learnable residual: how much of what a vehicle leaves unexplained exceeds sensor noise and the log's preparation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ _SURE = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Left:
-    """What a vehicle leaves unexplained on some motions, root mean squares (3,) [m/s^2, m/s^2, rad/s^2].
+    """Residual of a vehicle on some motions, root mean squares (3,) [m/s^2, m/s^2, rad/s^2], and its learnable part.
 
     Noise of the sensors and preparation are what no model explains: differences, the filter, the instants of commands.
 
@@ -64,12 +64,12 @@ class Left:
 
     @property
     def learnable(self) -> np.ndarray:
-        """Whether the error is more than the floor on each axis, by more than chance."""
+        """Mask of the axes on which the error is more than the floor, by more than chance."""
         return self.error**2 > self.floor**2 * (1.0 + _SURE * self.scatter)
 
     @property
     def worth_it(self) -> bool:
-        """Whether a network has something to learn on any axis, and much to gain in rollouts."""
+        """True when a network has something to learn on any axis, and much to gain in rollouts."""
         gain = self.position**2 - self.position_floor**2
         rolls = self.horizon == 0.0 or gain > (_WORTH**2 - 1.0) * self.position_preparation**2
         return bool(rolls and self.learnable.any())
@@ -95,11 +95,17 @@ class Left:
 
 
 def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> Left:
-    """What a vehicle leaves unexplained of the motions of parts that were prepared alike.
+    """Measure what a vehicle leaves unexplained of the motions of parts that were prepared alike.
 
     The noise of the error is how much it changes when as much noise as the sensors have is drawn anew onto the
     unfiltered motions: that goes through the filter, the differences and the vehicle as the sensors' own did. What
     preparation leaves is the vehicle's error on a twin of each motion that the vehicle itself has made, see `twin`.
+
+    Parameters
+    ----------
+    vehicle : the model whose residual is asked
+    parts : prepared alike, filtered
+    seed : of the noise that is drawn
     """
     data = parts[0]
     motions, raw = ([m for part in parts for m in getattr(part, kind)] for kind in ("motions", "raw"))
@@ -131,7 +137,7 @@ def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> 
 
 
 def twin(vehicle: Vehicle, motion: Motion) -> Motion:
-    """What a vehicle itself would have made of a motion, had each command come half a step of its record earlier.
+    """The motion that a vehicle itself would have made, had each command come half a step of its record earlier.
 
     A record tells no better when a command came; one that is held where it changed between two records, or the other
     way round, is wrong by as much.

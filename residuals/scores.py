@@ -1,9 +1,4 @@
-"""Residuals and scores: measured minus modelled force, one-step errors and open-loop rollout errors, by axis.
-
-Scores on held-out data: one-step acceleration errors and open-loop rollout errors, by axis.
-
-The residual: the force that the motion shows minus the force that the vehicle model explains.
-"""
+"""Residuals and scores by axis: measured minus modelled force, one-step acceleration errors and rollout errors."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -49,6 +44,12 @@ def residual(vehicle: Vehicle, motion: Motion, data: DataSet) -> Residual:
 
     The measured acceleration is the central difference of the filtered velocity; the modelled one is evaluated along
     the filtered motion and passes through the same filter.
+
+    Parameters
+    ----------
+    vehicle : the model
+    motion : one of the motions of `data`
+    data : with the recipe of the filter
     """
     measured = accelerations(motion)
     modelled = same_filter(modelled_acceleration(vehicle, motion), motion, data)
@@ -56,14 +57,27 @@ def residual(vehicle: Vehicle, motion: Motion, data: DataSet) -> Residual:
 
 
 def same_filter(values: Array, motion: Motion, data: DataSet) -> Array:
-    """Pass a model's output through the filter that the measured velocities went through."""
+    """Pass a model's output through the filter that the measured velocities went through.
+
+    Parameters
+    ----------
+    values : (n, ...) along the motion
+    motion, data : one of the motions of a data set, and the data set with the recipe of the filter
+    """
     if data.recipe.cutoff is None:
         return np.asarray(values, dtype=float)
     return low_pass(values, motion.time_step, data.recipe.cutoff, data.recipe.order)
 
 
 def target_acceleration(vehicle: Vehicle, motion: Motion, data: DataSet, pure: bool) -> Array:
-    """What the filtered output of a network should be, (n, 3) [m/s^2, m/s^2, rad/s^2]."""
+    """Target of a network's filtered output, (n, 3) [m/s^2, m/s^2, rad/s^2].
+
+    Parameters
+    ----------
+    vehicle : that the network corrects
+    motion, data : one of the motions of a data set, and the data set with the recipe of the filter
+    pure : the network stands in the place of the physics
+    """
     measured = accelerations(motion)
     return measured if pure else measured - same_filter(modelled_acceleration(vehicle, motion), motion, data)
 
@@ -224,7 +238,14 @@ class Errors:
 
 
 def evaluate(model: Model, data: DataSet, horizons: Sequence[float] = HORIZONS) -> Errors:
-    """All errors of a model on a data set, predictions over some horizons [s] among them."""
+    """All errors of a model on a data set, predictions over some horizons [s] among them.
+
+    Parameters
+    ----------
+    model : to be scored
+    data : on which it is scored
+    horizons : lengths of rollouts [s]
+    """
     return evaluate_all([model], data, horizons)[0]
 
 
@@ -270,6 +291,13 @@ def rollout_scores(
     """Open-loop scores of a model by horizon [s]; a horizon longer than every motion is left out.
 
     Every start has room for its own horizon; one integration of the longest horizon serves the shorter ones.
+
+    Parameters
+    ----------
+    model : to be scored
+    data : on which it is scored
+    horizons : lengths of rollouts [s]
+    spacing : between starts [s]
     """
     return {name: found.score for name, found in rollout_errors(model, data, horizons, spacing).items()}
 

@@ -1,19 +1,7 @@
-"""Series of measured and predicted motion, as `series.csv` holds them, and the band about open-loop predictions.
+"""Measured and predicted motion side by side, as `series.csv` holds it, and the 95 % band about open-loop predictions.
 
-Measured and predicted motion side by side, along all parts of the logs, as `series.csv` holds it.
-
-The rows of `series.csv` in memory, by their columns, without the half second that loading pandas would take.
-
-How far open-loop predictions may be off: 95 % bands, calibrated on rows that the model did not see.
-
-A band is a conformal prediction interval (Angelopoulos and Bates 2023, arXiv:2107.07511). Errors on unseen rows hold
-all that makes a prediction err: the spread of the parameters, since each fold has its own fit, the physics that the
-model lacks, and the noise of the start. Each horizon has its own quantile, as in Stankeviciute, Alaa and van der
-Schaar (2021), but no share of the level is set aside for all horizons together. Errors are divided by a scale that
-knows where the boat is hard to predict (Lei et al. 2018, section 5.2): how far the prediction moves when its start
-moves by the error of a prediction of one second. A straight run of a hull that does not hold its course then has a
-wide band, and a boat that stops has a narrow one. Neighbouring predictions err alike, so the finite-sample correction
-of the quantile counts independent ones.
+The band is a conformal prediction interval (Angelopoulos and Bates 2023, arXiv:2107.07511), calibrated on rows that the
+model did not see; see `prediction_band`.
 """
 
 import csv
@@ -132,6 +120,13 @@ class HeldPredictions(ByAxis):
 def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
     """Calibrate the band of a model on data that it did not see; None where these are too few for `LEAST_LEVEL`.
 
+    Errors on unseen rows hold all that makes a prediction err: the spread of the parameters, since each fold has its
+    own fit, the physics that the model lacks, and the noise of the start. Each horizon has its own quantile, as in
+    Stankeviciute, Alaa and van der Schaar (2021), but no share of the level is set aside for all horizons together.
+    Errors are divided by a scale that knows where the boat is hard to predict (Lei et al. 2018, section 5.2): how far
+    the prediction moves when its start moves by the error of a prediction of one second. Neighbouring predictions err
+    alike, so the finite-sample correction of the quantile counts independent ones.
+
     A vehicle that was fitted to the data answers for each fold with the fit that did not see it.
     """
     asked = _legs(data)
@@ -167,7 +162,14 @@ def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
 
 
 def held_predictions(model: Model, band: PredictionBand, data: DataSet) -> HeldPredictions:
-    """Count how many predictions of 10 s on data end within a band; see `prediction_band`."""
+    """Count how many predictions of 10 s on data end within a band; see `prediction_band`.
+
+    Parameters
+    ----------
+    model : that predicts
+    band : of the model
+    data : on which predictions are counted
+    """
     asked = _legs(data)
     if not asked:
         return HeldPredictions()
@@ -182,7 +184,7 @@ def held_predictions(model: Model, band: PredictionBand, data: DataSet) -> HeldP
 
 
 def spread_of(states: Array, moved: Sequence[Array]) -> Array:
-    """How far predictions (..., 6) move with their starts, (..., 4), from the same with each state moved."""
+    """Sensitivity of predictions (..., 6) to their starts, (..., 4), from the same with each state moved."""
     return np.sqrt(np.sum([_sizes(one - states) ** 2 for one in moved], axis=0))
 
 
@@ -281,7 +283,7 @@ def series(
 
 
 def predicted(models: Sequence[Model], along: Sequence["Stretch"]) -> list[list[Array]]:
-    """What each model says along stretches, (n, 9) each, in the order of `PREDICTED`."""
+    """Predictions of each model along stretches, (n, 9) each, in the order of `PREDICTED`."""
     states = restarted(models, [stretch.motion for stretch in along])
     return [
         [np.column_stack([_modelled(model, stretch), rolled]) for stretch, rolled in zip(along, own, strict=True)]
@@ -380,6 +382,12 @@ def half_widths(model: Model, band: PredictionBand, motions: Sequence[Motion]) -
     """Half-widths of a band about the states that `restarted` gives, (n, 4) each, in the order of `BANDS`.
 
     NaN from where a prediction goes beyond the speeds of which the band knows.
+
+    Parameters
+    ----------
+    model : that predicts
+    band : of the model
+    motions : along which it predicts
     """
     [states] = restarted([model], motions)
     moved = [restarted([model], versions)[0] for versions in zip(*map(band.moved, motions), strict=True)]

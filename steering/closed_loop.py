@@ -1,13 +1,4 @@
-"""Closed loop: a controller steers the true boat along a track, and figures of merit say how near it kept to it.
-
-The closed loop: a controller steers the true boat along a track, and sees of it what sensors see.
-
-The true boat: undertow's own simulation of a vehicle with its hidden effects, pushed about, seen through sensors.
-
-Figures of merit of a passage: how near it kept to its track, what that took, and what went wrong.
-
-What a trial of models says: how well each steers the same true boat along the same tracks, in the same noise.
-"""
+"""Closed loop: a controller steers the true boat along a track, through noisy sensors; figures of merit judge it."""
 
 from dataclasses import dataclass, replace
 from time import thread_time

@@ -1,24 +1,8 @@
-"""Controllers: path following by line of sight, and nonlinear model predictive control.
+"""Controllers: line-of-sight path following by feedback linearisation, and nonlinear model predictive control.
 
-What every controller is: a belief and a track in, forces of the thrusters out.
-
-Line-of-sight guidance: where to steer and how fast to go, to meet a point that moves along a track.
-
-Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2nd ed., 2021), chapter 12: the boat steers for a
-point on the path a lookahead distance before its own projection. The along-track error sets the speed.
-
-Path following by line of sight: the motion that is wanted, and the thrust that the model says it takes.
-
-Feedback says how speed and yaw rate should change; the model's own force equation, solved for thrust at the belief,
-says which forces do that (feedback linearisation, Fossen 2021, chapter 16). The lasting push that the observer learns
-is its integral.
-
-Nonlinear model predictive control: the forces of the next seconds that keep the model nearest to the track.
-
-Multiple shooting over the model's own `step` (Bock and Plitt 1984), solved by fatrop (Vanroye et al. 2023), which
-CasADi brings. Forces and their changes are bounded. A network beside the physics is heard along the last plan: what it
-says there is taken as given, so that the problem stays that of the physics (as Salzmann et al. 2023 do, less their
-derivatives).
+A controller takes a belief and a track, and gives forces of the thrusters. Line of sight and feedback linearisation
+follow Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2nd ed., 2021), chapters 12 and 16; the push
+that the observer learns is the integral.
 """
 
 from abc import ABC, abstractmethod
@@ -231,7 +215,13 @@ _STEADY = {"watchdog_shortened_iter_trigger": 0}
 
 @final
 class PredictiveControl(Controller):
-    """Plans `HORIZON` steps, and asks for the first."""
+    """Plans `HORIZON` steps, and asks for the first.
+
+    Multiple shooting over the model's own `step` (Bock and Plitt 1984), solved by fatrop (Vanroye et al. 2023), which
+    CasADi brings. Forces and their changes are bounded. A network beside the physics is heard along the last plan: what
+    it says there is taken as given, so that the problem stays that of the physics (as Salzmann et al. 2023 do, less
+    their derivatives).
+    """
 
     name: ClassVar[str] = "nmpc"
 
@@ -282,7 +272,7 @@ class PredictiveControl(Controller):
         return Asked(shares[0] * self._full, solved=solved)
 
     def _within(self, state: Array) -> bool:
-        """Whether a state is one that a plan may have."""
+        """True when a state is one that a plan may have."""
         return bool(np.isfinite(state).all() and (np.abs(state[3:6]) <= self._wildest).all())
 
     def _shifted(self, observer: Observer) -> tuple[Array, Array]:

@@ -1,11 +1,4 @@
-"""Model of a controller: CasADi functions in newtons, inverse thrust curves, and an observer of the push that it lacks.
-
-What a controller knows of the boat: a model whose thrusters are commanded in newtons, as CasADi functions.
-
-From newtons that a controller asks for to the commands of thrusters, by the curves that its model knows.
-
-What a controller believes of the boat: its model run along with what was measured, and the push that it lacks.
-"""
+"""The model of a controller: CasADi functions in newtons, inverse thrust curves, an observer of the missing push."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,9 +1,4 @@
-"""The verbs `compare` and `ci`: models on the same rows, and a vehicle held to limits.
-
-The verb `compare`, and a run compared with more models: everything on the same rows.
-
-The verb `ci`: whether a vehicle is still the boat of its logs, by limits that a file says.
-"""
+"""The verbs `compare` (models on the same rows, and a run with more models) and `ci` (a vehicle held to limits)."""
 
 import os
 from collections.abc import Sequence

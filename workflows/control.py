@@ -24,7 +24,7 @@ from .run_folder.run_files import Kind, check_targets
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """How models are tried.
+    """Conditions under which models are tried.
 
     Attributes
     ----------
@@ -73,7 +73,14 @@ class ControlRun(Card):
 
 
 def check_figure(path: Path, reads: Sequence[object] = (), *, force: bool = False) -> list[Path]:
-    """Check that a figure may be written, before the work on it begins; see `check_targets`."""
+    """Check that a figure may be written, before the work on it begins; see `check_targets`.
+
+    Parameters
+    ----------
+    path : the figure
+    reads : files that the verb reads
+    force : write over what another made; never over what is read
+    """
     if path.suffix != ".svg":
         raise RequestError(f"--out {path}: expected a name that ends in .svg, which every browser shows")
     return check_targets([("--out", Kind.TRACKS, path)], reads, force=force)

@@ -93,7 +93,7 @@ def discover(
 
 @single_threaded
 def chosen_ahead(inputs: Inputs, settings: DiscoverySettings) -> Basis | None:
-    """What judges inputs that are not checked yet; None where nothing can, which `discover` says of checked ones.
+    """The basis of inputs that are not checked yet; None where there is none, which `discover` says of checked ones.
 
     A refusal by the checks waits for it, some tenths of a second.
     """
@@ -180,7 +180,14 @@ def _in_folds(inputs: Inputs, basis: Basis) -> tuple[Inputs, tuple[Fold, ...]]:
 
 
 def references(inputs: Inputs, basis: Basis, folds: Sequence[Fold] = ()) -> References:
-    """The nominal and the calibrated model and the baselines on the judged rows, and before the laws of a hull."""
+    """The nominal and the calibrated model and the baselines on the judged rows, and before the laws of a hull.
+
+    Parameters
+    ----------
+    inputs : the prepared logs, and the part that judges
+    basis : what judges the discovery
+    folds : parts of the logs without each of which the calibrated model is fitted too
+    """
     models, notes = reference_models(inputs, basis=basis, folds=folds)
     return judge_all(models, inputs.parts), notes
 

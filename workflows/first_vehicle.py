@@ -1,9 +1,4 @@
-"""The first vehicle: thrusters as logs show them or a person puts them right, on a hull like another.
-
-The vehicle with which `init` begins: thrusters as logs show them, on a hull like another or a typical one.
-
-Thrusters as a person puts them right: places and directions in the vehicle, commands in a channel map.
-"""
+"""The first vehicle, with which `init` begins: thrusters as logs show them or a person says, on an assumed hull."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -59,7 +54,7 @@ _MOST = {"length": ("m", 500.0), "mass": ("kg", 1e9), "spacing": ("m", 100.0), "
 
 @dataclass(frozen=True, slots=True)
 class Hull:
-    """What a person knows of a boat; None for what is to be estimated.
+    """Numbers of a boat that a person knows; None for what is to be estimated.
 
     Attributes
     ----------
@@ -85,7 +80,15 @@ class Hull:
 
 
 def on_typical_hull(records: Sequence[Record], thrusters: Sequence[FoundThruster], hull: Hull, name: str) -> Vehicle:
-    """The vehicle of these thrusters on a hull of which only some numbers are known."""
+    """The vehicle of these thrusters on a hull of which only some numbers are known.
+
+    Parameters
+    ----------
+    records : the logs under examination
+    thrusters : as the logs show them
+    hull : what a person knows of the boat
+    name : of the vehicle
+    """
     length = hull.length or LENGTH
     mass = _told(hull.mass, typical_mass(length))
     inertia = typical_inertia(mass.value, length)
@@ -150,6 +153,13 @@ def _straight(typical: Estimate, yaw: float, totals: tuple[float, float, float],
 
 def like_another(base: Vehicle, thrusters: Sequence[FoundThruster], hull: Hull, name: str) -> Vehicle:
     """The hull of another vehicle under these thrusters, which sit and push as that vehicle's on the same side do.
+
+    Parameters
+    ----------
+    base : the vehicle whose hull it is
+    thrusters : as the logs show them
+    hull : what a person knows of the boat
+    name : of the vehicle
 
     Raises
     ------
@@ -255,7 +265,7 @@ def _ends(thruster: Thruster) -> tuple[Array, CommandKind]:
 
 
 def wires_of(vehicle: Vehicle, wires: Sequence[Wire]) -> tuple[Wire, ...]:
-    """What drives each thruster: its own command, where nobody said another."""
+    """Command that drives each thruster: its own, where nobody said another."""
     said = {wire.channel: wire for wire in wires}
     return tuple(said.get(t.channel, Wire(t.channel, t.channel)) for t in vehicle.thrusters)
 
@@ -281,6 +291,12 @@ def placed(vehicle: Vehicle, places: Sequence[Place]) -> Vehicle:
 
 def put_right(vehicle: Vehicle, changed: Mapping[str, float], places: Sequence[Place]) -> Vehicle:
     """The vehicle with numbers and thrusters as a person says, checked as a vehicle file is.
+
+    Parameters
+    ----------
+    vehicle : to be changed
+    changed : new values by symbol, in the unit of each
+    places : of thrusters [m, rad]
 
     Raises
     ------
@@ -333,6 +349,13 @@ def write_rewired(path: Path, logs: Sequence[str], reading: Reading, vehicle: Ve
     """Write the channel map by which logs are read with the thrusters driven as somebody says; see `rewired`.
 
     All other channels are left to what reads each log: logs may record them in streams of different names.
+
+    Parameters
+    ----------
+    path : of the channel map
+    logs, reading : paths, and how they are read
+    vehicle : whose thrusters they are
+    wires : what drives each thruster
 
     Raises
     ------

@@ -55,7 +55,7 @@ class FitRun(Card):
 
     @property
     def sentences(self) -> list[str]:
-        """What was done, and what to think of it."""
+        """Sentences on the fit, and what to think of it."""
         found, count = self.calibration, len(self.calibration.parameters)
         told = [f"Calibrated {count} parameter{'s' * (count > 1)} of {found.nominal.name} ({found.method})."]
         told += [f"{note[0].upper()}{note[1:]}." for note in found.notes]

@@ -35,7 +35,7 @@ _QUIET = "the boat was hardly under way, so that its noise and forces are not kn
 
 @dataclass(frozen=True, slots=True)
 class LiveSettings:
-    """How a growing log is followed.
+    """Settings by which a growing log is followed.
 
     Attributes
     ----------

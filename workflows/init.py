@@ -37,7 +37,7 @@ one made for both 1."""
 
 
 class Doubt(Enum):
-    """What nobody told and the log does not show."""
+    """A number that nobody told and the log does not show."""
 
     SIDES = (
         "Which thruster is at port is not known: the names do not say it, and the log does not show it. They were "
@@ -104,12 +104,12 @@ class Draft(Card):
 
     @property
     def to_look_at(self) -> tuple[str, ...]:
-        """What a person is to look at, beside what is `unsettled`: remarks, then doubts."""
+        """Points for a person to look at, beside what is `unsettled`: remarks, then doubts."""
         return (*self.remarks, *(doubt.value for doubt in self.doubts if doubt not in PLACES))
 
     @property
     def unsettled(self) -> str:
-        """What is doubtful of the thrusters' places, and the lines that settle it; empty where nothing is."""
+        """Doubts about the thrusters' places, and the lines that settle them; empty where there are none."""
         if self.likely:
             return " ".join([*self.likely, "Until then, the map believes the names."])
         if Doubt.SIGNS not in self.doubts:

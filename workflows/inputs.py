@@ -1,6 +1,6 @@
-"""Inputs of every verb: logs read and prepared once for a vehicle, and refused where they are known to be broken.
+"""Inputs of every verb: logs read and prepared once for a vehicle.
 
-Logs that are known to be broken: refused with the cure, or taken as they are with a warning above every result.
+Logs known to be broken are refused with the cure, or taken as they are with a warning above every result.
 """
 
 import os
@@ -92,7 +92,7 @@ def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) ->
 
 
 def likely_misplaced(findings: Sequence[Finding]) -> list[str]:
-    """What is likely wrong with the thrusters' places and directions, with its odds and the lines to try, once."""
+    """Likely errors of the thrusters' places and directions, with their odds and the lines to try, once."""
     likely = [finding for finding in findings if finding.check in _PLACES and finding.verdict == "warning"]
     found = []
     for cure in dict.fromkeys(finding.cure for finding in likely):
@@ -103,7 +103,14 @@ def likely_misplaced(findings: Sequence[Finding]) -> list[str]:
 
 
 def defects(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:
-    """Defects of all logs together, then those that single logs have beside them, as sentences without an end."""
+    """Defects of all logs together, then those that single logs have beside them, as sentences without an end.
+
+    Parameters
+    ----------
+    inspections : of each log
+    together : findings on all logs together
+    vehicle : for which the logs were prepared
+    """
     known = [f for f in together if _matters(f, vehicle)]
     name = "all logs together"
     told = [_sentence(name, f) for f in known]
@@ -130,7 +137,7 @@ def _repairable(inspections: Sequence[Inspection]) -> list[str]:
 
 
 def _matters(finding: Finding, vehicle: Vehicle) -> bool:
-    """Whether a finding is a defect of what this vehicle is driven by or measured with."""
+    """True when a finding is a defect of what this vehicle is driven by or measured with."""
     commands = {name for name in finding.channels if command_kind(name)}
     driven = {thruster.channel for thruster in vehicle.thrusters}
     return finding.refused and (not commands or bool(driven & commands))
@@ -180,6 +187,10 @@ def read_in_steps(
     progress: Say | None = None,
 ) -> tuple[Inputs, Callable[[], Checks]]:
     """Prepared logs, on which work may begin, and what tells all that is wrong with them; see `read_inputs`.
+
+    Parameters
+    ----------
+    logs, vehicle, reading, judge, progress : as in `read_inputs`
 
     Raises
     ------
@@ -276,6 +287,12 @@ def read_motions(log: PathLike, vehicle: Vehicle, reading: Reading = AS_GUESSED)
 
     What is wrong with the log is not looked for, which takes most of the time of reading a short one.
 
+    Parameters
+    ----------
+    log : path of the log
+    vehicle : for which it is prepared
+    reading : how it is read
+
     Raises
     ------
     LogError, VehicleError
@@ -326,7 +343,7 @@ def _utf8(path: PathLike) -> str:
 
 
 def _is_biased(finding: Finding) -> bool:
-    """Whether the thrusters stand still elsewhere than where the vehicle's curves say."""
+    """True when the thrusters stand still elsewhere than where the vehicle's curves say."""
     return finding.check == "neutral" and finding.verdict == "warning"
 
 

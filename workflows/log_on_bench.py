@@ -1,11 +1,4 @@
-"""A log on the bench: models fitted to it by hand, weighed on rows that no fit saw, and findings as cards.
-
-A log as it is read, with or without corrections of its sensors, and every model that is fitted to it by hand.
-
-What a person added by name, weighed: its value with an interval, and what it does on rows that no fit saw.
-
-Findings as cards of the workbench: effects, and what the sensors do wrong.
-"""
+"""A log on the bench: models fitted to it by hand, weighed on rows that no fit saw, and findings as cards."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -86,7 +79,7 @@ class LogOnBench:
 
     @property
     def basis(self) -> Basis:
-        """What judges it."""
+        """The basis that judges it."""
         if self._basis is None:
             chosen = chosen_for(self.inputs.fitting, self.inputs.vehicle, self._settings, self._searched)
             self._basis = chosen.leaving(self._left)
@@ -94,7 +87,7 @@ class LogOnBench:
 
     @property
     def refits(self) -> bool:
-        """Whether its search fits the model's own numbers, and the log shows any of them."""
+        """True when its search fits the model's own numbers, and the log shows any of them."""
         return bool(self.basis.settings.refit) and self._bench(own=True).frees
 
     def _bench(self, own: bool) -> Bench:

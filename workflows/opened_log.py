@@ -1,9 +1,4 @@
-"""Opened logs of the workbench: their rows, and what any model makes of them, fitted to them or not.
-
-A log that was opened for the workbench: its rows, and what any model makes of them; nothing here searches.
-
-Another log of the same boat on the bench, to which nothing is fitted: what each model makes of all its rows.
-"""
+"""Opened logs of the workbench: their rows, and what any model predicts on them, fitted to them or not."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -66,7 +61,7 @@ class OpenedLog:
         self.rows = Rows(sorted(stretches(self.inputs.parts), key=lambda s: (s.log, float(s.motion.time[0]))))
 
     def opened(self) -> Opened:
-        """What is measured, and what the nominal model makes of it."""
+        """Facts of what is measured, and of the nominal model on it."""
         inputs = self.inputs
         found = [finding for inspection in inputs.inspections for finding in inspection.quality]
         checks = tuple(
@@ -99,7 +94,7 @@ class OpenedLog:
         return {name: float(record.of(name)) for name in ("position", *AXES)}, found.diverged
 
     def way(self, after: Vehicle, time: float) -> Way:
-        """Where the nominal model and another say that the boat goes from an instant on.
+        """Predicted ways of the nominal model and of another from an instant on.
 
         Raises
         ------
@@ -148,7 +143,7 @@ class Rows:
 
     @property
     def logs(self) -> tuple[Span, ...]:
-        """Where each of several logs lies on the axis of time; none for one."""
+        """Place of each of several logs on the axis of time; none for one."""
         numbers = sorted({stretch.log for stretch in self._along})
         found = []
         for log in numbers if len(numbers) > 1 else ():
@@ -163,7 +158,7 @@ class Rows:
         return np.insert(np.asarray(values, float), self._breaks, np.nan) if self._breaks.size else values
 
     def measured(self, channels: Sequence[str]) -> dict[str, Array]:
-        """What was measured."""
+        """Measured columns."""
         at = np.insert(self._clock, self._breaks, self._clock[self._breaks - 1] + 1e-3) if self._breaks.size else None
         found = {"time": self._clock if at is None else at, "anew": self.spread(np.concatenate(self._anew()))}
         parts = [
@@ -182,7 +177,13 @@ class Rows:
         return [(row % n == 0).astype(float) for row, n in zip(rows, every, strict=True)]
 
     def columns(self, model: VehicleModel, nominal: Vehicle, band: PredictionBand | None = None) -> dict[str, Array]:
-        """What a model predicts, the force that it leaves, in the nominal model's mass, and the ends of its band."""
+        """Predictions of a model, the force that it leaves, in the nominal model's mass, and the ends of its band.
+
+        Parameters
+        ----------
+        model, nominal : the model, and the one whose mass turns acceleration into force
+        band : about open-loop predictions; None for none
+        """
         said = np.concatenate(predicted([model], self._along)[0])
         measured = np.concatenate([accelerations(s.motion) for s in self._along])
         left = (measured - said[:, :3]) @ mass_matrix(nominal)
@@ -225,7 +226,7 @@ class TriedLog:
 
     @cached_property
     def opened(self) -> Opened:
-        """What is measured, and what the nominal model makes of it."""
+        """Facts of what is measured, and of the nominal model on it."""
         opened = self._log.opened()
         acceleration = self._acceleration(VehicleModel(self.inputs.vehicle, "nominal", "physics"))
         return replace(opened, nominal=replace(opened.nominal, acceleration=acceleration), judged=self.judged)

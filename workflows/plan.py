@@ -1,6 +1,6 @@
-"""The verb `plan`: what to drive next, optimised on the model, and the folder of files for whoever drives it.
+"""The verb `plan`: what to drive next, optimised on the model, and the folder of mission files.
 
-The folder of a mission: a file for each that may drive it, and `mission.json`, which says whose they are.
+`mission.json` in that folder says which of its files are undertow's.
 """
 
 import hashlib
@@ -56,7 +56,7 @@ class PlannedDrive(Record):
 
     @classmethod
     def of(cls, driven: Driven) -> "PlannedDrive":
-        """What the models made of one."""
+        """Record of a manoeuvre as the models drove it."""
         return cls(
             words=driven.trial.words,
             seconds=driven.seconds,
@@ -133,7 +133,14 @@ def write_mission(
 
 
 def check_mission_target(out: PathLike, reads: Sequence[PathLike], *, force: bool = False) -> Path:
-    """The folder of a mission, if it can be written and nothing of the user's be lost."""
+    """The folder of a mission, if it can be written and nothing of the user's be lost.
+
+    Parameters
+    ----------
+    out : the folder
+    reads : files that the verb reads
+    force : write over what another made; never over what is read
+    """
     names = {form.name for form in mission_formats()} | {RECORD}
     check_target_folder("--out", Path(out), names, own_mission, reads, force=force)
     return Path(out)
@@ -182,13 +189,13 @@ class Plan(Card):
 
     @property
     def purpose(self) -> str:
-        """What it would tell."""
+        """The question that it would settle."""
         first, *others = map(words, self.question.effects)
         return f"tell {first} from {listing(others)}" if others else f"tell whether there is {first}"
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What to drive, what it tells, and how the library compares."""
+        """Sentences on what to drive, what it tells, and how the library compares."""
         best, fixed, bounds = self.manoeuvre.best, self.manoeuvre.fixed, self.manoeuvre.bounds
         if self.manoeuvre.tells:
             size = " and the effect is of a plausible size" if self.question.supposed else ""
@@ -227,7 +234,7 @@ class Plan(Card):
 
     @property
     def record(self) -> PlanRecord:
-        """What `mission.json` holds, without the digests of the files."""
+        """Content of `mission.json`, without the digests of the files."""
         return PlanRecord(
             effects=self.question.effects,
             tells=self.manoeuvre.tells,
@@ -299,7 +306,7 @@ def plan(
 
 
 def first_question(looked: Selected) -> tuple[str, ...]:
-    """What a selection leaves open first: what it selected and its look-alikes, else what it doubts or cannot see."""
+    """The first question that a selection leaves open: its names and look-alikes, else what it doubts or cannot see."""
     sure = [e.key for e in looked.evidence if e.sure]
     questions = open_questions(looked.evidence, sure, looked.known)
     ranked = sorted(questions, key=lambda key: (not questions[key], key not in looked.state.active))
@@ -307,7 +314,14 @@ def first_question(looked: Selected) -> tuple[str, ...]:
 
 
 def asked(looked: Selected, effects: Sequence[str], heading: float | None = None) -> OpenQuestion:
-    """The question which of some effects is there, after a selection; `heading` in rad."""
+    """The question which of some effects is there, after a selection; `heading` in rad.
+
+    Parameters
+    ----------
+    looked : the selection
+    effects : keys of the effects in question
+    heading : at the start [rad]; None for any
+    """
     search, state = looked.forces
     return ask(search, state, effects, looked.plausible, heading)
 
@@ -346,7 +360,7 @@ def place_at(text: str) -> tuple[float, float]:
 
 
 def _on_earth(latitude: float, longitude: float) -> bool:
-    """Whether it is a place at which metres to the east are a longitude."""
+    """True when it is a place at which metres to the east are a longitude."""
     return abs(latitude) < 89.0 and abs(longitude) <= 180.0
 
 

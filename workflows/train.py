@@ -88,7 +88,7 @@ class TrainRun:
 
     @property
     def sentences(self) -> list[str]:
-        """What was trained, on what, and what to think of it."""
+        """Sentences on what was trained, on what, and what to think of it."""
         found, train = self.trained, self.inputs.parts.split.train
         model, logs = found.model, len(self.inputs.paths)
         where = f"{'in the place of' if model.pure else 'beside'} the physics of '{model.vehicle.name}'"
@@ -254,7 +254,14 @@ def train(
 
 
 def write_network(run: TrainRun, target: Path, *, force: bool = False) -> None:
-    """Write the folder of a trained network, see `save_network`."""
+    """Write the folder of a trained network, see `save_network`.
+
+    Parameters
+    ----------
+    run : the finished training
+    target : the folder
+    force : write over what another made; never over what is read
+    """
     inputs = run.inputs
     logs = [Path(path).name for path in inputs.paths]
     warned = {"warnings": list(inputs.warnings)} if inputs.warnings else {}
@@ -269,7 +276,14 @@ def _trying(progress: Say | None) -> Callable[[str], None] | None:
 
 @showing
 def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, *, progress: Say | None = SHOWN) -> TrainRun:
-    """The training with its correction distilled, see `undertow.distil`; `out` also gets `distillation.json`."""
+    """The training with its correction distilled, see `undertow.distil`; `out` also gets `distillation.json`.
+
+    Parameters
+    ----------
+    run : the finished training
+    out : its folder, where there is one
+    progress : who is told
+    """
     from .explain import distil
 
     found = distil(run.trained.model, run.inputs, progress=progress)
@@ -286,7 +300,15 @@ def choice_of(
     pure: bool = False,
     heading: bool = False,
 ) -> Choice:
-    """What to train: the network of these words, an LSTM where none is named, or one that goes on from a folder's.
+    """Choose what to train: the network of these words, an LSTM where none is named, or one that goes on from another.
+
+    Parameters
+    ----------
+    start : folder of a trained network that is trained on
+    network : kind of a new one
+    options : sizes of that kind, by name
+    pure : in the place of the physics
+    heading : with the heading among the inputs
 
     Raises
     ------

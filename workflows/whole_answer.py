@@ -1,7 +1,7 @@
-"""The whole answer of a discovery: the corrected model, and a network of what has no name, where one is left to learn.
+"""The whole answer of a discovery: the corrected model, and a network for what has no name where one can be learnt.
 
-A run that has one keeps it in a folder of its own, `network`, which carries the corrected vehicle: it is compared,
-checked and exported like any other network, and beside the models of its run.
+The run keeps the network in its folder `network`, with the corrected vehicle; it is compared, checked and exported like
+any other.
 """
 
 import os

@@ -48,7 +48,7 @@ class Workbench:
         self._readings: dict[tuple[str, ...], LogOnBench] = {(): LogOnBench(log, self._settings)}
 
     def opened(self, left: tuple[str, ...] = ()) -> Opened:
-        """What is measured, without some corrections of the sensors, and what the nominal model makes of it."""
+        """Facts of what is measured, without some corrections of the sensors, and of the nominal model on it."""
         return self._read(left).log.opened()
 
     def search(self, progress: Say | None = None) -> Searched:
@@ -121,11 +121,18 @@ class Workbench:
         return other.fit(self.fit(stand), self._read(stand.left).model(stand).vehicle)
 
     def way_on(self, other: TriedLog, stand: Stand, time: float) -> Way:
-        """See `LogOnBench.way`, along another log."""
+        """See `LogOnBench.way`, along another log.
+
+        Parameters
+        ----------
+        other : the other log
+        stand : the model
+        time : on the common axis [s]
+        """
         return other.way(self._read(stand.left).model(stand).vehicle, time)
 
     def no_run(self, stand: Stand) -> str:
-        """Why no verb makes a run of a model, and what to do; empty where one does."""
+        """The reason why no verb makes a run of a model, and what to do; empty where one does."""
         names = stand.names
         if stand.moved:
             return (
@@ -168,7 +175,15 @@ class Workbench:
     def write(
         self, stand: Stand, folder: PathLike, progress: Say | None = None, called: Callable[[str], str] = str
     ) -> None:
-        """Write the run folder of some effects; see `run` and `write_run`."""
+        """Write the run folder of some effects; see `run` and `write_run`.
+
+        Parameters
+        ----------
+        stand : the model
+        folder : of the run
+        progress : who is told
+        called : the user's name of a file from its name in a tab
+        """
         write_run(self.run(stand, progress), folder, progress=progress, called=called)
 
     def vehicle(self, stand: Stand) -> Vehicle:
@@ -203,7 +218,7 @@ class Workbench:
         return run
 
     def _is_found(self, names: Sequence[str]) -> bool:
-        """Whether a model is what the search found, or has nothing beside what the search began with."""
+        """True when a model is what the search found, or has nothing beside what the search began with."""
         return self._found is not None and (not names or set(names) == set(self._found))
 
     def _read(self, left: tuple[str, ...]) -> LogOnBench:

@@ -1,4 +1,4 @@
-"""What the workbench shows, as plain facts: arrays, numbers and sentences that any process may hold."""
+"""Facts of the workbench: arrays, numbers and sentences that any process may hold."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -34,7 +34,7 @@ class Stand:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """What a check of the log says: "note", "warning", "defect" or "cannot tell", what it means and what to do."""
+    """Result of a check of the log: "note", "warning", "defect" or "cannot tell", what it means and what to do."""
 
     verdict: str
     sentence: str
@@ -128,7 +128,7 @@ class Opened:
 
 @dataclass(frozen=True, slots=True)
 class Assumed:
-    """What nobody measured or gave: in words, the symbols that it has, and how sure its source says that it is."""
+    """A number that nobody measured or gave: in words, its symbols, and how sure its source says that it is."""
 
     what: str
     symbols: tuple[str, ...]
@@ -175,7 +175,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Searched:
-    """What is missing.
+    """Result of a search for what is missing.
 
     Attributes
     ----------
@@ -224,7 +224,7 @@ class Way:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a thruster is: its name, x ahead and y to starboard [m], and its angle [rad], 0 where it pushes ahead."""
+    """Place of a thruster: its name, x ahead and y to starboard [m], and its angle [rad], 0 where it pushes ahead."""
 
     name: str
     x: float
@@ -234,7 +234,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Wire:
-    """What drives a thruster: its own channel, that of the command by which it is driven, and that turned round."""
+    """Drive of a thruster: its own channel, that of the command by which it is driven, and that turned round."""
 
     channel: str
     by: str
@@ -252,7 +252,7 @@ class HullDiary:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """What is to be opened.
+    """Files that are to be opened.
 
     Attributes
     ----------

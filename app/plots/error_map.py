@@ -1,9 +1,4 @@
-"""The map of failure: a model's error in cells of what the boat did, of which some can be picked.
-
-The map of failure for the browser: a model's error in cells of what the boat did; picked cells select their rows.
-
-The map of failure: the force that a model leaves, by where the boat was, as cells that can be picked.
-"""
+"""Map of failure: a model's error in cells of what the boat did or where it was; picked cells select their rows."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -155,14 +150,14 @@ def told(cells: Cells, i: int, j: int) -> str:
 
 
 def _inside(cell: object, cells: Cells) -> bool:
-    """Whether something is a cell of the map."""
+    """True when something is a cell of the map."""
     if not isinstance(cell, list | tuple) or len(cell) != 2:
         return False
     return all(type(k) is int and 0 <= k < most for k, most in zip(cell, cells.value.shape, strict=True))
 
 
 def _alike(one: Cells, other: Cells) -> bool:
-    """Whether two maps have the same cells."""
+    """True when two maps have the same cells."""
     return np.array_equal(one.x_edges, other.x_edges) and np.array_equal(one.y_edges, other.y_edges)
 
 

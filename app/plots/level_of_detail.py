@@ -1,10 +1,7 @@
 """Level of detail: long series and paths thinned to what a screen can show, and sent as short messages.
 
-Long series thinned to what a screen can show: least and greatest value in every column of pixels.
-
-Paths on the water thinned to what a screen can show: a point every so many metres, gaps kept.
-
-Numbers on their way to and from the browser: short enough to send at once, checked when they come back.
+A series keeps the least and the greatest value in every column of pixels, a path a point every so many metres; gaps
+stay. Numbers from the browser are checked.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What the top of the bench says: how the shown model does, what the search found, and on what both lean."""
+"""Words on top of the bench: how the shown model does, what the search says, and what both rest on."""
 
 from ...physics.presentation import listing, number, percent, words
 from ...workflows.workbench_facts import OWN_NUMBERS, Fit, Opened

@@ -1,7 +1,4 @@
-"""The top of the bench: the shown model in a sentence, the falling error, and what is wrong with the log.
-
-What was found in the log itself, with its remedies.
-"""
+"""Top of the bench: the shown model in a sentence, the falling error, and what is wrong with the log."""
 
 from time import monotonic
 from typing import NamedTuple

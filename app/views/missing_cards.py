@@ -1,9 +1,4 @@
-"""Cards of findings: what is missing and what the sensors do wrong, to be added and taken out again.
-
-What is missing and what the sensors do wrong: a card for everything, to be added and taken out again.
-
-A finding as a card, with a button that puts it into the model and takes it out again.
-"""
+"""Cards of findings: what is missing and what the sensors do wrong, to be added and taken out again."""
 
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import replace

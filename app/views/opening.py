@@ -1,13 +1,4 @@
-"""Opening and taking away: a log, a session or the demo comes onto the bench; page, model and findings leave it.
-
-How work comes onto the bench: a log, dropped or by its path, with its vehicle; a saved session; or the demo.
-
-What a person takes away: page, model, findings, run folder, session, and the commands that do the same.
-
-Files that are dropped on the page, or a path: a log, and what it is read with.
-
-Which log the views show: that to which the model is fitted, or another one on which it is tried.
-"""
+"""Opening and taking away: a log, a saved session or the demo comes onto the bench; page, model, commands leave it."""
 
 from collections.abc import Callable, Mapping
 from itertools import count
@@ -168,7 +159,7 @@ class LogFiles:
 
     @property
     def as_is(self) -> bool:
-        """Whether a broken log is taken as it is."""
+        """True when a broken log is taken as it is."""
         return bool(self._as_is.value)
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:

@@ -1,9 +1,4 @@
-"""Models side by side: their errors and laws, and a network in training beside them.
-
-Models side by side: their errors on the same rows, and the laws that they keep.
-
-A network beside the corrected model: trained in the background, with its error while it learns, and a stop.
-"""
+"""Models side by side on the same rows: errors, laws, and a network trained in the background."""
 
 import asyncio
 from collections.abc import Mapping, Sequence

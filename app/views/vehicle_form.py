@@ -1,11 +1,4 @@
-"""Numbers of a vehicle in the browser: its file as a form with thrusters, and the corrected model with sliders.
-
-The vehicle file as a form: its thrusters and its numbers, and whether a hull can have them.
-
-The corrected model: its numbers with their intervals, the verdict of the law, and sliders that predict anew.
-
-The thrusters of a vehicle in its form: where each is, where it points, and which command drives it.
-"""
+"""Numbers of a vehicle in the browser: its file as a form with thrusters, and the corrected model with sliders."""
 
 from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
@@ -143,7 +136,7 @@ class ThrusterRows:
 
     @property
     def moved(self) -> bool:
-        """Whether any is elsewhere than before."""
+        """True when any is elsewhere than before."""
         return self.places != self._before
 
     @property

@@ -1,4 +1,4 @@
-"""What views share: buttons, headings and short texts, each with a name that a screen reader can say."""
+"""Parts that views share: buttons, headings and short texts, each with a name for a screen reader."""
 
 from collections.abc import Callable
 from inspect import isawaitable

@@ -1,1 +1,1 @@
-"""Where a model fails: in which regimes, when, how fast, how late, on which heading, and which effect removes it."""
+"""Failures of a model: regimes, seconds, frequency, lag and heading of its error, and the effect that removes it."""

@@ -1,4 +1,4 @@
-"""What tells structure from noise: draws of blocks, and linear fits whose errors know that rows are not independent."""
+"""Structure in an error told from noise: draws of blocks, and linear fits whose errors count blocks, not rows."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,7 +17,7 @@ _RIDGE = 1e-9
 
 
 def draws(blocks: int) -> Array:
-    """How often each block is drawn in each resample of a bootstrap, (resamples, blocks); the same at every call."""
+    """Number of times each block is drawn in each bootstrap resample, (resamples, blocks); the same at every call."""
     return _counts(blocks).astype(float)
 
 
@@ -114,7 +114,7 @@ def span(columns: Array) -> Array:
 
 
 def static_columns(stage: Scene, *, sway: bool = True) -> Array:
-    """What a force that depends on the present motion and commands alone is made of, (n, m).
+    """Columns of a force that depends on the present motion and commands alone, (n, m).
 
     A constant, speeds, their products and moduli, commands and their squares with sign: everything that this explains
     is no lag, no heading dependence and no drift. `sway` is False where sway speed itself is in doubt.
@@ -128,7 +128,7 @@ def static_columns(stage: Scene, *, sway: bool = True) -> Array:
 
 
 def earth_columns(stage: Scene) -> Array:
-    """What a current or a wind adds to that, (n, 8): harmonics of the heading, alone and times each speed."""
+    """Columns that a current or a wind adds to that, (n, 8): harmonics of the heading, alone and times each speed."""
     psi = stage.column("psi")
     turned = np.column_stack([np.cos(psi), np.sin(psi)])
     speeds = [np.nan_to_num(stage.column(name))[:, None] for name in ("u", "v", "r")]

@@ -1,8 +1,6 @@
-"""Failures of two models, as `comparison.json` says them, and which effect removes them.
+"""Failures of two models, as `comparison.json` has them, and how much of an error each effect removes.
 
-Everything about where two models fail, as `comparison.json` says it.
-
-Which effect removes an error, and how much of it: computed by putting the effects in and taking them out.
+An effect's share is computed by putting it into the model and taking it out again.
 """
 
 from collections import defaultdict
@@ -82,7 +80,7 @@ class Along:
 
 @dataclass(frozen=True, slots=True)
 class Contributions:
-    """What each effect, by which two vehicles differ, does to the squared error of every row.
+    """Share of each effect, by which two vehicles differ, in the squared error of every row.
 
     Attributes
     ----------
@@ -104,6 +102,12 @@ class Contributions:
         An effect is named when it removes a tenth of the squared error there and the 95 % interval of that share, over
         blocks, lies above zero; and when, on the held-out rows of the place alone, at least 2 s of them, it removes
         error and its loss brings error back.
+
+        Parameters
+        ----------
+        stage : rows of the series
+        rows : (n,) of the place
+        axis : 0 to 2
         """
         usable = np.isfinite(stage.error[:, axis]) & np.isfinite(self.removed[..., axis]).all(axis=0)
         inside, unseen = rows & usable, rows & usable & stage.held_out
@@ -132,7 +136,7 @@ class Contributions:
 
 
 def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Contributions | None:
-    """What each effect by which `after` differs from `before` does to the error along logs.
+    """Compute what each effect by which `after` differs from `before` does to the error along logs.
 
     Parameters
     ----------
@@ -281,7 +285,7 @@ def where_they_fail(
     *,
     link: bool = True,
 ) -> Fails:
-    """Where the first and the last model of a series fail, in what their errors are alike, and what removes them.
+    """Failures of the first and the last model of a series, the structure of their errors, and what removes them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a place in the log is told by: quantities of each row, ranges of them in words, and what the boat was doing."""
+"""Features of a place in the log: quantities of each row, their ranges in words, and what the boat was doing."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -96,7 +96,7 @@ def merged(
 
 
 def doing(scene: Scene, rows: NDArray[np.bool_]) -> str:
-    """What the boat was mostly doing on some rows, in words.
+    """The boat's main activity on some rows, in words.
 
     For example 'turning to port at 1.2 m/s, both thrusters ahead'.
     """

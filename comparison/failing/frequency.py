@@ -1,9 +1,4 @@
-"""Dynamics of the error: against frequency, and against lag.
-
-Error against frequency: how slow it is, and whether it moves with a command or a speed.
-
-Error against lag: whether the model answers too early or too late.
-"""
+"""Dynamics of the error: its spectrum and coherence with commands and speeds, and a lag of the model."""
 
 from typing import Self
 
@@ -201,7 +196,7 @@ _CANNOT = "this log cannot tell"
 
 
 class Lag(Record):
-    """By how much the boat answers its thrusters after the model, on one axis.
+    """Lag of the boat behind the model on one axis.
 
     Attributes
     ----------
@@ -221,7 +216,7 @@ class Lag(Record):
 
 
 def against_lag(stage: Scene, thrust: Array) -> dict[str, Lag]:
-    """By how much the boat answers its thrusters after the model, by axis.
+    """Estimate by how much the boat answers its thrusters after the model, by axis.
 
     The acceleration that the thrusters give is delayed, or lags (whichever fits better), with its size fixed; what
     speeds, commands and heading of the moment explain of the remaining error is taken out, so that a missing damping, a

@@ -31,7 +31,7 @@ _UNTOLD = f"{_CANNOT}: {{}}"
 
 
 class Harmonic(Record):
-    """How the error turns with the heading: amplitude [`unit`] with its 95 % interval, and direction.
+    """First harmonic of the error over the heading: amplitude [`unit`] with its 95 % interval, and direction.
 
     The direction [degrees from north] is in surge and sway where the boat is pushed to that the model does not know, in
     yaw the heading at which it is turned most to starboard.
@@ -44,7 +44,7 @@ class Harmonic(Record):
 
 
 class Heading(Record):
-    """How the error on one axis depends on the heading.
+    """Dependence of the error on one axis on the heading.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Heading(Record):
 
 
 def against_heading(stage: Scene) -> dict[str, Heading]:
-    """How the error depends on the heading, by axis, beside every force of the present motion and commands.
+    """Estimate how the error depends on the heading, by axis, beside every force of the present motion and commands.
 
     The measured less the modelled acceleration is fitted by a harmonic of the heading, b cos(psi) + c sin(psi), beside
     what speeds and commands explain, with a block bootstrap. A push that is fixed in the earth shows in surge and sway
@@ -174,7 +174,7 @@ def _suspected(told: dict[str, Heading], stage: Scene, psi: Array) -> dict[str, 
 
 
 def _follows_speed(stage: Scene, psi: Array) -> bool:
-    """Whether the sway error has a harmonic of the heading that grows with the surge speed and turns sign with it.
+    """True when the sway error has a harmonic of the heading that grows with the surge speed and turns sign with it.
 
     A compass that errs makes sway speed out of surge speed, so that sway speed would explain its own error.
     """

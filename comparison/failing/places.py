@@ -1,8 +1,6 @@
-"""Places of failure: the few that hold far more of the squared error than of the time, found by a regression tree.
+"""Places of failure: the few that hold far more of the squared error than of the time.
 
-The few places that hold far more of a model's squared error than of the time: one half proposes, the other tests.
-
-Where a regression tree cuts: the threshold that leaves the least squared error about the means of its two sides.
+One half of the log proposes them by a regression tree (Breiman et al. 1984, section 8.4), the other half tests them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -282,7 +280,7 @@ def _holds(
     tests: NDArray[np.bool_],
     axis: int,
 ) -> bool:
-    """Whether a place is a failure on all rows, and the half that did not choose it agrees."""
+    """True when a place is a failure on all rows, and the half that did not choose it agrees."""
     of_error, of_rows = squares[inside].sum() / squares.sum(), inside.sum() / usable.sum()
     if of_error < _RATIO * of_rows or of_error - of_rows < _EXCESS or inside.sum() * stage.step < _LEAST_SECONDS:
         return False

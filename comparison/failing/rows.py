@@ -1,9 +1,4 @@
-"""Rows that are judged: stretches, blocks, commands, and the regimes that they are sorted into.
-
-The rows that are judged, with what every look at their error needs: stretches without a gap, blocks, commands.
-
-Regimes of a log: its rows sorted by surge speed, yaw rate, what the thrusters are told, and heading.
-"""
+"""Rows that are judged (stretches without a gap, blocks, commands), and the regimes into which they are sorted."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -216,7 +211,7 @@ class Scene:
 
     @property
     def opposed(self) -> NDArray[np.bool_]:
-        """Whether the thrust works against the motion, (n,)."""
+        """True when the thrust works against the motion, (n,)."""
         speed = self.column("u")
         return (self.common * speed < 0.0) & (np.abs(speed) > SLOW) & (np.abs(self.common) > IDLE_SHARE)
 

@@ -1,9 +1,4 @@
-"""Failure in time: the seconds with the largest error, and drift along the log.
-
-When a model fails: the few seconds with the largest error, and what the boat was doing then.
-
-Error against time: whether the model's error drifts, grows or shrinks along the log.
-"""
+"""Failure in time: the seconds with the largest error, and its drift along the log."""
 
 from dataclasses import dataclass
 

@@ -1,1 +1,1 @@
-"""What a model is held against: the momentum balance in weak form, or open-loop rollouts; one interface for both."""
+"""The balance that judges a model: the momentum balance in weak form, or open-loop rollouts, behind one interface."""

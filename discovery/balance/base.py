@@ -1,8 +1,7 @@
-"""Balances between measured and modelled motion: what a search works on, with a cache of columns.
+"""The interface of a balance, measured minus modelled motion along a log, and the cache of its columns.
 
-What a search works on: a balance between measured and modelled motion, and how it changes near a model.
-
-Arrays by what they depend on: the latest are kept, up to a number of bytes.
+A search asks a `Balance` for its value at one model and for its derivatives near that model (`Neighbourhood`). Force
+balance (`weak_form.py`) and rollouts (`shooting.py`) answer alike.
 """
 
 from abc import ABC, abstractmethod
@@ -92,13 +91,13 @@ class Neighbourhood:
 
     @property
     def linear(self) -> bool:
-        """Whether columns of damping, mass and thrust do not depend on the model."""
+        """True when columns of damping, mass and thrust do not depend on the model."""
         return self.unit is not None
 
 
 @dataclass(frozen=True, slots=True)
 class WeakSettings:
-    """How the balance is tested.
+    """Test functions of the weak form, and the blocks and noisy copies of a log.
 
     Attributes
     ----------
@@ -150,14 +149,20 @@ class Balance(ABC):
 
     @abstractmethod
     def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> NDArray[np.float32] | None:
-        """What sensor noise, drawn anew, makes of the balance, (3, copies, tests) [`unit`].
+        """Draws of the sensor noise, passed through the balance, (3, copies, tests) [`unit`].
 
         None where there is no such noise, or where what is left of a balance tells nothing of it.
+
+        Parameters
+        ----------
+        vehicle : the model about which the noise is propagated
+        copies : how many draws of the noise of all sensors
+        seed : of the draws; equal seeds give equal copies
         """
 
     @abstractmethod
     def of_switches(self, vehicle: Vehicle) -> Array | None:
-        """What sums over rows make of thrust that jumps, beyond integrals, (tests, 3) [`unit`]; None without sums."""
+        """Part of the balance that sums over rows make of thrust that jumps, (tests, 3) [`unit`]; None without sums."""
 
     @abstractmethod
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
@@ -182,7 +187,7 @@ class Balance(ABC):
     @property
     @abstractmethod
     def overlap(self) -> int:
-        """How many of the rollouts of `squares` run at any time."""
+        """Number of rollouts of `squares` that run at any time."""
 
     @abstractmethod
     def largest_force(self, vehicle: Vehicle) -> Array:
@@ -195,12 +200,12 @@ class Balance(ABC):
     @property
     @abstractmethod
     def tests(self) -> WeakSettings:
-        """How forces are tested along other motions than these."""
+        """Test functions for other motions than these."""
 
     @property
     @abstractmethod
     def bins(self) -> int:
-        """How many tests in a row belong to one place of the log; places are evenly spaced in time."""
+        """Number of successive tests at one place of the log; places are evenly spaced in time."""
 
     @property
     @abstractmethod
@@ -210,15 +215,15 @@ class Balance(ABC):
     @property
     @abstractmethod
     def sources(self) -> list[str]:
-        """Where each row of `squares` comes from."""
+        """Source of each row of `squares`."""
 
     @property
     @abstractmethod
     def reach(self) -> tuple[np.ndarray, Array, Array]:
-        """What each test is made of: the number of its motion, and the first and the last time [s], (tests,) each."""
+        """Motion, first and last time [s] of each test, (tests,) each."""
 
     def outside(self, fold: Fold) -> np.ndarray:
-        """Which tests (tests,) are made of nothing that lies in a fold."""
+        """Mask (tests,) of the tests that are made of nothing in a fold."""
         number, begin, end = self.reach
         inside = np.zeros(number.size, bool)
         for k, motion in enumerate(self.motions):

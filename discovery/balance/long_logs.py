@@ -1,12 +1,7 @@
-"""Logs before the search: sensor errors taken away, and pieces that hold the manoeuvres of a long one.
+"""Motions before the search: a long log thinned to pieces, and a compass deviation taken away.
 
-What a long log is searched on: pieces that hold its manoeuvres, and others as time goes by.
-
-Beyond half an hour more of the same tells nothing new, and takes time and memory all the same. Half of the pieces are
-those that tell most beside each other (a D-optimal design, built up greedily; Fedorov 1972), so that what is done once
-in a day is among them; the others are spread evenly over the rest, so that what changes in a day is among them, too.
-
-Nuisances of a field log: what its sensors add to the motion, found and taken away before any effect is judged.
+Half an hour of a log bounds the search. Half of the pieces form a D-optimal design, built greedily (Fedorov 1972), so
+that a rare manoeuvre is kept; the others are spread evenly over time, so that a slow change is kept.
 """
 
 from collections.abc import Iterator, Sequence
@@ -116,7 +111,7 @@ STRAIGHT_RUNS = "compass_on_straight_runs"
 
 @dataclass(frozen=True, slots=True)
 class Nuisances:
-    """What sensors add to the motion.
+    """Motions without what sensors add to them.
 
     Attributes
     ----------
@@ -148,7 +143,7 @@ def nuisances(motions: Sequence[Motion]) -> Nuisances:
 
 
 def misalignment(motions: Sequence[Motion]) -> float:
-    """How far the channels of motions are out of step with each other [s], 0 where it is no more than rounding.
+    """Misalignment of the channels of motions [s], 0 where it is no more than rounding.
 
     Compass and gyro, or what the reader of a log could not tell of its clocks, whichever is more.
     """

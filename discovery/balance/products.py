@@ -1,18 +1,9 @@
-"""Summands of the momentum balance along given rows, each worked out once, forces of late commands too.
+"""Summands of the momentum balance along given rows, each computed once.
 
-Every summand of the momentum balance along given rows, each worked out once and remembered.
-
-The balance is a sum of coefficients times products of signals (`physics.momentum_balance`). A coefficient is a number
-of the vehicle; a product depends on the rows alone, but for the water's velocity, the wake's memory time, the size of
-the hull and the shapes of the thrusters. So a model is judged by a weighted sum of products, and the rows are read
-again only where one of those few numbers moves.
-
-What thrusters make of the commands of a log, once for all delays.
-
-A delay, and an offset of the record of the commands, shift forces in time and change nothing else: the force at a shift
-by some rows and a share of one lies between the forces at whole rows, on a straight line. So does all that is linear in
-it, such as the force passed through test functions. So a search that tries delays works out forces at whole rows, and
-its columns are weighted sums of two of them.
+The balance is a sum of coefficients times products of signals (`physics.momentum_balance`). A coefficient belongs to
+the vehicle; a product depends on the rows alone, but for the water's velocity, the wake's memory time, the length of
+the hull and the shapes of the thrusters. Delays of the commands interpolate between forces shifted by whole rows, since
+all that is linear in a force interpolates with it.
 """
 
 from abc import ABC, abstractmethod
@@ -196,7 +187,7 @@ def gathered(rows: Sequence[Sequence[Part]]) -> Parts:
 
 
 def less(one: Parts, other: Parts) -> Parts:
-    """What one sum of products has more than another: what stands in both alike is in neither.
+    """Difference of two sums of products: what stands in both alike is in neither.
 
     What a thruster does in both stands side by side, so that two shapes which push alike in a log cancel to the bit.
     """
@@ -257,14 +248,21 @@ class LateForces:
         self._prompt.clear()
 
     def late(self, unit: Thruster) -> tuple[tuple[int, ...], Array]:
-        """By how many whole rows forces are late in each motion, and by which share of a row beyond."""
+        """Whole rows by which forces are late in each motion, and the share of a row beyond."""
         rows = np.array([unit.late / step for step in self._steps])
         whole = np.floor(rows + _WHOLE)
         share = rows - whole
         return tuple(whole.astype(int).tolist()), np.where(share > _WHOLE, share, 0.0)
 
     def shifted(self, index: int, unit: Thruster, rows: Sequence[int]) -> Array:
-        """Force [N] and load [N s/m] of a thruster along all motions, (2, n), by whole rows late; the ends hold."""
+        """Force [N] and load [N s/m] of a thruster along all motions, (2, n), by whole rows late; the ends hold.
+
+        Parameters
+        ----------
+        index : number of the thruster in the vehicle
+        unit : the thruster, with its curve, dead zone and wear
+        rows : by how many whole rows each motion is late; negative, early
+        """
         series = self._prompt.of((index, unit.prompt_shape), lambda: self._at_once(index, unit))
         ends = zip(self._rows, rows, pairwise(self._edges), strict=True)
         places = [np.clip(own - by, first, last - 1) for own, by, (first, last) in ends]
@@ -274,7 +272,7 @@ class LateForces:
         return found
 
     def between(self, unit: Thruster, at: Callable[[tuple[int, ...]], Array], times: Sequence[int]) -> Array:
-        """What is linear in a force, from what it is at whole rows.
+        """Interpolate what is linear in a force between whole rows.
 
         Parameters
         ----------

@@ -1,15 +1,8 @@
-"""Sensitivity of rollouts: an added force spreads through them as their linearised equation says.
+"""Sensitivity of rollouts: how an added force spreads through a rollout, by its linearised equation of motion.
 
-Rollouts of models near one: an added force spreads through a rollout as its linearised equation says.
-
-Along the rollouts of a base model, d(delta nu)/dt = A(t) delta nu + delta a(t), where delta a is what a change of the
-model adds to the acceleration at the base model's states and A = da/dnu; in wind or current the heading is a state too.
-The steps of that equation are worked out once a model, so that each of many candidate columns costs a few products.
-
-How an added acceleration spreads through rollouts that are linearised step by step.
-
-All of it is laid out with the rollouts last, so that matrices of three rows are multiplied for all rollouts at once.
-Within the steps of a bin all bins go side by side; from bin to bin only their ends are handed on.
+Along the rollouts of a base model, d(delta nu)/dt = A(t) delta nu + delta a(t), with delta a the added acceleration at
+the base model's states and A = da/dnu; in wind or current the heading is a state too. The steps of that equation are
+computed once a model, so that each candidate column costs a few products.
 """
 
 from dataclasses import dataclass
@@ -71,7 +64,7 @@ class Propagation:
         return np.asarray(found, dtype=float)
 
     def transitions(self) -> Array:
-        """How velocities at the start spread to those at each row, (steps + 1, 3, 3, starts)."""
+        """Sensitivity of the velocities at each row to those at the start, (steps + 1, 3, 3, starts)."""
         n, _, bins, per_bin, starts = self._forward.shape
         state = np.repeat(np.eye(n, 3)[:, :, None], starts, axis=2)
         found = np.empty((bins * per_bin + 1, 3, 3, starts))
@@ -160,7 +153,14 @@ class Tangent:
 
 
 def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
-    """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts)."""
+    """Sensitivity of velocities along rollouts to the start velocity, (steps + 1, 3, 3, starts).
+
+    Parameters
+    ----------
+    data : the rollouts, their starts and bins
+    vehicle : the model that was rolled out
+    states : psi, u, v, r along its rollouts (starts, steps + 1, 4) [rad, m/s, m/s, rad/s]
+    """
     return _propagation(data, vehicle, states).transitions()
 
 

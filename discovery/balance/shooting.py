@@ -1,12 +1,9 @@
-"""Multiple shooting: the error of open-loop rollouts as a balance, and a test of two models' rollouts.
+"""Multiple shooting (Bock 1983): errors of open-loop rollouts as a balance, and a test between two models' rollouts.
 
-From a start every 2.5 s the model runs open loop under the logged commands; measured minus predicted velocity, averaged
-over bins of half a second, is the balance [m/s, m/s, rad/s] (output error; Bock 1983 for multiple shooting). A force
-that pointwise noise hides accumulates in a rollout, and coloured noise on the velocities is not mistaken for a force
-that follows the motion. Errors of the measured start states are whitened out; starts and rows that no model can follow
-count less (soft-L1, Triggs et al. 2000, section 4.3).
-
-Open-loop rollouts of two models held against each other: by how much one errs more, and how sure that is.
+From a start every 2.5 s the model runs under the logged commands; measured minus predicted velocity, averaged over bins
+of 0.5 s, is the balance [m/s, m/s, rad/s] (output error). A force below the pointwise noise accumulates in a rollout,
+and coloured sensor noise is not taken for a force that follows the motion. Errors of the start states are whitened out;
+outliers count less (soft-L1; Triggs et al. 2000, section 4.3).
 """
 
 from collections.abc import Sequence
@@ -41,7 +38,14 @@ _NO_ERROR = 1e-12
 
 
 def rollout_squares(motions: Sequence[Motion], vehicle: Vehicle, horizon: float = HORIZON) -> Array:
-    """Mean square velocity errors of `horizon` [s] open-loop rollouts from measured starts every 2.5 s, (starts, 3)."""
+    """Mean square velocity errors of `horizon` [s] open-loop rollouts from measured starts every 2.5 s, (starts, 3).
+
+    Parameters
+    ----------
+    motions : gap-free stretches; of one shorter than `horizon` there is no start
+    vehicle : the model that is rolled out
+    horizon : length of a rollout [s]
+    """
     asked = _every(motions, horizon, SPACING)
     squares = [np.zeros((0, 3))]
     for legs, rolled in zip(asked, rollouts([(vehicle, legs) for legs in asked], placed=False), strict=True):
@@ -61,12 +65,12 @@ def _every(motions: Sequence[Motion], horizon: float, spacing: float) -> list[Le
 
 
 def overlap_of(horizon: float, spacing: float = SPACING) -> int:
-    """How many rollouts of `horizon` [s] from starts every `spacing` [s] run at any time, and are not independent."""
+    """Number of rollouts of `horizon` [s], started every `spacing` [s], that run at any time, and so depend."""
     return max(1, ceil(horizon / spacing))
 
 
 def rise_of(without: Array, within: Array, overlap: int) -> Difference:
-    """How much larger the rollout errors of one model are than another's, paired over blocks of time.
+    """Increase of the rollout errors from one model to another, paired over blocks of time.
 
     Parameters
     ----------
@@ -82,7 +86,13 @@ def rise_of(without: Array, within: Array, overlap: int) -> Difference:
 
 
 def rollouts_object(without: Array, within: Array, overlap: int) -> bool:
-    """True when rollouts with an effect are worse than without it, materially and surely (95 %); see `rise_of`."""
+    """True when rollouts with an effect are worse than without it, materially and surely (95 %); see `rise_of`.
+
+    Parameters
+    ----------
+    without, within : mean square velocity errors (starts, 3) of the same rollouts without the effect and with it
+    overlap : how many rollouts run at any time, see `overlap_of`
+    """
     if without.shape[0] < FEWEST:
         return False
     rise = rise_of(without, within, overlap)
@@ -90,15 +100,27 @@ def rollouts_object(without: Array, within: Array, overlap: int) -> bool:
 
 
 def worse_as_a_whole(motions: Sequence[Motion], without: Vehicle, within: Vehicle) -> bool:
-    """True when 10 s open-loop rollouts of one model are surely worse than another's: fits can wreck predictions."""
+    """True when 10 s open-loop rollouts of one model are surely worse than another's: fits can wreck predictions.
+
+    Parameters
+    ----------
+    motions : on which both models are rolled out
+    without, within : the model before a change and after it
+    """
     before, after = (rollout_squares(motions, vehicle, WHOLE_HORIZON) for vehicle in (without, within))
     return rollouts_object(before, after, overlap_of(WHOLE_HORIZON))
 
 
 def rollouts_part(motions: Sequence[Motion], one: Vehicle, other: Vehicle, horizon: float = WHOLE_HORIZON) -> Array:
-    """How far two models part along a log, (3,): rms difference of their rollouts, as a share of the rms motion.
+    """Difference of two models' rollouts along a log, (3,): root mean square, as a share of the rms motion.
 
     Rollouts of `horizon` [s] from common measured starts; zeros when no motion is long enough.
+
+    Parameters
+    ----------
+    motions : whose starts and commands both models have
+    one, other : the models; shares are of the rms motion of `one`
+    horizon : length of a rollout [s]
     """
     gap, size = np.zeros(3), np.full(3, 1e-12)
     asked = _every(motions, horizon, _PARTING)

@@ -33,7 +33,7 @@ _ROLLED = 2
 
 @dataclass(frozen=True, slots=True)
 class ShootingSettings:
-    """How rollouts are laid over the motions and scored.
+    """Layout of rollouts over the motions, and their score.
 
     Attributes
     ----------
@@ -182,6 +182,12 @@ class Rollings:
 
 def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings) -> Rollings:
     """Lay starts over the motions, and bin what was measured.
+
+    Parameters
+    ----------
+    motions : gap-free stretches, in the order of time
+    vehicle : the model whose thrusters and water are asked
+    settings : spacing, horizon, bin and integration step [s]
 
     Raises
     ------

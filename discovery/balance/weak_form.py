@@ -1,14 +1,9 @@
-"""The momentum balance in weak form: no noisy velocity is differentiated, and sensor noise drawn anew shows its errors.
+"""The momentum balance in weak form, which differentiates no measured velocity, and what sensor noise adds to it.
 
-The balance M nu_r_dot = F is multiplied by a smooth, compact test function phi and integrated by parts,
-`-int phi' M nu_r dt = int phi F dt` (Messenger and Bortz 2021, eq. 2.4), so that measured and modelled force pass
-through the same filter. phi(t) = (1 - (t/T)^2)^p on |t| <= T, scaled to unit area, so the balance keeps the unit of
-force [N, N, N m].
-
-What sensor noise, drawn anew, makes of a force balance.
-
-Noise on a velocity reaches the balance through the inertia, as a rate, and through drag and coupling, as a force. The
-second grows with the motion, just where the columns of effects do: it is rare, but it looks like them.
+M nu_r_dot = F is multiplied by a smooth, compact test function phi and integrated by parts,
+`-int phi' M nu_r dt = int phi F dt` (Messenger and Bortz 2021, eq. 2.4): both sides pass the same filter, and with phi
+of unit area, phi(t) ~ (1 - (t/T)^2)^p on |t| <= T, the balance keeps the unit of force [N, N, N m]. Noise on a velocity
+enters through the inertia and, growing with speed, through drag and coupling, where it looks like an effect's column.
 """
 
 from collections.abc import Sequence

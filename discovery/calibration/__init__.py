@@ -1,1 +1,1 @@
-"""The numbers that a model has already: fitted to logs, beside effects, or followed along a log."""
+"""Calibration of the numbers a model has already: fitted to logs, freed beside effects, or followed along a log."""

@@ -1,8 +1,7 @@
-"""Calibration while effects are judged: motions cleared of what spoils them, and the parameters that they identify.
+"""Preparation of a calibration: corrected motions, the parameters they identify, and the parameters freed in a search.
 
-What comes before a calibration: motions cleared of what spoils them, and the parameters that they identify.
-
-Calibration while effects are judged: what is named is structure that no values of the model's parameters explain.
+Parameters of the vehicle file that are free while effects are judged make a named effect mean structure: something
+that no values of the model's own parameters explain.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,7 +34,7 @@ _THRUST = "thrust_scale"
 
 @dataclass(frozen=True, slots=True)
 class Freed:
-    """What is freed while effects are judged.
+    """Nuisance parameters and effects of a search in which the file's own numbers are free.
 
     Attributes
     ----------
@@ -55,7 +54,7 @@ class Freed:
 
     @property
     def sentence(self) -> str:
-        """What is free, for a line of progress."""
+        """The free parameters, for a line of progress."""
         return f"calibrating {', '.join(self.symbols) or 'nothing'} in every model"
 
     def seen(self, pool: Sequence[Candidate]) -> "Freed":
@@ -69,6 +68,13 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
     Parameters that the log tells apart only vaguely are free too: an effect must not be named for what some values of
     them would explain. Their intervals are wide. A common scale of all thrust is no candidate where all added masses
     are free, or the free parameters together make up the thrust: masses and damping are then known in proportion to it.
+
+    Parameters
+    ----------
+    weak : the log, as a force balance
+    nominal : the model whose parameters are freed
+    pool : the candidates of the search
+    settings : by which a parameter counts as identified
     """
     symbols = calibratable(nominal)
     known = identified(weak, nominal, (*symbols, *({_THRUST} - {*symbols})), settings, vague=True)
@@ -85,7 +91,15 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
 def calibrated(
     symbols: Sequence[str], nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
 ) -> tuple[Calibrated, ...]:
-    """What became of the parameters that were free."""
+    """A row for each parameter that was free: before, after, interval.
+
+    Parameters
+    ----------
+    symbols : of the parameters that were free
+    nominal : values before
+    lawful : values after, and as wanted without the laws
+    intervals : 95 % intervals by symbol; one at a limit is left out
+    """
     rows = []
     for symbol in symbols:
         parameter, wanted = nominal.parameter(symbol), lawful.unconstrained.value(symbol)
@@ -107,7 +121,14 @@ def calibrated(
 def with_calibration(
     findings: Findings, free: Freed, nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
 ) -> Findings:
-    """Findings that say what was calibrated, and what the verdict therefore means."""
+    """Findings that say what was calibrated, and what the verdict therefore means.
+
+    Parameters
+    ----------
+    findings : of the discovery
+    free : which parameters were free, and why others were not
+    nominal, lawful, intervals : as `calibrated` has them
+    """
     rows = calibrated(free.symbols, nominal, lawful, intervals)
     headline = findings.headline
     if findings.verdict == "nothing missing":
@@ -124,7 +145,7 @@ ROLLOUTS = ShootingSettings(step=0.05)
 
 @dataclass(frozen=True, slots=True)
 class Groundwork:
-    """What a calibration starts from.
+    """The start of a calibration: motions, balance, and the parameters that they identify.
 
     Attributes
     ----------
@@ -149,6 +170,14 @@ def groundwork(
     """Clear motions, and find out which parameters of a nominal model they identify; see `calibrate.calibrate`.
 
     A `basis` that was chosen for these motions and this model already is not chosen again.
+
+    Parameters
+    ----------
+    motions : measured, uncorrected
+    nominal : the model to calibrate
+    settings : of discovery
+    free, hold : symbols to calibrate beside those with a value in the file, and symbols to leave as they are
+    basis : what judges the log, where that was chosen already
 
     Raises
     ------

@@ -1,17 +1,9 @@
-"""Calibration: the parameters that a nominal model has, fitted to logs under their limits and the law of dissipation.
+"""Calibration: the parameters of a nominal model fitted to logs under their limits and the law of dissipation.
 
-Two steps. Least squares on the weak form, sensor noise taken off the normal equations (errors in variables; Carroll et
-al. 2006, chapter 5), which is convex and needs no good start. From there the rollouts themselves are fitted (output
-error, `estimation.py`), which noise and waves on the speeds hardly bias; that step is kept unless it predicts
-held-out parts of the logs worse. Both end in the lawful refit. What the logs cannot tell stays as it is, with the
-reason.
-
-On field logs, whose force balance errs by far more than white noise (`basis.py`), the first step is no start: what the
-logs tell is then read from the rollouts too, and they are fitted from the nominal model.
-
-The two steps of a calibration: the force balance, and from there the rollouts; each ends under the laws.
-
-Quarters of logs, each predicted by models that were fitted to the others: which step of a calibration is better.
+First least squares on the weak form, with sensor noise taken off the normal equations (errors in variables; Carroll et
+al. 2006, chapter 5); then output error on rollouts (`search/estimation.py`), kept unless it predicts held-out quarters
+of the logs worse. Both end in the lawful refit. On field logs whose force balance is not white (`basis.py`) the first
+step is left out. A parameter that the logs do not identify keeps its value, with the reason.
 """
 
 from collections.abc import Callable, Sequence
@@ -64,7 +56,16 @@ def convex_step(
     settings: DiscoverySettings,
     folds: Sequence[Fold] = (),
 ) -> Fitted:
-    """The first step: the lawful fit to the weak form."""
+    """The first step: the lawful fit to the weak form.
+
+    Parameters
+    ----------
+    motions : measured
+    nominal : the model whose parameters are fitted
+    pool : nuisance candidates, one for each parameter
+    settings : of discovery
+    folds : parts of the logs without each of which the fit is repeated
+    """
     weak = WeakForm(motions, settings.weak)
     search = Search(weak, nominal, pool, replace(settings.search, refinements=_ROUNDS))
     state = search.reshape(search.evaluate(nominal, ()))
@@ -82,7 +83,17 @@ def rollout_step(
     pool: Sequence[Candidate],
     folds: Sequence[Fold] = (),
 ) -> Fitted:
-    """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws."""
+    """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws.
+
+    Parameters
+    ----------
+    motions : measured
+    start : the vehicle at which the fit begins
+    nominal : the vehicle that limits and notes refer to
+    pool : nuisance candidates, one for each parameter
+    blind : axes (3,) whose velocity is not trusted
+    folds : parts of the logs without each of which the fit is repeated
+    """
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
     polished = polish(motions, start, symbols, ROLLOUTS)
     form = Shooting(motions, polished.vehicle, ROLLOUTS)

@@ -1,21 +1,9 @@
-"""Change detection while a boat runs: an e-process with a budget of false alarms, and how wide its noise is taken.
+"""Change detection while a boat runs: an e-process over blocks of some seconds, with a budget of false alarms.
 
-When a parameter changed while a boat runs: an e-process over blocks of some seconds, with a budget of false alarms.
-
-For every block in which something may have begun, and every parameter, the rows since are weighed by their likelihood
-with a change of that parameter over that without; both without regard to where the parameters were before. Each such
-ratio has a mean of one while nothing happens. Their sum is the detector of Shiryaev and Roberts (Shin, Ramdas and
-Rinaldo 2024, definition 2.5): while nothing happens its mean is at most the blocks gone by, so that it passes as many
-as a false alarm may cost at most once in them. The diary of a fleet does the same with days (`fleet/hull_changes.py`).
-
-Rows are not as independent, nor their noise as normal, as this takes for granted: so the noise is taken to be wider
-than it is, as far as a rehearsal asks for it (`change_watch.py`).
-
-How much wider than it is the noise must be taken for the watch to keep its budget: found by rehearsal.
-
-The run-in is driven again and again with its own columns, and what its fit leaves unexplained is put on anew: in
-stretches from random places, so that its colour and its tails stay, and with random signs. Nothing happens in these
-hours, so that each alarm in them is false. That a block which fits badly counts less is left out, on the safe side.
+For every possible onset and parameter the rows since are weighed by a likelihood ratio of change to none; each has mean
+one under no change. Their sum is the detector of Shiryaev and Roberts (Shin, Ramdas and Rinaldo 2024, definition 2.5).
+Rows are neither independent nor normal, so the noise variance is widened until surrogate runs, made of the run-in's
+own residual with random places and signs, keep the budget.
 """
 
 from collections.abc import Sequence
@@ -41,7 +29,7 @@ _SURE = 0.95
 
 @dataclass(frozen=True, slots=True)
 class AlarmSettings:
-    """What the watch may cost.
+    """The budget of false alarms.
 
     Attributes
     ----------
@@ -214,7 +202,14 @@ class ChangeWatch:
         self._squares, self._numbers = 0.0, 0
 
     def take(self, time: float, columns: Array, balance: Array) -> Alarm | None:
-        """Take a row of each axis that informs, over the noise (see `ForgettingFit.take`); an alarm if it rings."""
+        """Take a row of each axis that informs, over the noise (see `ForgettingFit.take`); an alarm if it rings.
+
+        Parameters
+        ----------
+        time : in the log [s]
+        columns : derivative of the force by each parameter (3, p), over the noise
+        balance : missing force (3,), over the noise
+        """
         if not self._taken:
             self._begins[self._detector.count] = time
         moved = columns * self._amounts
@@ -278,7 +273,7 @@ def rows_of(settings: AlarmSettings, stride: float) -> int:
 
 
 def scattered(information: Array, scatter: float) -> Array:
-    """What is left of the information and the score of blocks (..., p, p), as a factor from the left.
+    """Factor (..., p, p), from the left, that scatter between blocks leaves of their information and score.
 
     Each block has values of its own, which scatter about those of its time: y = C (theta + s) + e with s of a deviation
     `scatter`, integrated out (Woodbury's identity).

@@ -1,15 +1,8 @@
-"""Online adaptation: parameters followed as rows come in, or along a whole log, and which effects may be followed.
+"""Online adaptation: parameters followed row by row as motion comes in, or along a whole log without looking ahead.
 
-Parameters followed as rows of motion come in, few by few: constant work a row, and memory of some seconds of log.
-
-The rows are those of the weak form: a test function that ends now says what force the model misses, and its columns
-what force each parameter would add. Two constants an axis and an amount a parameter are known beforehand: the noise of
-a row and the size of the forces, from a stretch of motion, and what change is plausible, from trials simulated on the
-vehicle.
-
-Which effects may be followed while a boat runs: those in whose parameters the force is linear.
-
-Online adaptation of a whole log: named parameters followed as it is replayed, without looking ahead.
+Rows are those of the weak form: a test function that ends now gives the missing force, its columns the force of each
+parameter. Only effects in which the force is linear are followed. The noise of a row comes from a stretch of motion,
+the plausible change of a parameter from trials simulated on the vehicle.
 """
 
 from collections.abc import Iterable, Sequence
@@ -99,7 +92,7 @@ _GROWS = 1.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beforehand:
-    """What is known of a boat and its log before it is followed.
+    """Prior knowledge of a boat and its log before it is followed.
 
     Attributes
     ----------
@@ -144,6 +137,13 @@ def known_beforehand(
     motions: Sequence[Motion], vehicle: Vehicle, pool: Sequence[Candidate], settings: AdaptSettings
 ) -> Beforehand:
     """Learn the noise of a row and the size of the forces from motions, and what change is plausible from trials.
+
+    Parameters
+    ----------
+    motions : a stretch of motion in which the model is as the file says
+    vehicle : the model before anything changes
+    pool : the candidates that are followed
+    settings : of the adaptation
 
     Raises
     ------
@@ -291,7 +291,16 @@ def watch_from(
     settings: AdaptSettings,
     alarms: AlarmSettings,
 ) -> ChangeWatch | None:
-    """A watch whose budget is rehearsed with the noise of motions in which nothing changes; None where too few tell."""
+    """A watch whose budget is rehearsed with the noise of motions in which nothing changes; None where too few tell.
+
+    Parameters
+    ----------
+    motions : in which nothing changes
+    vehicle : the model along them
+    pool : the candidates that are followed
+    known : noise and plausible amounts, see `known_beforehand`
+    settings, alarms : of the adaptation, and the budget of false alarms
+    """
     columns, balance = informing_rows(motions, vehicle, pool, known, settings)
     stride = settings.weak.stride
     widening = rehearsed_widening(columns, balance, known.amounts, settings.share, stride, alarms)
@@ -305,7 +314,13 @@ def watch_from(
 def informing_rows(
     motions: Sequence[Motion], vehicle: Vehicle, pool: Sequence[Candidate], known: Beforehand, settings: AdaptSettings
 ) -> tuple[Array, Array]:
-    """Columns (n, 3, p) and balance (n, 3) of the rows of motions that inform, over the noise."""
+    """Columns (n, 3, p) and balance (n, 3) of the rows of motions that inform, over the noise.
+
+    Parameters
+    ----------
+    motions, vehicle, pool, settings : as in `watch_from`
+    known : noise of a row, and the change of each parameter from which a row informs
+    """
     tested = TestedRows(vehicle, pool, settings)
     rows = [tested.of(motion) for motion in motions]
     columns = np.concatenate([row[1] for row in rows]) / known.noise[:, None]

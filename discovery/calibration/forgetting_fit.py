@@ -1,8 +1,8 @@
-"""Recursive least squares that forgets what is excited, and stays within the lawful set.
+"""Recursive least squares with directional forgetting, held within the lawful set.
 
-A row that excites a parameter makes what was known of it fade, towards what was known at the start and no further
-(Kulhavy and Zarrop 1993; by parameter, Parkum, Poulsen and Holst 1992), and faster while errors are larger than the
-noise explains (Fortescue, Kershenbaum and Ydstie 1981). A boat at rest keeps what it knows.
+A row that excites a parameter makes old knowledge of it fade, back to the prior and no further (Kulhavy and Zarrop
+1993; by parameter, Parkum, Poulsen and Holst 1992), and faster while errors exceed the noise (Fortescue, Kershenbaum
+and Ydstie 1981). A boat at rest keeps what it knows.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ Nearest = Callable[[Array, Array], Array]
 
 @dataclass(frozen=True, slots=True)
 class AdaptSettings:
-    """How fast adaptation forgets, and what it trusts.
+    """Settings of an adaptation: forgetting, excitation, prior and surprise.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class AdaptSettings:
 
     @property
     def share(self) -> float:
-        """What a row counts: tests overlap, and together they tell as much as one in every half width."""
+        """Weight of a row: tests overlap, and together they tell as much as one in every half width."""
         return self.weak.stride / self.weak.half_width
 
 

@@ -1,1 +1,1 @@
-"""What may be missing: every effect, parameter and unnamed term as columns of the force equation."""
+"""Candidates for what is missing: every effect, parameter and unnamed term as columns of the force equation."""

@@ -1,14 +1,8 @@
-"""Candidates: effects that may be missing, nuisances that are always free, and parameters at a limit.
+"""Candidates: effects that may be missing, nuisance parameters that every model has, and numbers held by a limit.
 
-Candidates: the effects that may be missing from a vehicle, and which of them a log can judge.
-
-Whether a physical limit holds a parameter, so that its size is the limit's and not the log's.
-
-Nuisances: the numbers of a nominal model that a log may correct, as candidates that are always in the model.
-
-Mass, inertia and the centre of gravity are not among them. The balance M nu_r_dot + C nu_r + D nu_r = tau holds as
-well for a multiple of all its terms, so that a log tells masses and damping only in proportion to the thrust that the
-vehicle file gives; and of mass and added mass it shows the sum.
+Mass, inertia and the centre of gravity are no nuisances: M nu_r_dot + C nu_r + D nu_r = tau holds for a multiple of all
+its terms too, so a log shows masses and damping only in proportion to the thrust that the vehicle file gives, and of
+mass and added mass only the sum.
 """
 
 from collections.abc import Collection, Sequence
@@ -29,7 +23,7 @@ _LIGHTEST = 0.2
 
 
 class Kind(Enum):
-    """What a candidate is: it decides its price, and where it is told."""
+    """Kind of a candidate: it decides the price, and the place in the findings."""
 
     EFFECT = "effect"
     """of the catalogue"""
@@ -63,7 +57,7 @@ class Candidate:
 
     @property
     def nuisance(self) -> bool:
-        """Whether it is fitted in every model."""
+        """True when it is fitted in every model."""
         return self.kind in (Kind.NUISANCE, Kind.SENSOR)
 
     @property
@@ -72,7 +66,7 @@ class Candidate:
         return tuple(p.symbol for p in self.parameters)
 
     def fitted(self, kept: Collection[str]) -> bool:
-        """Whether it is in a model with the keys `kept`: as one of them, or as what is in every model."""
+        """True when it is in a model with the keys `kept`: as one of them, or as what is in every model."""
         return self.key in kept or (self.nuisance and not any(key in kept for key in self.part_of))
 
 
@@ -147,6 +141,12 @@ def calibratable(vehicle: Vehicle, free: Sequence[str] = (), hold: Sequence[str]
 
     Mass, inertia_z and x_g are held; x_g may be freed.
 
+    Parameters
+    ----------
+    vehicle : whose parameters they are
+    free : symbols to calibrate without a value in the file
+    hold : symbols to leave as they are
+
     Raises
     ------
     RequestError
@@ -180,7 +180,7 @@ def calibratable(vehicle: Vehicle, free: Sequence[str] = (), hold: Sequence[str]
 
 
 def holds_guesses(vehicle: Vehicle) -> bool:
-    """Whether nobody measured a number that may be calibrated, as in a file that `init` wrote."""
+    """True when nobody measured a number that may be calibrated, as in a file that `init` wrote."""
     guessed = assumed(vehicle)
     own = calibratable(vehicle)
     return bool(own) and not {"all", *own, *(vehicle.parameter(symbol).section for symbol in own)}.isdisjoint(guessed)
@@ -212,7 +212,7 @@ def nuisance_candidates(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candi
 
 
 def command_timing(motions: Sequence[Motion]) -> Candidate:
-    """How much earlier or later than they acted the commands of a log were recorded, as a part of every model.
+    """The offset of the record of the commands in time, as a candidate that is part of every model.
 
     A record may be as old as the time to the next one, and what is averaged over steps of the time base is known to one
     of them; by no more may the log be out of step with itself.
@@ -224,7 +224,7 @@ def command_timing(motions: Sequence[Motion]) -> Candidate:
 
 
 def beside(pool: Sequence[Candidate], freed: Sequence[str]) -> tuple[Candidate, ...]:
-    """What may still be missing beside freed parameters: each candidate without them, if anything is left of it."""
+    """Candidates beside freed parameters: each without them, if anything is left of it."""
     left = []
     for candidate in pool:
         parameters = tuple(p for p in candidate.parameters if p.symbol not in freed)

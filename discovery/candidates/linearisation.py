@@ -1,12 +1,8 @@
 """Linearisation: every candidate's options as columns of the force equation, and its force along a log.
 
-Every candidate's options, absent or in one of its shapes, each with columns of the force equation.
-
-A column is what the force equation gives when a parameter moves, passed through the weak form. Effects in which the
-force is linear have one present option; those with a shape (lag, delay, dead zone, memory time) have one option for
-each starting value, as a fixed offset of the force plus the derivative about it.
-
-The force of each effect along a log: what the force balance changes by when that effect is put into the vehicle.
+A column is the derivative of the force equation by a parameter, passed through the balance. An effect in which the
+force is linear has one option beside absence; one with a shape (lag, delay, dead zone, memory time) has an option for
+each starting value: a fixed offset of the force and the derivative about it.
 """
 
 from collections.abc import Sequence
@@ -214,7 +210,7 @@ class Linearisation:
 
 
 def _is_linear(parameter: Parameter) -> bool:
-    """Whether the force is a sum of which a parameter multiplies some summands, whatever the others are."""
+    """True when the force is a sum of which a parameter multiplies some summands, whatever the others are."""
     apart = parameter.section == "thrusters" or parameter.grid or parameter.symbol == "fouling_rate"
     return not (parameter.nonlinear or apart)
 
@@ -327,12 +323,18 @@ def found_forces(
     """The forces of what a discovery added, in its order; `labels` are those of its steps.
 
     What else was moved was calibrated, and is one entry.
+
+    Parameters
+    ----------
+    nominal, corrected : the models between which the effects lie
+    parts : the prepared logs
+    labels : of the discovery's steps; None and "calibrated" name no effect
     """
     keys = [label for label in labels if label not in (None, CALIBRATED)]
     return effect_forces(nominal, corrected, parts, keys, CALIBRATED)
 
 
 def _alike(one: Vehicle, other: Vehicle) -> bool:
-    """Whether two vehicles have the same numbers, name and sources aside."""
+    """True when two vehicles have the same numbers, name and sources aside."""
     same = all(one.value(s) == other.value(s) for s in {**one.values, **other.values})
     return same and one.thrusters == other.thrusters

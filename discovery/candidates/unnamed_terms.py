@@ -1,14 +1,8 @@
 """Terms without a name: monomials of velocity, and free forms of motion, thrust, heading, time and place.
 
-Monomials of velocity along a log, and the sparse shortlist of terms that nobody has named.
-
-Sparse selection is forward orthogonal regression on the factors of the weak form, see `factors`.
-
-Forms that a force may have and no effect of the catalogue: of motion, thrust, heading, time and place, as columns.
-
-What they are for is not to be named, but to find out whether what was named keeps its size beside them. So they need
-not be physics, only rich: monomials of the velocities, what acts beyond a speed or a thrust, thrust that changes with
-the motion, and anything that sets in during the log, or somewhere on the water.
+A sparse shortlist of monomials comes from forward orthogonal regression on the factors of the weak form (`factors`).
+Free forms are not to be named: they test whether a named effect keeps its size when the model may bend otherwise, so
+they need not be physics, only rich.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -69,6 +63,13 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
 
     Terms of the catalogue compete in the selection, so that an unnamed term enters only beside or before them, and
     columns that this log cannot tell apart (correlation above 0.9995) enter once, the named and the simplest first.
+
+    Parameters
+    ----------
+    weak : the log, as a force balance
+    vehicle : the model whose balance is explained
+    most : terms an axis
+    degree : largest of a monomial
     """
     factors = term_factors(weak, vehicle, degree)
     forms = monomials(degree)
@@ -92,6 +93,12 @@ def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 
 
     Their tested columns correlate by more than 0.9 in modulus. Terms of the catalogue are left out: they are tried
     anyway.
+
+    Parameters
+    ----------
+    weak, vehicle, degree : as in `shortlist`
+    symbols : the given terms, `axis:form`
+    most : twins of each
     """
     if not symbols:
         return ()
@@ -134,7 +141,14 @@ def term_factors(weak: WeakForm, vehicle: Vehicle, degree: int, logs: Sequence[s
 
 
 def features_along(weak: WeakForm, vehicle: Vehicle, degree: int) -> tuple[tuple[Form, ...], Array]:
-    """Monomials of the velocity through the water along the log, averaged by the test functions, (tests, forms)."""
+    """Monomials of the velocity through the water along the log, averaged by the test functions, (tests, forms).
+
+    Parameters
+    ----------
+    weak : the log, whose test functions average
+    vehicle : whose water the velocity is relative to
+    degree : largest of a monomial
+    """
     forms = monomials(degree)
     states = [through_water(vehicle, motion) for motion in weak.motions]
     return forms, weak.average([np.stack([form(*state) for form in forms], axis=-1) for state in states])
@@ -199,7 +213,7 @@ def free_forms(weak: WeakForm, vehicle: Vehicle) -> FreeForms:
 
 
 def finer_forms(weak: WeakForm, vehicle: Vehicle, law_of: str) -> FreeForms:
-    """What acts beyond many more speeds than `free_forms` has, or grows with powers of one, or sets in at more times.
+    """Free forms on a finer grid than `free_forms`: of onset speeds, powers of a speed, and onsets in time.
 
     A kink that lies between two knots is followed better by two smooth laws than by a kink at either.
 
@@ -318,7 +332,7 @@ def _setting_in(changing: Mapping[str, Array], times: Iterable[tuple[str, NDArra
 
 
 def onsets(minutes: Array, parts: int) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """When something may set in, and the rows from there on: after so many minutes of one log, or parts of several."""
+    """Possible onsets in time, and the rows from there on: minutes of one log, or parts of several."""
     rows = np.arange(minutes.size)
     in_logs = several(minutes)
     for part in range(1, parts):
@@ -345,7 +359,7 @@ def places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_
 
 
 def several(minutes: Array) -> bool:
-    """Whether there is more than one log: where another begins, its minutes do."""
+    """True when there is more than one log: where another begins, its minutes do."""
     return bool((np.diff(minutes) < 0.0).any())
 
 

@@ -1,1 +1,1 @@
-"""What of any model's correction is a named effect, a term without a name, or memory."""
+"""Distillation of any model's correction into named effects, unnamed terms and memory."""

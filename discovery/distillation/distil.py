@@ -1,7 +1,7 @@
-"""Distillation: what of a model's correction is a named effect, what is a term without a name, and what is memory.
+"""Distillation: the correction of any model, split into named effects, unnamed terms and memory.
 
-Discovery runs on what the model claims and not on what was measured. Along measured motions the correction is the force
-`F_c = M (a_model - a_nominal)`; it takes the place of the measured side of the weak form, and the same search names it.
+The search runs on what the model claims in place of the measurement: along measured motions the correction is the force
+`F_c = M (a_model - a_nominal)`, and it takes the measured side of the weak form.
 """
 
 from collections.abc import Callable, Sequence
@@ -123,7 +123,7 @@ def _distilled(
 
 
 def _delays(effect: Effect) -> bool:
-    """Whether an effect makes the force depend on the motion or the command before: it has a time constant."""
+    """True when an effect makes the force depend on the motion or the command before: it has a time constant."""
     return any(parameter.unit == "s" for parameter in effect.parameters)
 
 

@@ -1,8 +1,6 @@
-"""Result of a distillation: shares of a model's correction by axis, effects, terms and memory.
+"""Result of a distillation: shares of a correction by axis, its effects and terms, and how much depends on the past.
 
-What a distillation says: shares of a model's correction by axis, effects, terms, and what remains.
-
-How much of a force depends on the past: what lagged motion and thrust tell of it beyond the present state.
+Memory is what lagged motion and thrust predict on held-out blocks beyond the present state.
 """
 
 from collections.abc import Sequence
@@ -140,12 +138,12 @@ class AxisShare(Record):
 
     @property
     def matters(self) -> bool:
-        """Whether the correction is large enough to ask what it is."""
+        """True when the correction is large enough to ask what it is."""
         return self.named is not None
 
     @property
     def traded(self) -> bool:
-        """Whether more effects explain less of this axis, or they make it worse: they were fitted for another one."""
+        """True when more effects explain less of this axis, or they make it worse: they were fitted for another one."""
         if self.named is None or self.possible is None or self.explained is None:
             return False
         return self.named < -0.01 or self.possible < self.named - 0.01 or self.explained < self.possible - 0.01
@@ -199,7 +197,7 @@ class NamedPart(Record):
 
 
 class Distilled(Record):
-    """What of a model's correction is a named effect, and what is not.
+    """Shares of a model's correction: named effects, terms, memory, and the remainder.
 
     Attributes
     ----------

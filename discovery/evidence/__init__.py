@@ -1,1 +1,1 @@
-"""How sure a finding is, what it is worth, what limits it, and the verdict."""
+"""Evidence for and against a named effect: tests, limits, confounders, and what stays unexplained."""

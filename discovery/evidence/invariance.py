@@ -1,10 +1,8 @@
-"""Whether an effect has one size all over a log: a cause has, a stand-in has another in every regime.
+"""Invariance of an effect's size over regimes of a log: a cause keeps its size, a stand-in does not.
 
-The coefficients of a true effect are the same in both halves of a log, slow and fast, ahead and astern, turning to
-either side (Peters, Buhlmann and Meinshausen 2016). An effect that only resembles what acts, as a quadratic drag does a
-drag with a kink, is asked for in another size where the boat moves otherwise. Each effect of the final model gets
-columns of its own for one part of the log, all others one for the whole; what its size is there, less what it is
-elsewhere, is told with the errors of whole blocks.
+The coefficient of a cause is the same in both halves of a log, slow and fast, ahead and astern, turning either way
+(Peters, Buhlmann and Meinshausen 2016). Each effect gets columns of its own in one region, all others one for the whole
+log; the difference of its sizes inside and outside is given with errors of whole blocks.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -60,7 +58,7 @@ class Region(NamedTuple):
 
 
 def invariance(search: Search, state: State, about: tuple[Linearisation, GramScores]) -> dict[str, Invariance]:
-    """Whether each effect of a model has one size in all parts of the log, by key.
+    """Test whether each effect of a model has one size in all regions of the log, by key.
 
     Sizes that a part does not know are left out. Noise on the columns is taken off, as in every fit.
 
@@ -147,7 +145,7 @@ class _Sizes(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether both parts know the number."""
+        """True when both parts know the number."""
         return bool((np.sqrt(np.diag(self.covariance)) < _KNOWN * abs(self.start - self.reference)).all())
 
     @property
@@ -179,7 +177,7 @@ def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:
 
 
 def carriers(column: Array, block: NDArray[np.int64]) -> float:
-    """How many blocks carry the square of a column: all of them where they carry alike, one where one carries all."""
+    """Effective number of blocks that carry the square of a column: all where they carry alike, one where one does."""
     carried = np.bincount(block, column**2)
     return float(carried.sum() ** 2 / max(float((carried**2).sum()), np.finfo(float).tiny))
 

@@ -1,12 +1,7 @@
-"""Limits of an estimate: at its bound, outside its own interval, or beside a rival that no log can judge.
+"""Limits of an estimate: a value at its bound, outside its own interval, or beside a confounder that no log can judge.
 
-Doubts about an estimate in the corrected model: at its limit, outside its own interval, or one freedom too many.
-
-What cannot be judged, because a velocity may be wrong, may still be what acts: then no stand-in of it is sure.
-
-Where the compass may be wrong, no effect that needs the sway velocity is judged. A moment that drifting makes is still
-in the log, and effects of the turn rate, which have no such doubt, stand in for it in every rehearsal and every fold.
-The force balance with the velocities as they were measured tells whether one that is not judged would do as well.
+Where the compass may be wrong, no effect that needs the sway velocity is judged, but it may still act, and an effect of
+the turn rate may stand in for it. The force balance with velocities as measured says whether it would explain as much.
 """
 
 from collections.abc import Mapping, Sequence
@@ -91,6 +86,12 @@ def clearance(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, In
     """Distance of the file's value from the middle of an interval, in half-widths; None for an effect without any.
 
     More than 1 is outside. Of an effect of several numbers the one that is farthest out counts.
+
+    Parameters
+    ----------
+    candidate : the effect
+    nominal : the vehicle with the file's values
+    intervals : 95 % intervals of total values, by symbol
     """
     sizes = [p.symbol for p in candidate.parameters if not p.grid] or candidate.symbols
     known = [(intervals[symbol], nominal.value(symbol)) for symbol in sizes if symbol in intervals]
@@ -130,6 +131,13 @@ def in_step(
     Of an inertia in yaw it is the time by which damping lags behind the gyro: with r T late, (I - N_rdot) dr/dt + N(r)
     = tau reads as if N_rdot were less by T dN/dr. What changes the other way than the clocks tell is none of that. Of
     several logs each judges the others, and gyros that are late differ: their inertia is not asked.
+
+    Parameters
+    ----------
+    evidence : of all candidates
+    pool : the candidates, for the parameters of each
+    nominal, found : the models before and after the search
+    motions : of the log
     """
     parameters = {candidate.key: candidate.symbols for candidate in pool}
     timed = {e.key: _times(parameters[e.key], nominal, found, motions) for e in evidence if e.selected}

@@ -1,23 +1,10 @@
-"""Unmodelled forces: named effects beside forms without a name, and effects whose own force changes.
+"""Forces outside the catalogue: named effects refitted beside free forms, replaced by one, or changing within a log.
 
-What becomes of named effects beside forces that have no name, and of such a force in their place.
-
-A drag that sets in at some speed is fitted by linear and quadratic drag together, thrust that is lost in turns by a
-weaker thruster. Such names are right about the axis and wrong about the cause, and every block of the log agrees on
-them. So the rest of the model is searched for anything that follows motion, thrust, heading or time (see `free_forms`),
-by forward selection, and what no copy of the rest would have shown stays beside the model. An effect whose force then
-becomes another was the nearest name for something else (extreme bounds; Leamer 1985): its interval is as wide as that.
-Where the model is right nothing is left to follow.
-
-In the place of an effect a law that holds is beaten by no form: each explains less, by much on a good log. One that
-explains more says that the effect is the nearest name for something else (encompassing; Mizon and Richard 1986).
-
-Whether an effect's own force changes at some time, or with the motion, more than the noise of the log would show.
-
-A propeller that is hit half way is a weak thruster on the mean, and what is left has the colour of its own thrust:
-copies of that change as much. So the noise is what is left beside the change itself, and a change counts that no copy
-of this noise has (a break at an unknown time; Andrews 1993). This is asked of the force balance whatever judged the
-log: rollouts know the size of an effect in a part of a log far too badly.
+A name may be right about the axis and wrong about the cause. So the residual is searched by forward selection for
+`free_forms`, kept where no surrogate shows as much, and each effect's change beside them is recorded (extreme bounds;
+Leamer 1985). A form that explains more in the place of an effect outdoes its law (encompassing; Mizon and Richard
+1986). An effect's own force is tested for a break in time or regime against copies of the noise (Andrews 1993), always
+on the force balance, since rollouts know the size of an effect in part of a log badly.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -39,7 +26,7 @@ from .rest_beside_forms import FormColumns, RestBesideForms
 
 
 class Beside(NamedTuple):
-    """What becomes of an effect beside the forms, and of one of them in its place.
+    """Refit of an effect beside the free forms, and the best single form in its place.
 
     Attributes
     ----------
@@ -56,7 +43,7 @@ class Beside(NamedTuple):
 
     @property
     def told(self) -> str:
-        """What a free force does in its place, as the end of a sentence."""
+        """The substitute of the effect, as the end of a sentence."""
         return f"in its place {self.form.in_words if self.form else 'one free force'} explains more"
 
 
@@ -75,7 +62,7 @@ class Substitute(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class OtherForms:
-    """What the rest of a model follows, and by key what becomes of its effects beside that."""
+    """Free forms that the residual follows, and the refit of each effect beside them, by key."""
 
     found: tuple[OtherForm, ...] = ()
     beside: Mapping[str, Beside] = field(default_factory=dict)
@@ -132,7 +119,7 @@ def in_place(columns: FormColumns, rest: RestBesideForms, candidate: Candidate) 
 
 
 def judged_in_logs(judge: Balance) -> bool:
-    """Whether rollouts of several logs judged: what they name holds in each, and the balance of one is no witness."""
+    """True when rollouts of several logs judged: what they name holds in each, and the balance of one is no witness."""
     return not judge.forces and several(np.concatenate([motion.minutes for motion in judge.motions]))
 
 

@@ -1,8 +1,7 @@
-"""Errors of a log's record: beside which every effect was judged, and as findings of their own.
+"""Errors of a log's record as findings: command timing, clocks, compass and gyro, and what they confound.
 
-What the log's own record is found to do wrong, beside which every effect was judged.
-
-Errors of sensors that the records of a log tell of each other, as findings; the motions are corrected for them.
+Some errors the records tell of each other without any force, and the motions are corrected for them; a delay of the
+commands comes from the fit. Each named effect carries the share of its force that such an error may have made.
 """
 
 from collections.abc import Mapping, Sequence
@@ -138,10 +137,16 @@ def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
 def accused(
     evidence: Sequence[Evidence], pool: Sequence[Candidate], errors: Sequence[SensorError]
 ) -> dict[str, tuple[float, str]]:
-    """What share of what each name explains an error of the sensors may have made, and which, by key of the effect.
+    """Share of what a name explains that an error of the sensors may have made, and which error, by key.
 
     Errors that are told and that nothing was corrected for. They are of headings and turn rates: what a name explains
     in surge they did not make, unless it goes with the turn rate.
+
+    Parameters
+    ----------
+    evidence : of all candidates; those selected have a share of force on each axis
+    pool : the candidates
+    errors : findings on the sensors
     """
     told = listing([words(e.what) for e in errors if e.verdict != "no evidence" and not e.correction])
     if not told:

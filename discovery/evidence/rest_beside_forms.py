@@ -1,7 +1,6 @@
-"""What a model leaves of the force balance, beside forms that have no name, taken one after the other.
+"""Forward selection of free forms on the residual of a force balance, against 999 surrogate copies of that residual.
 
-Forward selection on products that are cleared of what sensor noise adds to them; a form must gain more than any form
-does in any of 999 copies of the rest, and keep what it promises.
+Products are cleared of what sensor noise adds to them. A form must gain more than any form does in any copy.
 """
 
 from collections.abc import Sequence
@@ -58,7 +57,7 @@ class OwnChange(NamedTuple):
 
 
 class FormColumns:
-    """What everything here is made of: the columns of a model about itself, and the forms, weighted by its rest."""
+    """Columns of a model about itself and of the free forms, weighted by the residual."""
 
     def __init__(self, search: Search, state: State, seen: NDArray[np.bool_], forms: FreeForms | None = None) -> None:
         self.search, self.state = search, state
@@ -77,7 +76,7 @@ class FormColumns:
         return other
 
     def same(self, keys: Sequence[str]) -> NDArray[np.bool_]:
-        """Which forms are effects by another name: nothing of them is new beside the columns of these, (3, forms)."""
+        """Forms that are effects by another name: nothing of them is new beside the columns of these, (3, forms)."""
         own = [k for key in keys for k in self.linear.options[key][0].free if k >= 0]
         forms = self.forms.columns
         found = np.zeros((3, forms.shape[1]), dtype=bool)
@@ -90,7 +89,7 @@ class FormColumns:
 
 
 class RestBesideForms:
-    """What a model leaves, with effects taken out, beside forms that are taken.
+    """Residual of a model, with effects taken out, beside free forms that are taken.
 
     All products are cleared of what sensor noise adds to them, as in every fit.
     """
@@ -148,7 +147,7 @@ class RestBesideForms:
 
     @property
     def left(self) -> Array:
-        """What is left of the balance, weighted, (3, tests)."""
+        """Residual of the balance, weighted, (3, tests)."""
         normal, right, _ = self._system()
         return self._left_over(np.linalg.solve(normal, right).astype(float))
 

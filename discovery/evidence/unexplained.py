@@ -1,21 +1,9 @@
-"""Unexplained force: what lasts for seconds, moves a quiet axis, or takes a term that nobody has named.
+"""Unexplained force: what lasts for seconds, what moves a quiet axis, and unnamed terms with inclusion probabilities.
 
-What no model takes: force that lasts for seconds, is material, and is left by everything that was found.
-
-Sensor noise and short waves have no mean over some seconds. What a record of the commands that is cut, a cause outside
-the catalogue or anything that changes during a log leaves behind has one.
-
-Faint structure: what moves a quiet axis for certain, and every effect that would explain it as well.
-
-A quiet axis has a floor of several times the noise, under which nothing matters and nothing is named. Structure may yet
-be certain there. It is looked for under a floor of the noise itself; no effect is called missing for it, and those that
-explain it about equally well are told as one group.
-
-Inclusion probabilities: in how many block ensembles a sparse selection takes a term that nobody has named.
-
-The ensemble is drawn from whole blocks, as residuals in time are not independent (Fasel et al. 2022,
-doi:10.1098/rspa.2021.0904, with blocks in place of rows); the named effects stay, and terms are added one by one while
-they earn their price.
+Sensor noise and short waves have no mean over some seconds; a cause outside the catalogue has. On a quiet axis, whose
+floor is several times the noise, structure may be certain although nothing is named: the effects that explain it about
+equally well are given as one group. Inclusion is the share of block-bootstrap draws that select a term (Fasel et al.
+2022, doi:10.1098/rspa.2021.0904, with blocks in place of rows).
 """
 
 from collections.abc import Sequence
@@ -52,7 +40,7 @@ _LEAST = 8
 
 
 def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[LastingRest, ...]:
-    """What lasts, is material, and is hardly less with the model found than with the nominal one, by axis.
+    """Persistent residuals by axis: material, lasting, and hardly less with the model found than with the nominal one.
 
     Parameters
     ----------
@@ -171,7 +159,15 @@ def suspects(search: Search, state: State, known: Identifiability, axis: int, se
 def with_faint(
     search: Search, state: State, known: Identifiability, evidence: Sequence[Evidence], seed: int
 ) -> list[Evidence]:
-    """The evidence, with the effects that would explain what moves a quiet axis told as look-alikes of one another."""
+    """The evidence, with the effects that would explain what moves a quiet axis told as look-alikes of one another.
+
+    Parameters
+    ----------
+    search, state : the search and the model that it ended with
+    known : which candidates the log excites and tells apart
+    evidence : of all candidates, selected ones first
+    seed : of the draws of blocks
+    """
     told = list(evidence)
     for axis in np.flatnonzero(search.quiet).tolist():
         group = suspects(search, state, known, axis, seed)

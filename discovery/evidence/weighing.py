@@ -53,7 +53,7 @@ _DRAWS = 2000
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What the log says of one candidate.
+    """Evidence of the log on one candidate.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class Evidence:
 
     @property
     def reason(self) -> Reason:
-        """Why it is not called missing, where it is not: the first of all that holds."""
+        """The first reason that holds why it is not called missing; None where it is."""
         held = {
             Reason.FAINT: bool(self.faint),
             Reason.LOOK_ALIKES: bool(self.indistinguishable_from),
@@ -422,6 +422,11 @@ def error_drop(without: Fit, within: Fit, search: Search) -> float:
     """Held-out force error that an effect removes beside the others, as a share of the nominal model's error, 0..1.
 
     On the axis where that share is largest.
+
+    Parameters
+    ----------
+    without, within : fits of the model without the effect and with it
+    search : whose nominal error is the unit
     """
     nominal = np.sqrt(np.maximum(search.nominal_error, 1e-300))
     drop = (np.sqrt(without.held_out) - np.sqrt(within.held_out)) / nominal
@@ -431,7 +436,17 @@ def error_drop(without: Fit, within: Fit, search: Search) -> float:
 def share_of_resamples(
     search: Search, without: Fit, within: Fit, price: float, seed: int, matters: bool, axis: int | None = None
 ) -> float:
-    """Share of block resamples in which an effect earns its price (on one axis, if given); none if it matters not."""
+    """Share of block resamples in which an effect earns its price (on one axis, if given); none if it matters not.
+
+    Parameters
+    ----------
+    search : whose balance, floor and number of independent tests count
+    without, within : fits of the model without the effect and with it
+    price : log-likelihood that the effect must gain
+    seed : of the draws of blocks
+    matters : whether the effect is material at all
+    axis : 0 to 2; None for all together
+    """
     blocks = without.held_out_blocks.shape[0]
     weights = block_weights(blocks, _DRAWS, seed) / search.balance.time.size
     before, after = (np.maximum(weights @ fit.held_out_blocks, 0.0) for fit in (without, within))
@@ -461,14 +476,28 @@ def modest(evidence: Sequence[Evidence], form: Balance) -> list[Evidence]:
 
 
 def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:
-    """A parameter's value as the findings report it: the added amount or the absolute one, as the catalogue says."""
+    """A parameter's value as the findings report it: the added amount or the absolute one, as the catalogue says.
+
+    Parameters
+    ----------
+    nominal, vehicle : the model before and with the effect
+    candidate : the effect
+    symbol : one of its parameters
+    """
     return vehicle.value(symbol) - (nominal.value(symbol) if candidate.effect.added else 0.0)
 
 
 def found_terms(
     candidate: Candidate, nominal: Vehicle, vehicle: Vehicle, intervals: Mapping[str, Interval]
 ) -> tuple[FoundTerm, ...]:
-    """The numbers of an effect in a vehicle: added amounts where the catalogue counts those, else absolute values."""
+    """The numbers of an effect in a vehicle: added amounts where the catalogue counts those, else absolute values.
+
+    Parameters
+    ----------
+    candidate : the effect
+    nominal, vehicle : the model before and with the effect
+    intervals : 95 % intervals of total values, by symbol
+    """
     terms = []
     for parameter in candidate.parameters:
         symbol = parameter.symbol

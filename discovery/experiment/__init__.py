@@ -1,1 +1,1 @@
-"""The manoeuvres that would settle what a log leaves open."""
+"""Experiments: the manoeuvres that would settle what a log leaves open."""

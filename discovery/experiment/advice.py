@@ -85,6 +85,16 @@ def open_questions(
 
     Effects that would explain faint structure are asked about with their look-alikes, each group once. An effect that
     the log does not show has no look-alikes there but in name.
+
+    Parameters
+    ----------
+    evidence : of all candidates
+    kept : keys of the effects that are sure
+    known : which candidates the log excites and tells apart
+
+    Returns
+    -------
+    Keys of the effects in question, each with its look-alikes.
     """
     blind = {*known.dormant, *known.absorbed, *known.noise_limited}
     chosen = [e for e in evidence if e.selected and e.key not in kept]

@@ -1,14 +1,8 @@
-"""Optimal manoeuvres: the shortest that tells look-alikes apart, and how its steps are drawn and changed.
+"""Optimal manoeuvres: the shortest one that tells look-alike effects apart within limits.
 
-The shortest manoeuvre that tells look-alikes apart, within limits: its steps are optimised on the model.
-
-The design is T-optimal (Atkinson and Fedorov 1975, doi:10.1093/biomet/62.1.57): of all manoeuvres that may be driven it
-takes the one in which the best stand-in leaves most of the true model's force, with the stand-in fitted anew to each.
-Here the manoeuvre is to be short, so what is least is the time until that force is enough. Times and levels are
-improved by mutation and selection (Beyer and Schwefel 2002, doi:10.1023/A:1015059928466), many manoeuvres at a time,
-as the model drives a hundred of them in the time of ten.
-
-Manoeuvres of a few steps, drawn and changed at random, within the limits of whoever drives them.
+The design is T-optimal (Atkinson and Fedorov 1975, doi:10.1093/biomet/62.1.57): the best stand-in, refitted to each
+manoeuvre, must leave enough of the true model's force; here the least time for that is sought. Times and levels are
+improved by mutation and selection (Beyer and Schwefel 2002, doi:10.1023/A:1015059928466), a hundred manoeuvres at once.
 """
 
 from collections.abc import Sequence
@@ -75,7 +69,14 @@ class Bounds:
 
 
 def first_manoeuvres(count: int, bounds: Bounds, rng: np.random.Generator) -> list[Steps]:
-    """The library's manoeuvres and random ones."""
+    """The library's manoeuvres and random ones.
+
+    Parameters
+    ----------
+    count : manoeuvres, the library's among them
+    bounds : of thrust and time
+    rng : of the random ones
+    """
     library = [kept(trial.steps[:_MOST_STEPS], bounds) for trial in TRIALS]
     return library + [kept(_random(rng), bounds) for _ in range(count - len(library))]
 
@@ -91,7 +92,14 @@ def _step(rng: np.random.Generator) -> Step:
 
 
 def changed(parents: Sequence[Steps], bounds: Bounds, rng: np.random.Generator) -> Steps:
-    """A parent with a few changes: of a time, of a level, of the order; a step more or less; a piece of another."""
+    """A parent with a few changes: of a time, of a level, of the order; a step more or less; a piece of another.
+
+    Parameters
+    ----------
+    parents : manoeuvres, the best first; better ones are drawn more often
+    bounds : of thrust and time
+    rng : of the changes
+    """
     steps = list(parents[int(len(parents) * rng.random() ** 2)])
     for _ in range(1 + int(rng.random() < 0.5) + int(rng.random() < 0.25)):
         at, kind = int(rng.integers(len(steps))), rng.random()
@@ -229,7 +237,7 @@ class Manoeuvre:
 
     @property
     def tells(self) -> bool:
-        """Whether it is more likely than not to tell the effects apart."""
+        """True when it is more likely than not to tell the effects apart."""
         return self.best.probability > 0.5
 
 

@@ -1,17 +1,11 @@
-"""Separation of models: by how much a trial would tell effects apart, and the question that it settles.
+"""Separation of models: the information by which a trial would tell two effects apart, and the question it settles.
 
-Partings: by how much two effects would differ if the log were longer by a trial.
-
-Log and rehearsed trial are put together, one effect acts with its size, and everything that could stand in for it is
-fitted. What no stand-in explains would raise the score of the search by
+Log and simulated trial are joined, one effect acts, and everything that could stand in for it is fitted. With d the
+root mean square force left and n the independent tests, the search's score would rise by
 
     gain = n/2 sum over axes of log(1 + d^2 / (noise^2 + floor^2)),
 
-d the root mean square force left, n the independent tests of log and trial together. That is the information (in the
-sense of Kullback and Leibler 1951, doi:10.1214/aoms/1177729694) by which the two models would part, in the units in
-which the search prices effects.
-
-The question that a manoeuvre is to settle: which of a few models is true, and what each would make of a trial.
+the information (Kullback and Leibler 1951, doi:10.1214/aoms/1177729694) in the unit in which effects are priced.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,7 +33,7 @@ MOST_RIVALS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parting:
-    """How two effects would part in each trial, or one effect from all that could stand in for it.
+    """Separation of two effects in each trial, or of one effect from all that could stand in for it.
 
     Attributes
     ----------
@@ -72,9 +66,16 @@ def part(
     plausible: Mapping[str, tuple[float, ...]],
     rehearsal: Rehearsal,
 ) -> list[Parting]:
-    """How look-alikes, pair by pair, and effects without any would part in each trial; parameters as `advice.advise`.
+    """Separate look-alikes, pair by pair, and effects without any, in each trial; parameters as `advice.advise`.
 
     A look-alike acts with the size in which it would explain what the selected effect explains.
+
+    Parameters
+    ----------
+    search, state : the search and the model that it ended with
+    questions : keys of effects, each with its look-alikes; see `advice.open_questions`
+    plausible : amounts of effects that are not in the model, by key
+    rehearsal : the trials of the library, simulated on the model
     """
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     stand = _Stand(search, rehearsal, column_moments(scores)[0], scores.scale)
@@ -209,7 +210,7 @@ _MATTERS = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Rehearsed:
-    """What trials would do.
+    """Simulated outcome of trials.
 
     Attributes
     ----------
@@ -247,7 +248,7 @@ class OpenQuestion:
 
     @property
     def supposed(self) -> bool:
-        """Whether the log shows none of the effects, so that a plausible amount is taken for one."""
+        """True when the log shows none of the effects, so that a plausible amount is taken for one."""
         return self.effects[0] not in self.truths[0][1].active
 
     def rehearse(self, trials: Sequence[Trial]) -> Rehearsed:

@@ -1,21 +1,8 @@
-"""Factors: triangular matrices that stand for the rows of a regression, their file, and sparse regression on them.
+"""Triangular factors that stand for the rows of a regression, their file, and sparse regression on them.
 
-The rows of a regression as the triangular factors of their QR: exact for whatever least squares is asked of them.
-
-|Theta x - y| is |R [x, -1]| for the R of [Theta y] = Q R (Golub and Van Loan 2013, section 5.3.3), so that a few rows
-stand for all. A factor of many rows is made of those of their parts (TSQR; Demmel et al. 2012, section 3), which is why
-factors of logs add; and each block of time has its own, for whatever draws or leaves out blocks.
-
-Factors as a file: plain arrays in an `.npz`, nothing pickled, and what they are as JSON beside them.
-
-The arrays are `r` (blocks, k, k), `rows` and `log` (blocks,), and `about`, the bytes of a JSON text with columns,
-targets, units, digests of the logs and settings. Equal factors give equal bytes.
-
-Sparse regression on factors: pysindy's optimizers, on as many rows as there are columns.
-
-An optimizer that asks of its rows only how far a model is from them gives on a factor what it gives on all rows.
-Ensembles draw whole blocks, as residuals in time are not independent (Fasel et al. 2022, doi:10.1098/rspa.2021.0904,
-with blocks in place of rows).
+|Theta x - y| is |R [x, -1]| for the R of [Theta y] = Q R (Golub and Van Loan 2013, section 5.3.3), exactly. Factors of
+parts combine (TSQR; Demmel et al. 2012, section 3), so those of logs add; each block of time keeps its own, for
+bootstrap and folds. Ensembles draw whole blocks (Fasel et al. 2022, doi:10.1098/rspa.2021.0904).
 """
 
 import io
@@ -43,7 +30,7 @@ _CHUNK = 1 << 16
 
 
 class Column(Record):
-    """What a column or a target is, and its unit."""
+    """Name and unit of a column or a target."""
 
     name: str
     unit: str
@@ -200,7 +187,11 @@ class _About(Record):
 
 
 def write_factors(factors: Factors, path: str | os.PathLike[str]) -> Path:
-    """Write factors to an `.npz` file, whole or not at all; equal factors give equal bytes."""
+    """Write factors to an `.npz` file, whole or not at all; equal factors give equal bytes.
+
+    The arrays are `r` (blocks, k, k), `rows` and `log` (blocks,), and `about`, the bytes of a JSON text with columns,
+    targets, units, digests of the logs and settings; nothing is pickled.
+    """
     about = _About(columns=factors.columns, targets=factors.targets, logs=factors.logs, settings=dict(factors.settings))
     told = np.frombuffer(strict_json(about.to_dict()).encode("utf-8"), dtype=np.uint8)
     content = io.BytesIO()
@@ -307,7 +298,14 @@ class Ensemble:
 
 
 def forward(factors: Factors, target: int, most: int) -> list[int]:
-    """Columns that forward orthogonal regression takes for a target (Billings 2013, chapter 3), in their order here."""
+    """Columns that forward orthogonal regression takes for a target (Billings 2013, chapter 3), in their order here.
+
+    Parameters
+    ----------
+    factors : of the rows of [columns, targets]
+    target : number of the target
+    most : columns to take
+    """
     import pysindy  # here, because it takes a third of a second and few logs ask for terms
 
     size = _sizes(factors)

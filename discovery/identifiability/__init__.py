@@ -1,1 +1,1 @@
-"""What a log can show and tell apart, of effects and of parameters."""
+"""Identifiability of effects and parameters: what a log excites, and what it can tell apart."""

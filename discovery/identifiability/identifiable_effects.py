@@ -1,13 +1,8 @@
-"""Identifiability: which effects a log can tell apart, and which parameters, all of them free at once.
+"""Identifiability: which effects and parameters a log shows and tells apart, from the columns of the candidates.
 
-Identifiability: what a log can show and tell apart, whatever may be missing, from the columns of its candidates.
-
-Three questions of every candidate. Would a plausible amount of it make a material force in this log (excitation)? Is
-its column more than what sensor noise makes of it? And does it move just as another does (alias groups)? Two effects of
-several parameters move alike when some amount of one moves as some amount of the other: their largest canonical
-correlation (Hotelling 1936, doi:10.1093/biomet/28.3-4.321) is then near one.
-
-Which parameters of a model a log identifies, all of them free at once; the others with the reason why not.
+Excitation: a plausible amount of a candidate makes a material force, above what sensor noise makes of its column.
+Collinearity: two candidates are aliases when the largest canonical correlation of their columns is near one (Hotelling
+1936, doi:10.1093/biomet/28.3-4.321). A parameter is identified when both hold with all the others free at once.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -171,7 +166,7 @@ _WIDE = "its 95 % interval would be wider than a plausible amount of it"
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """What a log can calibrate.
+    """Parameters that a log can calibrate.
 
     Attributes
     ----------

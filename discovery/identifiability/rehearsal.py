@@ -1,9 +1,4 @@
-"""Rehearsals of the trials of the library on a model, and what they would show.
-
-Rehearsals: the trials of the library driven on a model, and every candidate's force along them.
-
-What a log can show and tell apart about one model: which candidates it excites, and which move alike.
-"""
+"""Trials of the library simulated on a model: every candidate's force along them, and which candidates look alike."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -210,7 +205,7 @@ Ratio = Annotated[float, BeforeValidator(lambda value: math.inf if value is None
 
 
 class Excitation(Record):
-    """How strongly a log would show one candidate.
+    """Excitation of one candidate by a log.
 
     Attributes
     ----------
@@ -223,7 +218,7 @@ class Excitation(Record):
 
 
 class Identifiability(Record):
-    """What a log can show and tell apart about one model.
+    """Identifiability of all candidates about one model.
 
     Attributes
     ----------
@@ -252,7 +247,7 @@ class Identifiability(Record):
 
     @property
     def sentence(self) -> str:
-        """What the log cannot show or tell apart, for a line of progress."""
+        """Candidates that the log cannot show or tell apart, for a line of progress."""
         blind = [words(key) for key in (*self.dormant, *self.absorbed, *self.noise_limited)]
         groups = [" and ".join(map(words, group)) for group in self.groups]
         told = [f"does not show {', '.join(blind)}"] if blind else []

@@ -78,5 +78,12 @@ def power_scale(*powers: Array) -> Array:
 
 
 def least_eigenvalues(power: Array, slack: Array | None, degree: Exponents) -> Array:
-    """Smallest eigenvalue of S at each control point, (orthants, K), in the unit of the power."""
+    """Smallest eigenvalue of S at each control point, (orthants, K), in the unit of the power.
+
+    Parameters
+    ----------
+    power : coefficients (orthants, m) [W] of the power of the damping
+    slack : exchanges (orthants, s), none for None
+    degree : of S in each velocity
+    """
     return np.asarray(np.linalg.eigvalsh(control_matrices(power, slack, degree))[..., 0], dtype=float)

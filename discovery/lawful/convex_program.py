@@ -1,8 +1,8 @@
-"""The convex programmes of the law, compiled once for each shape and solved again with other numbers.
+"""Convex programmes of the law, compiled once for each shape and solved again with other numbers.
 
-cvxpy takes far longer to compile a small problem than Clarabel to solve it. All numbers are therefore parameters, in
-places where cvxpy's rules for parametrised programmes (DPP; Agrawal et al. 2019) let it reuse the compiled form. What
-depends on a model's shape only (how many parameters, which have limits, the degree of its damping) is the cache's key.
+Compiling a small problem costs far more than solving it, so all numbers are parameters where cvxpy's rules for
+parametrised programmes (DPP; Agrawal et al. 2019) let the compiled form be reused. The shape (number of parameters,
+which have limits, degree of the damping) is the key of the cache.
 """
 
 import warnings

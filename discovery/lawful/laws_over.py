@@ -1,7 +1,4 @@
-"""The laws of a vehicle over an envelope, as numbers that are affine in some of its parameters.
-
-The refit and whoever follows parameters live hold them to the same numbers.
-"""
+"""Laws of a vehicle over an envelope, affine in some of its parameters, for the refit and for online adaptation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

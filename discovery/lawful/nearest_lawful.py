@@ -1,9 +1,8 @@
-"""The lawful set of some parameters of a vehicle, and the point of it that is nearest to a guess, in milliseconds.
+"""The lawful set of some parameters of a vehicle, and its point nearest to a guess.
 
-The set is that of the refit (`laws_over.py`): limits of each parameter, a proof of dissipation over an envelope,
-positive mass. It is convex. A guess is held to the limits first; only where the proof then fails, a small conic
-programme is solved, of those orthants of the envelope alone in which it fails. The exchanges of the last proof are
-tried first, so that a guess that keeps the laws costs some eigenvalues.
+The set is that of the refit (`laws_over.py`): limits, a proof of dissipation over an envelope, positive mass. It is
+convex. A guess is clipped to its limits first; only in orthants where the proof then fails is a small conic programme
+solved, with the slacks of the last proof tried first, so a lawful guess costs some eigenvalues.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What a law costs a fit, and where: the binding corner, the multiplier, and both in words."""
+"""Price of a law: what it costs a fit, in which state it binds, its multiplier, and the sentence for it."""
 
 from collections.abc import Mapping
 from typing import Annotated, Literal
@@ -43,7 +43,7 @@ Box = Annotated[Envelope, BeforeValidator(_envelope), PlainSerializer(Envelope.t
 
 
 class Binding(Record):
-    """Where the law of dissipation holds the fit most.
+    """The state in which the law of dissipation holds the fit most.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class MostPower(Record):
 
 
 class Passivity(Record):
-    """Whether a model's damping takes energy out everywhere in an envelope, and what that cost the fit.
+    """Passivity of a model's damping over an envelope, and what that cost the fit.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a convex programme is given and what it returns; nothing here loads a solver."""
+"""Data of a convex programme: what it is given and what it returns; nothing here loads a solver."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ NO_OPTIMUM = "lawful refit: expected an optimal solution, the solver says {!r}; 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """What a compiled refit depends on.
+    """Shape of a refit: what its compiled programme depends on.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class LawNumbers:
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """What a programme returned.
+    """Result of a convex programme.
 
     Attributes
     ----------

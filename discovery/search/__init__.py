@@ -1,1 +1,1 @@
-"""Which of them stay: Gram matrices, scores, the floating search, and intervals of what it found."""
+"""The search: Gram matrices, scores, floating selection, surrogate tests, and intervals of the selected effects."""

@@ -1,12 +1,8 @@
-"""Estimation of the named parameters: output-error polish, and intervals by a block bootstrap.
+"""Estimation of the parameters of named effects: output-error polish on rollouts, and intervals by a block bootstrap.
 
-Intervals by a bootstrap of blocks: whole blocks are weighed anew, because residuals in time are not independent.
-
-Drawn with replacement, the one block that holds the only run astern is missing from a third of all draws, whose fit
-then knows nothing; so weights are drawn instead (Bayesian bootstrap; Rubin 1981, doi:10.1214/aos/1176345338). What a
-few blocks tell they tell alike, so that no interval is narrower than by least squares with independent errors.
-
-The output-error polish: named parameters moved until open-loop rollouts follow the log, within physical limits.
+Whole blocks are reweighed, since residuals depend on their neighbours in time. Weights are drawn (Bayesian bootstrap;
+Rubin 1981, doi:10.1214/aos/1176345338) because drawing with replacement loses the one block with the only run astern in
+a third of all draws. No interval is narrower than that of least squares with independent errors.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,8 +1,6 @@
-"""The floating search over effects, and the same without one fold, judged on rows that it never saw.
+"""Floating search over effects, and the same search without one fold, judged on the rows held out.
 
-The floating search: add, drop, swap or reshape effects until no change lowers the score of the model.
-
-A search that does not see one fold of its log: what it names and fits there is judged on rows that it never saw.
+Effects are added, dropped, swapped or reshaped until no change lowers the score (Pudil, Novovicova and Kittler 1994).
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -130,7 +128,7 @@ class Search(Scoring):
         return state
 
     def _behind(self, state: State, best: State) -> bool:
-        """Whether a model has more effects than the best one and is far worse all the same: it gathers stand-ins."""
+        """True when a model has more effects than the best one and is far worse all the same: it gathers stand-ins."""
         more = len(self.named(state.active)) > len(self.named(best.active))
         return more and state.score > best.score + _FAR_BEHIND
 
@@ -234,12 +232,27 @@ Chosen = dict[str, Option]
 
 
 def without_fold(balance: Balance, linear: Linearisation, scores: GramScores, fold: Fold) -> GramScores:
-    """Scores of a linearisation on all tests but those that a fold reaches into."""
+    """Scores of a linearisation on all tests but those that a fold reaches into.
+
+    Parameters
+    ----------
+    balance : of the log
+    linear : the columns of all candidates
+    scores : of all tests
+    fold : the stretches that are not seen
+    """
     return scores.seeing(balance.outside(fold), linear.columns, linear.noise, balance.block)
 
 
 def held_where_silent(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle) -> list[Option]:
-    """Options with the nominal value, not to be fitted, for every number of which the seen tests show nothing."""
+    """Options with the nominal value, not to be fitted, for every number of which the seen tests show nothing.
+
+    Parameters
+    ----------
+    scores : of the tests that are seen
+    chosen : an option for each effect of the model
+    nominal : whose values silent parameters keep
+    """
     columns, normal, _ = scores.block_normal(chosen)
     silent = {int(k) for k, own in zip(columns, np.diag(normal.sum(axis=0)), strict=True) if not own > 0.0}
     found = []

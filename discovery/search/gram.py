@@ -1,7 +1,7 @@
-"""Scores from compressed data: per-block Gram matrices stand for all rows, so a model is judged in microseconds.
+"""Scores from Gram matrices: the rows of a block compressed, so that a model is scored in microseconds.
 
-The rows of [columns, balance] of a block are replaced by their Gram matrix on each axis; least squares, blocked
-held-out error and the block bootstrap then need only matrices of the size of the model.
+The rows of [columns, balance] of a block become one Gram matrix an axis; least squares, blocked cross-validation and
+the block bootstrap then need only matrices of the size of the model.
 """
 
 from collections.abc import Mapping, Sequence
@@ -227,7 +227,7 @@ class GramScores:
         return share_taken(*(g[columns[:, None], columns] for g in (self._total, self._blurred)))
 
     def screen(self, kept: Sequence[Option], others: Sequence[Option]) -> Array:
-        """How much each of several options would lower the weighted in-sample error beside kept ones, (options,).
+        """Drop of the weighted in-sample error by each of several options beside kept ones, (options,).
 
         One projection of the Gram matrix off the kept columns serves all; limits are honoured for single parameters.
         """
@@ -333,7 +333,7 @@ def share_taken(total: Array, blur: Array) -> float:
 
 
 def added_by_noise(columns: Array, noise: Array, edges: np.ndarray) -> Array:
-    """What sensor noise adds to the Gram matrices of columns, (blocks, a, p, p): those of noisier copies have more.
+    """Addition of sensor noise to the Gram matrices of columns, (blocks, a, p, p): those of noisier copies have more.
 
     That counts where copies come in pairs of opposite noise; one alone tells the squares of its noise, and by chance
     what it has in common with the columns.
@@ -364,6 +364,12 @@ def bounded_solve(h: Array, right: Array, lower: Array, upper: Array) -> tuple[A
     """Minimise x^T h x / 2 - right^T x within limits, by holding violators at their limit; small and fast.
 
     Returns the solution and a mask of the held entries. A held entry whose gradient points inwards is released again.
+
+    Parameters
+    ----------
+    h : positive definite (p, p)
+    right : (p,)
+    lower, upper : limits (p,), infinite where there is none
     """
     size = right.size
     x = np.asarray(np.linalg.solve(h, right), dtype=float)

@@ -56,6 +56,13 @@ def splits(
     """Neighbouring models in which two others stand in the place of one effect: it may be the mean of both.
 
     No addition, drop or swap leads there where neither of the two alone betters the model. See `changes`.
+
+    Parameters
+    ----------
+    linear : options of all candidates
+    scores : of the columns
+    now : the option of each effect in the model, by key
+    kept_always : keys that stay, nuisances
     """
     others = [key for key in linear.options if key not in now and key not in kept_always]
     new = [option for key in others for option in linear.options[key][1:]]
@@ -78,13 +85,26 @@ def present(change: dict[str, Option]) -> tuple[str, ...]:
 
 
 def reset(vehicle: Vehicle, nominal: Vehicle, now: dict[str, Option], change: dict[str, Option]) -> Vehicle:
-    """The vehicle with everything that a change drops set back to nominal."""
+    """The vehicle with everything that a change drops set back to nominal.
+
+    Parameters
+    ----------
+    vehicle, nominal : the model, and the one without effects
+    now, change : options by key, before the change and after it
+    """
     gone = [option for key, option in now.items() if key not in present(change)]
     return vehicle.with_values({s: nominal.value(s) for option in gone for s in option.symbols})
 
 
 def apply_fit(vehicle: Vehicle, chosen: Sequence[Option], fit: Fit) -> Vehicle:
-    """The vehicle with the fitted parameters set."""
+    """The vehicle with the fitted parameters set.
+
+    Parameters
+    ----------
+    vehicle : about which the columns are
+    chosen : an option for each effect of the model
+    fit : change of each free column
+    """
     by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
     values = {}
     for option in chosen:
@@ -96,7 +116,13 @@ def apply_fit(vehicle: Vehicle, chosen: Sequence[Option], fit: Fit) -> Vehicle:
 
 
 def settled(before: Vehicle, after: Vehicle, chosen: Sequence[Option]) -> bool:
-    """True when a Gauss-Newton step hardly moved any parameter."""
+    """True when a Gauss-Newton step hardly moved any parameter.
+
+    Parameters
+    ----------
+    before, after : the model before and after the step
+    chosen : options whose parameters were free
+    """
     pairs = [(before.value(s), after.value(s)) for option in chosen for s in option.symbols]
     return all(abs(a - b) <= 1e-4 * (abs(a) + 1e-3) for a, b in pairs)
 

@@ -1,11 +1,8 @@
-"""Errors of the record within the search: sensors and coarse commands that may explain what an effect would.
+"""Errors of the record within the search: sensor errors and coarse commands as rival explanations of an effect.
 
-A search beside errors of the record: what must be blamed on the hull when something else may be wrong, too.
-
-What a coarse record of the commands leaves open: by up to half of its step, each level may not be what drove.
-
-A boat that is steered by a few levels is driven by a few constant errors then, and those look like a thruster's curve,
-and like drag that goes with the speeds they make. So an effect must earn its price beside an error of each level.
+A record of few command levels leaves up to half a step open at each level. A boat steered by few levels carries few
+constant errors then, which look like a thruster's curve or like drag. So an effect must earn its price beside an error
+of each level.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -94,7 +91,7 @@ class Beside:
 
     @property
     def earned(self) -> float:
-        """By how much the errors of the record make the model itself worth more."""
+        """Log-likelihood that errors of the record earn beside the model itself."""
         chosen = list(self._now.values())
         return self._worth(chosen, self._fit(chosen, alone=True)) - self.worth()
 
@@ -179,7 +176,7 @@ def coarse_records(motions: Sequence[Motion]) -> tuple[CoarseRecord, ...]:
 
 
 def leaves_structure(search: Search, state: State) -> bool:
-    """Whether a model leaves force that neither sensor noise nor the resolution of the commands' record explains."""
+    """True when a model leaves force that neither sensor noise nor the resolution of the commands' record explains."""
     if not search.leaves_structure(state.fit.held_out):
         return False
     records = coarse_records(search.balance.motions)

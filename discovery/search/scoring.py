@@ -1,7 +1,7 @@
-"""What a model is worth: held-out error above a floor, plus a price for its parameters; and whether an effect matters.
+"""Score of a model: held-out error above a floor, plus a price for its parameters; and whether an effect is material.
 
-Each model is scored by sum over axes of (independent tests / 2) log(held-out error + floor^2), plus a price a
-parameter. The floor is a share of the force scale of the axis: what is smaller does not matter (materiality).
+The score is the sum over axes of (independent tests / 2) log(held-out error + floor^2), plus a price a parameter. The
+floor is a share of the axis's force scale: what is smaller is not material.
 """
 
 from collections import deque
@@ -38,7 +38,7 @@ _INERTIA = tuple(p.symbol for p in PARAMETERS.values() if p.section in ("added_m
 
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
-    """What a change must be worth.
+    """Prices and thresholds of a search.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class State:
 
 
 class Loss(NamedTuple):
-    """What a model loses without an effect: error, as the largest share of the force scale of an axis, and score."""
+    """Loss of a model without an effect: error, as the largest share of the force scale of an axis, and score."""
 
     share: float
     score: float
@@ -143,6 +143,14 @@ class Scoring:
 
         Those of all options stay at hand until others are asked for: of one model it is asked what the log can show of
         it, what its effects are worth, and what would be beside an error of the sensors.
+
+        Parameters
+        ----------
+        vehicle : about which derivatives are taken
+        active : keys of the effects in it
+        error : error that remains on each axis (3,); that of `vehicle` for None
+        pool : candidates to linearise; all for None
+        standing, roughly : see `Linearisation`
         """
         pool = self.pool if pool is None else pool
         asked = (vehicle, tuple(active), tuple(c.key for c in pool), roughly)
@@ -167,7 +175,14 @@ class Scoring:
         return self.fits(scores, [chosen])[0]
 
     def fits(self, scores: GramScores, choices: Sequence[Sequence[Option]], *, limited: bool = True) -> list[Fit]:
-        """The same of several choices; see `GramScores.fits`."""
+        """The same of several choices; see `GramScores.fits`.
+
+        Parameters
+        ----------
+        scores : of the columns
+        choices : an option for each effect, model by model
+        limited : hold parameters to their physical limits
+        """
         return [
             self._comparable(fit, chosen, scores.tests)
             for fit, chosen in zip(scores.fits(choices, limited=limited), choices, strict=True)
@@ -192,12 +207,12 @@ class Scoring:
 
     @property
     def independent(self) -> float:
-        """How many of the tests that are seen count as independent."""
+        """Number of independent tests among those that are seen."""
         return self._share * self.balance.independent
 
     @property
     def share_scale(self) -> Array:
-        """What forces are shares of (3,): the force scale, or on a quiet axis one of which the floor is material."""
+        """Unit (3,) of shares: the force scale, or on a quiet axis one of which the floor is material."""
         return np.sqrt(self.floor) / self.settings.materiality
 
     @property
@@ -206,7 +221,7 @@ class Scoring:
         return np.sqrt(self.noise_blocks.sum(axis=0) / self.tests)
 
     def price(self, fit: Fit, chosen: Sequence[Option]) -> float:
-        """What the parameters that no limit holds must earn; a fixed shape counts as one parameter."""
+        """Price of the parameters that no limit holds; a fixed shape counts as one parameter."""
         total, at = 0.0, 0
         for option in chosen:
             size = sum(index >= 0 for index in option.free)
@@ -229,7 +244,7 @@ class Scoring:
         return tuple(key for key in active if key not in self.nuisances)
 
     def is_general(self, key: str) -> bool:
-        """Whether a candidate holds simpler ones as special cases."""
+        """True when a candidate holds simpler ones as special cases."""
         return key in self._general
 
     def of_kind(self, keys: Sequence[str], kind: Kind) -> tuple[str, ...]:
@@ -237,7 +252,14 @@ class Scoring:
         return tuple(key for key in keys if self._kinds[key] is kind)
 
     def evaluate(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> State:
-        """Refine a model's parameters by Gauss-Newton and score it."""
+        """Refine a model's parameters by Gauss-Newton and score it.
+
+        Parameters
+        ----------
+        vehicle : start of the refinement
+        active : keys of the effects that are fitted
+        error : error (3,) by which axes are weighted at first
+        """
         named = self.named(active)
         pool = [c for c in self.pool if c.fitted(named)]
         active = (*(c.key for c in pool if c.nuisance), *named)
@@ -267,7 +289,7 @@ class Scoring:
         return self._without[-1][2]
 
     def losses(self, state: State) -> list[Loss]:
-        """What each effect of a model is worth about the columns at hand, the others not refined."""
+        """Worth of each effect of a model about the columns at hand, the others not refined."""
         pool = [c for c in self.pool if c.key in state.active]
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool)
         now = {key: linear.options[key][0] for key in state.active}
@@ -286,7 +308,14 @@ class Scoring:
         return self.evaluate(state.vehicle.with_values(null), tuple(active), state.fit.in_sample)
 
     def replace(self, state: State, old: str, new: str, linear: Linearisation, scores: GramScores) -> State:
-        """A model with one effect in place of another, fitted from the better of its shapes."""
+        """A model with one effect in place of another, fitted from the better of its shapes.
+
+        Parameters
+        ----------
+        state : the model
+        old, new : keys of the effect that goes and the one that comes
+        linear, scores : columns about the model, `new` among them
+        """
         now = {key: linear.options[key][0] for key in state.active}
         rest = {key: option for key, option in now.items() if key != old} | {old: linear.options[old][1]}
         shapes = [option for option in linear.options[new] if option.present]
@@ -294,7 +323,14 @@ class Scoring:
         return self.apply(state, now, best, scores)
 
     def apply(self, state: State, now: dict[str, Option], change: dict[str, Option], scores: GramScores) -> State:
-        """Make a change that was scored about the columns at hand, and refine it."""
+        """Make a change that was scored about the columns at hand, and refine it.
+
+        Parameters
+        ----------
+        state : the model
+        now, change : options by key, before the change and after it
+        scores : of the columns about the model
+        """
         chosen = list(change.values())
         fit = self.fit(scores, chosen)
         start = apply_fit(reset(state.vehicle, self.nominal, now, change), chosen, fit)
@@ -327,7 +363,7 @@ class Scoring:
         return self.unexplained(error) > 0.0
 
     def unexplained(self, error: Array) -> float:
-        """How much of a mean square error (3,) is more than that, in what would be neither, summed over the axes."""
+        """Excess of a mean square error (3,) over the floor and sensor noise, relative to both, summed over axes."""
         least = np.maximum(self.floor, np.square(_STRUCTURE * self.noise_error))
         return float(np.maximum(error / least - 1.0, 0.0).sum())
 

@@ -1,18 +1,9 @@
-"""Surrogate tests: how often nothing looks as good, on copies of a log's own residual that follow nothing of it.
+"""Surrogate tests: how often pure noise looks as good as an effect, on 999 copies of a log's own residual.
 
-Copies of what a model leaves, of the same colour and size, that follow nothing of the log.
-
-Sensor noise is drawn anew and passed through the balance: drag lets more of it through where the boat is fast, and
-copies of the same size all over would tell chance as rarer than it is. Of what the rest has more than that at each
-frequency, phases are drawn anew, the same for all axes, within blocks of the size that it has there (Theiler et al.
-1992). A mean has no phase, and a constant force is no noise: the mean of a copy is drawn from the slowest waves.
-
-How often nothing looks as good: the search's first step, rehearsed on a log's own noise in place of the effect.
-
-What the model without an effect leaves is replaced by copies that follow no column, see `noise_copies`. To each copy
-every candidate is fitted beside the others, and the best of them counts: the share of copies in which it earns as much
-as the effect did is the chance of naming anything from such noise, whatever its name. The guarantee is for noise like
-the rehearsed.
+A copy has the residual's colour and size and follows no column: sensor noise is drawn anew and passed through the
+balance; of what exceeds it at each frequency, phases are randomised, alike for all axes, block by block (Theiler et al.
+1992). To each copy every candidate is fitted, and the best counts, so the chance is that of naming anything. The
+guarantee is for noise like the copies.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -62,7 +53,7 @@ class NoiseCopies:
 
     @property
     def sensed(self) -> bool:
-        """Whether noise of sensors is in them, passed through the balance."""
+        """True when noise of sensors is in them, passed through the balance."""
         return self._drawn is not None
 
     @property
@@ -172,12 +163,12 @@ class Chance(Record):
 
     @property
     def none(self) -> bool:
-        """Whether none of them did."""
+        """True when none of them did."""
         return self.better == 0
 
     @property
     def in_words(self) -> str:
-        """What it says of an effect that none of them reached, in a sentence."""
+        """A sentence on an effect that none of the copies reached."""
         if not self.of_noise:
             return f"In {self.of} rehearsals of what is left without it no effect looked as good."
         return f"In {self.of} rehearsals of this log's noise without it no effect looked as good: 1 in {self.of + 1:,}."
@@ -219,14 +210,14 @@ class Rehearsals:
         return (self._linear.columns / self._scores.scale).astype(np.float32)
 
     def chance(self, key: str) -> Chance:
-        """How often nothing would have looked as good as an effect that stands in the model."""
+        """Chance by which pure noise looks as good as an effect that stands in the model."""
         gone = self._linear.options[key][1]
         rest = [*(option for name, option in self._now.items() if name != key), gone]
         own = self._trial(self._now[key], gone.offset)
         return self._of(rest, [own], [own, *self._others()])[1]
 
     def best(self) -> tuple[float, Chance]:
-        """What the best effect that the model does not have earns, and how often nothing would have looked as good."""
+        """Gain of the best effect that the model does not have, and the chance by which pure noise looks as good."""
         others = self._others()
         return self._of(list(self._now.values()), others, others)
 

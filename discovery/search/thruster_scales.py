@@ -1,8 +1,6 @@
-"""Scales of thrusters: equivalent descriptions of one model, and what all of them say together.
+"""Scales of thrusters: equivalent descriptions of one model, and a thrust that the file gives wrongly for all of them.
 
-Descriptions of one and the same model: all thrusters' common scale, and a scale of one of two thrusters.
-
-What the scales of all thrusters say together: a thrust that the file has wrong, and what is left of a difference.
+All thrusters' common scale and a scale of each describe the same forces; the description with fewest faults is told.
 """
 
 from collections.abc import Sequence
@@ -22,6 +20,12 @@ def same_model(nominal: Vehicle, active: tuple[str, ...], key: str, other: str) 
 
     With two thrusters, any two of {common scale, scale of the one, scale of the other} give every pair of scales; with
     more of them they do not.
+
+    Parameters
+    ----------
+    nominal : whose thrusters they are
+    active : keys of the effects in the model
+    key, other : keys of the scale in the model and of the one in its place
     """
     kind = [k for k in active if _is_scale(k)]
     return len(nominal.thrusters) == 2 and len(kind) == 2 and key in kind and _is_scale(other)
@@ -71,7 +75,7 @@ ONE = "thruster_asymmetry"
 
 
 def all_thrusters(nominal: Vehicle, corrected: Vehicle, kept: Sequence[str]) -> str:
-    """That all thrusters push harder, or all weaker, than the file says, and how much of it is a difference.
+    """Sentence that all thrusters push harder, or all weaker, than the file says, and how much of it is a difference.
 
     Empty where a thruster is as the file has it, or pushes the other way from the file than another.
 

@@ -1,4 +1,4 @@
-"""What a format of an export is: a file that makes files of a vehicle and of what is known about it."""
+"""The interface of an export format: files made of a vehicle and of what is known about it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field

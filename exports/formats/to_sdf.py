@@ -1,12 +1,10 @@
 """A Gazebo model: SDF with the plugins Hydrodynamics and Thruster, in Gazebo's axes (x ahead, y to port, z up).
 
-The names are those of gz-sim's `Hydrodynamics.hh` and `Thruster.hh`. From Garden on, linear and quadratic terms of all
-pairs of axes have names (`nV`, `nUV`, `nRabsU`), and the Coriolis force of the added mass, which versions of the plugin
-work out with different signs, is switched off and written as such terms. Fortress has diagonal terms alone, takes added
-mass with the other sign, and its Coriolis force cannot be switched off.
-
-The model is of a plane, so gravity does not pull its links: in any world it stays at its height, without buoyancy. It
-has a box to be seen and nothing to collide with, from which Gazebo would work out a buoyancy.
+Names are those of gz-sim's `Hydrodynamics.hh` and `Thruster.hh`. From Garden on, terms of all pairs of axes have names
+(`nV`, `nUV`, `nRabsU`); the plugin's Coriolis force of the added mass, whose sign differs between versions, is switched
+off and written as such terms. Fortress has diagonal terms alone, added mass of the other sign, and no such switch. No
+gravity pulls the links, so the model stays at its height, and nothing collides, from which a buoyancy would be
+computed.
 """
 
 import re

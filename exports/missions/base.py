@@ -1,4 +1,4 @@
-"""What a mission is: commands over time in each thruster's own unit, where it is driven, and what stops it."""
+"""The interface of a mission: commands over time in each thruster's own unit, the place to drive, and what stops it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

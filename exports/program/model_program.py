@@ -1,10 +1,8 @@
 """A vehicle as a program of five functions, made by sending symbols through the force equation itself.
 
-`thrust` makes forces of lasting commands, `rates` the rate of change of the motion, and `derivatives` is both, for
-solvers of differential equations. `start` and `step` simulate as `physics.integration.rollout` does: classical
-Runge-Kutta steps of one length, lag by first-order hold, delayed forces between their samples.
-
-Commands on their way to a force: what a state keeps of them for lag and delay, a thruster at a time.
+`thrust` makes forces of lasting commands, `rates` the rate of change of the motion, `derivatives` is both, for solvers.
+`start` and `step` simulate as `physics.integration.rollout` does: Runge-Kutta steps of one length, lag by first-order
+hold, delayed forces between their samples. What lag and delay keep of late commands are states.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,4 @@
-"""Printing of a program as text: what all languages share, and what those share in which arrays are values.
-
-Functions of a program as text: what all languages share. A language is a subclass that says how things are spelt.
-
-What languages share in which arrays are values: a function takes and gives them.
-"""
+"""Printing of a program as text: the base of all languages, and of those in which arrays are values."""
 
 import re
 from abc import ABC, abstractmethod

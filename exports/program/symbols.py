@@ -1,11 +1,7 @@
 """Symbols in the place of numbers, and the functions of a program that they make.
 
-Symbols that go through the force equation in the place of numbers, so that what it does to them becomes a program.
-
-NumPy hands its functions over to an operand that asks for that (NEP 13 and NEP 18). So `ForceEquation`, `Thruster` and
-`runge_kutta` are run as they are, and the program is what they did; zeros and ones leave nothing behind.
-
-Functions of a program: groups of named numbers in, groups of named numbers out, and the assignments between.
+NumPy hands its functions to an operand that asks for it (NEP 13 and NEP 18), so `ForceEquation`, `Thruster` and
+`runge_kutta` run as they are, and the program is what they did; zeros and ones leave nothing behind.
 """
 
 import math
@@ -173,7 +169,7 @@ def operation(name: str, *given: Any) -> Symbol:
 
 
 def is_known(symbol: Symbol, value: float) -> bool:
-    """Whether a symbol is a certain constant."""
+    """True when a symbol is a certain constant."""
     return symbol.operation == "constant" and symbol.data == value
 
 

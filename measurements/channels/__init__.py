@@ -1,1 +1,1 @@
-"""From streams to channels: what each is called, what it means, and how it becomes SI units in NED/FRD axes."""
+"""Channels: what each stream of a file means, and how it becomes SI units in NED/FRD axes."""

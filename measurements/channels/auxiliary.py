@@ -1,7 +1,7 @@
-"""Auxiliary channels: what a log has beside motion and thruster commands, kept under a name of its own.
+"""Auxiliary channels: what a log has beside motion and thruster commands, kept in `Log.auxiliary`.
 
-Steering outputs, the battery, currents and revolutions of motors, the autopilot's mode and its waypoint. No check looks
-at them and no vehicle needs them yet; they are at hand in `Log.auxiliary`.
+Steering outputs, battery, currents and revolutions of motors, the autopilot's mode and its waypoint. No check looks at
+them and no vehicle needs them.
 """
 
 import re

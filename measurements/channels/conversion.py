@@ -1,8 +1,7 @@
-"""Conversion of streams to canonical channels: cleaned, scaled, and turned into NED/FRD axes.
+"""Conversion of streams to canonical channels: cleaned, scaled, turned into NED/FRD axes.
 
-From streams with a role to canonical channels: scaled, turned into NED/FRD axes, quaternions and fixes resolved.
-
-The first rules of order: no row without a number, no time that runs backwards, one value per stamp.
+Cleaning comes first: no row without a number, no time that runs backwards, one value per stamp. Fixes and quaternions
+are resolved on the way.
 """
 
 from collections import defaultdict
@@ -167,6 +166,12 @@ class Source:
 
 def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -> tuple[dict[str, Channel], list[str]]:
     """Make the channels of sources by target, and notes on what was converted or dropped.
+
+    Parameters
+    ----------
+    sources : streams with their roles, by channel
+    where : the file, for messages
+    mend : repair time that runs backwards
 
     Raises
     ------

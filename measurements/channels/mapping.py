@@ -1,4 +1,4 @@
-"""Which stream becomes which channel: the user's word first, then the best guess."""
+"""Mapping of streams to channels: the user's channel map first, then the best guess."""
 
 import difflib
 from collections import Counter, defaultdict

@@ -1,4 +1,4 @@
-"""What the message types of robots mean: the channel of each number of each type that undertow knows."""
+"""Message types of robots: the channel of each number of each type that undertow knows."""
 
 import math
 import re
@@ -119,7 +119,7 @@ def short_kind(kind: str) -> str:
 
 
 def is_known(kind: str) -> bool:
-    """Whether the type itself says what its numbers are, so that the names of its fields are not asked."""
+    """True when the type itself says what its numbers are, so that the names of its fields are not asked."""
     short = short_kind(kind)
     return short in TYPES or _STANDARD.fullmatch(short.partition("/")[0]) is not None
 
@@ -167,5 +167,5 @@ def on_topic(role: str, rank: int, topic: str) -> tuple[str, int] | None:
 
 
 def is_earth_velocity(name: Name, frame: str) -> bool:
-    """Whether a stream would be a velocity of the body, were it not given in a frame of the earth."""
+    """True when a stream would be a velocity of the body, were it not given in a frame of the earth."""
     return meaning_of(name, frame) is None and meaning_of(name) is not None

@@ -1,10 +1,6 @@
-"""Recognition of channels by type and name, of vehicles that share a log, and of columns that look alike.
+"""Recognition of channels by type and name, of the vehicles that share a log, and of what a table lacks.
 
-What a stream's type and name say it is: the rules by which channels are guessed.
-
-Columns that look like what a search needs and a table does not name: said with the lines that would map them.
-
-Namespaces: the vehicles that share one log, told by their topics.
+A missing channel is named with the lines of a channel map that would supply it, from columns that look like it.
 """
 
 import math
@@ -184,7 +180,7 @@ def _command(name: Name) -> str | None:
 
 
 def like_a_command(name: str) -> bool:
-    """Whether a stream of that name may be a command of a thruster."""
+    """True when a stream of that name may be a command of a thruster."""
     return _LIKE_COMMANDS.search(name) is not None
 
 
@@ -198,7 +194,7 @@ def side_in(name: str) -> str:
 
 
 def says_command(name: str) -> bool:
-    """Whether a name says outright that it is a command.
+    """True when a name says outright that it is a command.
 
     >>> says_command("/wamv/left_thrust_cmd:data"), says_command("/wamv/left_thrust_measure:data")
     (True, False)
@@ -294,7 +290,7 @@ _HEADINGS = (frozenset({"psi"}), frozenset({"qx", "qy", "qz", "qw"}))
 
 
 def is_under(topic: str, namespace: str) -> bool:
-    """Whether a topic lies in a namespace; slashes at its ends do not matter.
+    """True when a topic lies in a namespace; slashes at its ends do not matter.
 
     >>> is_under("/alpha/odometry", "alpha"), is_under("/alphabet/odometry", "alpha")
     (True, False)
@@ -337,6 +333,12 @@ def vehicles(names: Sequence[Name]) -> tuple[str, ...]:
 
 def check_namespace(names: Sequence[Name], namespace: str | None, where: str) -> tuple[str, ...]:
     """Refuse a log of several vehicles of which none is chosen, or a namespace that is not there; give a note on it.
+
+    Parameters
+    ----------
+    names : of all streams
+    namespace : that was chosen
+    where : the file, for messages
 
     Raises
     ------

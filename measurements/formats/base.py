@@ -1,4 +1,4 @@
-"""What every log reader is asked and what it gives: streams of stamped numbers, named as the file names them."""
+"""The interface of a log reader: what it is asked, and the streams of stamped numbers it gives."""
 
 import gzip
 import re

@@ -1,7 +1,7 @@
-"""What a file may become when it is unpacked: every bound, and every unpacker, in one place.
+"""Unpacking of packed files within bounds: every bound and every unpacker, in one place.
 
-A log packs well: text of sensors 5 to 10 to 1, of frozen ones 50 to 100 to 1. What packs far better was made to fill
-memory or time. Whoever has such a file nevertheless may unpack it, for what lies on a disk in full size is read.
+Text of sensors packs 5 to 10 to 1, of frozen ones 50 to 100 to 1; what packs far better was made to fill memory.
+Whoever has such a file may unpack it first: a file of full size on the disk is read.
 """
 
 import bz2

@@ -1,1 +1,1 @@
-"""From channels to motions on an even time base: which are needed, resampled, derived, split and standardised."""
+"""Preparation: channels become motions on an even time base; resampled, derived, split and standardised."""

@@ -88,7 +88,7 @@ def jumps_of(channels: Mapping[str, Channel]) -> tuple[Jump, ...]:
 
 
 def _alone(speed: Array, row: int) -> bool:
-    """Whether a step is far quicker than those beside it: a boat that mostly drifts may go as fast for a while."""
+    """True when a step is far quicker than those beside it: a boat that mostly drifts may go as fast for a while."""
     near = np.concatenate([speed[max(row - _NEAR, 0) : row], speed[row + 1 : row + 1 + _NEAR]])
     return bool(speed[row] > _FIXES * np.median(near))
 

@@ -1,4 +1,4 @@
-"""Which channels a vehicle needs of a log, and what to say when one is not there."""
+"""Channels that a vehicle needs of a log, and what to say when one is missing."""
 
 import re
 from collections.abc import Sequence

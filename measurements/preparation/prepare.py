@@ -1,7 +1,4 @@
-"""Preparation: logs become motions on one even time base, a `DataSet` by a `Recipe`.
-
-What preparation makes: a `DataSet` of motions, by a `Recipe` that says how.
-"""
+"""Preparation of logs: motions on one even time base, a `DataSet`, by a `Recipe` that says how."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -218,7 +215,14 @@ def native_rate(log: Log) -> float:
 
 
 def usable_spans(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> tuple[list[Span], list[str]]:
-    """The stretches [s] in which every needed channel is there, those under 5 s left out, and notes on the rest."""
+    """The stretches [s] in which every needed channel is there, those under 5 s left out, and notes on the rest.
+
+    Parameters
+    ----------
+    log : with its channels
+    vehicle : whose commands are needed; none for None
+    recipe : with the longest gap
+    """
     notes = []
     start, end, holes = -np.inf, np.inf, []
     for channel in _needed(log, vehicle):

@@ -1,9 +1,4 @@
-"""Resampling to an even time base, and what follows from a motion: smoothed velocities and accelerations.
-
-From samples at any instants to an even time base: gaps, stretches, stamps, derivatives.
-
-What follows from a motion: smoothed velocities, accelerations, and the inputs of a network.
-"""
+"""Resampling to an even time base (gaps, stretches, stamps); smoothed velocities, accelerations, network inputs."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -31,7 +26,7 @@ def gap_limit(channel: Channel, max_gap: float | None) -> float:
 
 
 def is_logged_on_change(channel: Channel) -> bool:
-    """Whether a command was logged only when it changed, so that silence means "as before" and not a gap.
+    """True when a command was logged only when it changed, so that silence means "as before" and not a gap.
 
     Such a stream never repeats a value and has no beat: less than half of its steps are near the median step.
     """
@@ -78,7 +73,14 @@ def segments(start: float, end: float, holes: Sequence[Span]) -> list[Span]:
 
 
 def even_grid(anchors: Array, span: Span, step: float) -> Array:
-    """Lay even stamps of `step` [s] within `span`, from the first of the stamps `anchors` that lies in it."""
+    """Lay even stamps of `step` [s] within `span`, from the first of the stamps `anchors` that lies in it.
+
+    Parameters
+    ----------
+    anchors : stamps [s]
+    span : begin and end [s]
+    step : [s]
+    """
     start, end = span
     first = np.searchsorted(anchors, start - 1e-9)
     origin = float(anchors[first]) if first < anchors.size and anchors[first] <= end else start
@@ -124,6 +126,13 @@ def smooth(motion: Motion, cutoff: float, order: int = 4) -> Motion:
 
 def low_pass(values: Array, step: float, cutoff: float, order: int = 4) -> Array:
     """Zero-phase Butterworth low-pass along the first axis of `values` (n, ...) sampled every `step` [s].
+
+    Parameters
+    ----------
+    values : (n, ...)
+    step : [s]
+    cutoff : [Hz]
+    order : of the filter, one way
 
     Raises
     ------

@@ -1,10 +1,7 @@
-"""Division of logs: train, validation and test in order of time, folds, and idle rows left out.
+"""Division of logs: train, validation and test in order of time, cross-validation folds, and idle rows left out.
 
-Chronological division of every log into train, validation and test, filtered only after the cut.
-
-Idle rows: a boat that nobody drives for a while only drifts, and says nothing of how it answers.
-
-Folds: stretches of the logs that a model is judged on, and that no fit and no selection of it has seen.
+Each part is filtered after the cut, so that none sees rows of another. A boat that nobody drives only drifts, and says
+nothing of how it answers.
 """
 
 from collections.abc import Iterator, Sequence
@@ -118,7 +115,14 @@ _IDLE_COMMAND = 0.03
 
 
 def active(motion: Motion, vehicle: Vehicle, idle: float = IDLE) -> np.ndarray:
-    """True on rows with a command within the last `idle` seconds, (n,)."""
+    """True on rows with a command within the last `idle` seconds, (n,).
+
+    Parameters
+    ----------
+    motion : with commands
+    vehicle : whose neutral commands count as none
+    idle : [s]
+    """
     commands = motion.commands if motion.run_up is None else np.concatenate([motion.run_up, motion.commands])
     sizes = [np.abs(t.curve.normalised(commands[:, k], t.command)) for k, t in enumerate(vehicle.thrusters)]
     on = np.max(sizes, axis=0) > _IDLE_COMMAND
@@ -148,12 +152,18 @@ class Fold:
     stretches: tuple[tuple[str, float, float], ...]
 
     def holds(self, motion: Motion) -> bool:
-        """Whether a motion lies in it from beginning to end."""
+        """True when a motion lies in it from beginning to end."""
         begin, end = motion.time[0] + _EDGE, motion.time[-1] - _EDGE
         return any(source == motion.source and start <= begin and end <= stop for source, start, stop in self.stretches)
 
     def touched(self, source: str, begin: Array, end: Array) -> np.ndarray:
-        """Which of some spans of a log (n,) [s] reach into it."""
+        """Which of some spans of a log (n,) [s] reach into it.
+
+        Parameters
+        ----------
+        source : the log
+        begin, end : of the spans (n,) [s]
+        """
         found = np.zeros(begin.shape, bool)
         for name, start, stop in self.stretches:
             if name == source:
@@ -181,6 +191,12 @@ def cut(data: DataSet, folds: Sequence[Fold], vehicle: Vehicle) -> DataSet:
     """The motions cut where folds begin and end, without idle rows; each piece is filtered as the recipe says.
 
     Of many hours, pieces that are spread evenly over them. Notes tell what is left out.
+
+    Parameters
+    ----------
+    data : prepared, unfiltered
+    folds : that cut
+    vehicle : whose commands tell idle rows
     """
     driven, told = [active(motion, vehicle) for motion in data.raw], []
     idle = sum(float((~rows).sum()) * motion.time_step for motion, rows in zip(data.raw, driven, strict=True))

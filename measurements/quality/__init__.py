@@ -1,1 +1,1 @@
-"""Whether a log is sound: what is wrong with it, by how much, what follows, and what to do."""
+"""Quality of a log: what is wrong with it, by how much, what follows, and what to do."""

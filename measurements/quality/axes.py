@@ -1,9 +1,8 @@
-"""Which way the axes point and in which units: the track by position against heading and speeds, under every reading.
+"""Axes and units of a log: the track by position against heading and speeds, under every reading.
 
-Position rate = R(psi) c [u v] + current, with a complex number c. Whatever is reversed, exchanged, turned by an angle
-or in another unit in positions, heading or speeds is one of four rules, each with such a number: the heading runs the
-right way round or not, and sway to the right side or not. The simplest reading is taken on which no other is much
-better, by the rule of `faults`.
+Position rate = R(psi) c [u v] + current, with a complex number c. Anything reversed, exchanged, turned or in another
+unit is one of four rules: the heading runs the right way round or not, and sway to the right side or not. The simplest
+reading is taken on which no other is much better, by the rule of `faults`.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -56,12 +55,12 @@ class Track:
 
     @property
     def certain(self) -> bool:
-        """Whether the track follows from heading and speeds."""
+        """True when the track follows from heading and speeds."""
         return self.left < OVERWHELMING
 
     @property
     def sound(self) -> bool:
-        """Whether all axes point where they should."""
+        """True when all axes point where they should."""
         return self.turn == self.side == 1 and self.quarters == 0
 
 
@@ -180,7 +179,7 @@ def _rule(logs: Sequence[Log], turn: int, side: int) -> _Rule | None:
 
 
 def surveyed(logs: Sequence[Log]) -> bool:
-    """Whether positions came from latitude and longitude, which fix the handedness of the axes."""
+    """True when positions came from latitude and longitude, which fix the handedness of the axes."""
     origins = [log.channels["x"].origin.lower() for log in logs if "x" in log.channels]
     return bool(origins) and all("lat" in origin for origin in origins)
 

@@ -1,4 +1,4 @@
-"""Course over ground against heading: which way the axes point where no speed was measured.
+"""Course over ground against heading: the direction of the axes where no speed was measured.
 
 A boat under way goes where its bow points, or its stern, but for a current and for the drift of its turns. So its way
 has no part across the heading but these. In a log whose heading is mirrored, or whose positions are, that holds for the

@@ -89,7 +89,7 @@ def pool(examinations: Sequence[Examination], names: Collection[str] = ()) -> tu
 
 
 def is_sound(findings: Sequence[Finding]) -> bool:
-    """Whether no check found a defect; a warning makes numbers worse, but a log can be used with it."""
+    """True when no check found a defect; a warning makes numbers worse, but a log can be used with it."""
     return not any(finding.verdict == "defect" for finding in findings)
 
 

@@ -1,11 +1,4 @@
-"""Expected answers to commands, thrusters that are likely misplaced, and their remedies.
-
-What commands should do by the vehicle file or their names, and whether the boat surely or likely answers them so.
-
-Remedies of thrusters that are not where or as they should be: lines of a channel map, changes of a vehicle file.
-
-Warnings of thrusters that are likely reversed, or on the other side, in logs that do not show it for sure.
-"""
+"""Expected answers to commands, by vehicle file or names; thrusters likely reversed or misplaced; and the remedies."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -34,11 +27,11 @@ class Expected:
     thruster: Thruster | None = None
 
     def ahead_as(self, answer: Answer) -> bool:
-        """Whether nothing speaks against the way it pushes."""
+        """True when nothing speaks against the way it pushes."""
         return answer.ahead * self.push >= 0
 
     def turns_as(self, answer: Answer) -> bool:
-        """Whether nothing speaks against the way it turns the boat."""
+        """True when nothing speaks against the way it turns the boat."""
         return answer.turn * self.push * self.side >= 0
 
 
@@ -67,7 +60,7 @@ def expected_of(records: Sequence[Record], names: Sequence[str]) -> dict[str, Ex
 
 
 def as_expected(told: Mapping[str, Answer], expected: Mapping[str, Expected]) -> bool:
-    """Whether no command pushes or turns the boat the other way."""
+    """True when no command pushes or turns the boat the other way."""
     pairs = [(answer, expected[name]) for name, answer in told.items() if name in expected]
     return all(e.ahead_as(a) and e.turns_as(a) for a, e in pairs)
 
@@ -101,7 +94,7 @@ def _likely(one: Trials, expected: Mapping[str, Expected]) -> Likely | None:
 
 
 def explained_as_expected(records: Sequence[Record]) -> bool:
-    """Whether what explains the log best, sure or not, lets every thruster push and turn as it should."""
+    """True when what explains the log best, sure or not, lets every thruster push and turn as it should."""
     expected = expected_of(records, sorted({name for record in records for name in record.commands}))
     return all(as_expected(one.best.answers, expected) for one in trials(records))
 

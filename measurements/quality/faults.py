@@ -1,11 +1,9 @@
-"""A fault that a check alleges, and the one rule that says whether a log is refused for it, warned of it, or neither.
+"""A fault that a check alleges, and the one rule by which a log is refused, warned of, or neither.
 
-A model of a real boat is never exactly true, and waves and noise move it, too, so that something is left of every sound
-log, and what is left is correlated with something. A fault is therefore weighed by its size. The squared error of the
-log as it is recorded is compared with that of the same log with the fault put right, over the same rows: `share` is
-how much of the error the fault takes away, and `weight` is the same over the power of the record that is accused. Each
-has a standard error by blocks of time that are left out one at a time (Kuensch 1989, doi:10.1214/aos/1176347265). A log
-is refused where both are surely beyond `OVERWHELMING`; where both are likely so, the finding warns, and work goes on.
+Something correlated is left of every sound log, so a fault is weighed by its size: `share` of the squared error that
+putting it right removes, over the same rows, and `weight`, the same over the power of the accused record, each with a
+jackknife error over blocks of time (Kuensch 1989, doi:10.1214/aos/1176347265). A log is refused where both are surely
+beyond `OVERWHELMING`; where they are likely so, the finding warns.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -91,12 +89,12 @@ class Size:
 
     @property
     def refuses(self) -> bool:
-        """Whether a log may be refused for the fault: it surely explains much."""
+        """True when a log may be refused for the fault: it surely explains much."""
         return min(self.share.low, self.weight.low) > OVERWHELMING
 
     @property
     def warns(self) -> bool:
-        """Whether the fault is worth telling: it explains much, sure or not."""
+        """True when the fault is worth telling: it explains much, sure or not."""
         return min(self.share.value, self.weight.value) > OVERWHELMING
 
 
@@ -115,7 +113,13 @@ def size_of(without: Array, with_fault: Array, power: Array, block: NDArray[np.i
 
 
 def ratio_by_blocks(part: Array, whole: Array, block: NDArray[np.int64]) -> Share:
-    """The sum of one series (n,) over that of another, with a jackknife over blocks."""
+    """The sum of one series (n,) over that of another, with a jackknife over blocks.
+
+    Parameters
+    ----------
+    part, whole : series (n,) of one unit
+    block : number of the block of each row (n,)
+    """
     number = np.unique(block, return_inverse=True)[1] if block.size else block
     parts, wholes = (np.bincount(number, rows) for rows in (part, whole))
     if not wholes.sum() > 0.0:

@@ -1,4 +1,4 @@
-"""What a check says: a verdict, a number with its unit, what follows from it, and what to do."""
+"""A finding of a check: a verdict, a number with its unit, what follows from it, and what to do."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -87,7 +87,7 @@ class Finding(file_records.Record):
 
     @property
     def refused(self) -> bool:
-        """Whether a log with this finding is refused by whoever computes with it."""
+        """True when a log with this finding is refused by whoever computes with it."""
         return self.verdict == "defect" and self.reach is Reach.LOG
 
     @property

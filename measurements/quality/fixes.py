@@ -186,6 +186,12 @@ def taken_at(channels: Channels, fixes: Fixes, time: Array) -> dict[str, Channel
 
     A boat at rest shows no new position for many beats; there the old one is repeated on every beat, which is what the
     receiver measured. Where it moved, beats without a fix stay empty.
+
+    Parameters
+    ----------
+    channels : of the log
+    fixes : rows with a new position
+    time : of each fix (k,) [s]
     """
     idle = ~fixes.moving & (fixes.whole > 1) & (fixes.whole * fixes.beat < _LONGEST_REST)
     stamps, rows = [time], [fixes.row]

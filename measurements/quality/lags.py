@@ -1,8 +1,6 @@
-"""Lags between records, and their changes over pieces of a few seconds.
+"""Lags between records: the delay at which a linear model leaves least, and changes of records over pieces of seconds.
 
-How late one record is after what drives it: the delay at which a linear model leaves least, and how sure that is.
-
-Changes of two records of one quantity over pieces of a few seconds, to be compared: no derivative, no drift.
+Two records of one quantity are compared by their changes over pieces: no derivative, no drift.
 """
 
 from collections.abc import Callable, Sequence
@@ -88,6 +86,13 @@ def lag_of(
 
     Each record is smoothed and fitted by the delayed drivers and the rest at every delay within `reach` [s]; a parabola
     through the three best tells it between samples, a jackknife over stretches of 10 s its error.
+
+    Parameters
+    ----------
+    responses : stretches of a record and its drivers
+    step : of all stretches [s]
+    smoothed : a filter of (values, step)
+    reach : least and largest delay [s]
 
     Returns
     -------
@@ -245,7 +250,13 @@ def apart(logs: Sequence[Log]) -> Size | None:
 
 
 def ways(logs: Sequence[Log], turn: int, side: int) -> Ways | None:
-    """Way by positions and by the sum of exp(i turn psi) (u + i side v), over the pieces of all logs."""
+    """Way by positions and by the sum of exp(i turn psi) (u + i side v), over the pieces of all logs.
+
+    Parameters
+    ----------
+    logs : with positions, headings and speeds
+    turn, side : 1 or -1: the way round of the heading, and the side of sway
+    """
     found, begun = [], 0
     for log in logs:
         x, y, u = (log.channels[name] for name in ("x", "y", "u"))

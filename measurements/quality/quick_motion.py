@@ -1,7 +1,4 @@
-"""Quick motion, in which a boat answers its thrusters, and commands while it lies at rest.
-
-What a command is while the boat lies at rest: its neutral, from which every command is counted.
-"""
+"""Quick motion, in which a boat answers its thrusters, and the neutral of a command: its value while the boat rests."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -57,7 +54,7 @@ def centre_of(records: Sequence[Record], name: str) -> float:
 
 
 def stands_still(records: Sequence[Record], name: str) -> bool:
-    """Whether a command has one value in all rows of all logs."""
+    """True when a command has one value in all rows of all logs."""
     values = [record.log.channels[name].value for record in records if name in record.log.channels]
     ends = max(float(value.max()) for value in values) - min(float(value.min()) for value in values)
     return ends <= _rounding(records, name)
@@ -194,6 +191,12 @@ def rates_in_band(velocity: Array, modelled: Array, band: tuple[float, float]) -
 
     Velocities are filtered, and rates taken after that: a filter goes on beyond the ends of a log from its last row,
     and the noise of the last rate, far above that of the last velocity, would ring on in it for 1 / band[0].
+
+    Parameters
+    ----------
+    velocity : measured (n, k)
+    modelled : rates (n, k)
+    band : its ends [Hz]
     """
     total = np.zeros(modelled.shape)
     np.cumsum(0.5 * STEP * (modelled[1:] + modelled[:-1]), axis=0, out=total[1:])

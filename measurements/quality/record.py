@@ -1,11 +1,7 @@
-"""A record under examination: its channels as repaired so far, its motions, and the part of a long log that counts.
+"""A log under examination: its channels as repaired so far, its motions, and the part of a long log that is examined.
 
-A log under examination: its channels as repaired so far, and the motions that they make.
-
-The part of a long log that checks of its motion look at: pieces spread evenly over it, few where the boat lies idle.
-
-What these checks tell (delays, signs, sides, shares) is sure after two hours of motion, and hardly surer after ten.
-What may happen in a single row, gaps, stamps, spikes and stuck sensors, is looked for in every row, and so are units.
+Delays, signs, sides and shares are hardly surer after ten hours than after two, so these checks look at pieces spread
+evenly over the log. Gaps, stamps, spikes, stuck sensors and units are looked for in every row.
 """
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
@@ -100,7 +96,7 @@ def _cut(low: float, high: float) -> Array:
 
 
 def _idle(log: Log, pieces: Array, speed: Array) -> NDArray[np.bool_]:
-    """Whether in each piece no command changes and the boat is slow."""
+    """True when in each piece no command changes and the boat is slow."""
     idle = speed < _SLOW * np.quantile(speed, 0.95)
     for name, channel in log.channels.items():
         if command_kind(name):

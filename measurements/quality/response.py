@@ -1,4 +1,4 @@
-"""How surge and yaw answer each command, tried at every delay: which way a thruster pushes, on which side it sits."""
+"""Response of surge and yaw to each command, at every delay: which way a thruster pushes, and on which side it sits."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -148,11 +148,11 @@ class Trial:
 
     @property
     def in_step(self) -> bool:
-        """Whether a sound log may have this delay."""
+        """True when a sound log may have this delay."""
         return _earliest(self.row) <= self.seconds <= SLOW
 
     def contradicts(self, other: "Trial") -> bool:
-        """Whether a command pushes or turns the other way than in another trial."""
+        """True when a command pushes or turns the other way than in another trial."""
         pairs = [(self.answers[name], other.answers[name]) for name in self.answers]
         return any(one.ahead * two.ahead < 0 or one.turn * two.turn < 0 for one, two in pairs)
 
@@ -179,7 +179,7 @@ class Trials:
 
     @property
     def late(self) -> bool:
-        """Whether it is certain that the boat answers at another time than a sound log may have it."""
+        """True when it is certain that the boat answers at another time than a sound log may have it."""
         return not any(trial.in_step for trial in (self.best, *self.rivals))
 
 
@@ -391,7 +391,7 @@ def _coefficient(fit: Fit, place: int, size: float) -> tuple[float, float]:
 
 
 def _alone(commands: Array, place: int) -> bool:
-    """Whether a command moves enough on its own for its effect to be told from the others'."""
+    """True when a command moves enough on its own for its effect to be told from the others'."""
     own = commands[:, place]
     power = float(own @ own)
     if power <= 0.0:

@@ -1,21 +1,4 @@
-"""Errors that count blocks instead of rows: robust fits, draws of whole blocks, and paired comparisons.
-
-Blocks of rows that err together: errors of a fit that count blocks instead of rows, and draws of whole blocks.
-
-Linear fits that false rows do not sway, with errors counted by stretches of a log.
-
-Is one model's error smaller than another's? Paired moving-block bootstrap of the difference of two RMS errors.
-
-Both models are judged on the same rows, so that what is hard for both cancels; and rows near each other in time err
-alike, so that whole blocks of time are drawn (Kuensch 1989). What is asked for is the ratio of the errors, which may be
-far from one by all that is known though nobody can say how far. Its logarithm is linearised about its value; the
-standard error that the bootstrap then has with endless draws is known in closed form, the spread of the means of all
-blocks that overlap (Meketon and Schmeiser 1984), so nothing is drawn. Few blocks give Student's t, not a normal
-quantile. The length of a block comes from the autocorrelation of the difference (Politis and White 2004, with the
-correction of Patton, Politis and White 2009). Their length is best for the variance; intervals that cover need a longer
-one, and a length that a noisy autocorrelation cannot make too short: five times as long, and a sixth of the rows at
-least. `benchmarks/paired.py` prints how often the intervals cover.
-"""
+"""Statistics of rows that err together: robust fits, draws of whole blocks, and paired comparison of two errors."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -66,6 +49,11 @@ def block_draws(blocks: int, draws: int, seed: int | tuple[int, ...]) -> Array:
     """How often each block is drawn in each resample of a bootstrap, (draws, blocks): with replacement, as many.
 
     The latest are kept; nobody writes into them.
+
+    Parameters
+    ----------
+    blocks, draws : numbers of both
+    seed : of the draws
     """
     rng = np.random.default_rng(seed)
     found = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws).astype(float)
@@ -79,6 +67,11 @@ def block_weights(blocks: int, draws: int, seed: int | tuple[int, ...]) -> Array
 
     Their first two moments are those of draws with replacement, less by 2 in `blocks` + 1, but no block is ever without
     any: what one block alone tells of stays told.
+
+    Parameters
+    ----------
+    blocks, draws : numbers of both
+    seed : of the draws
     """
     found = blocks * np.random.default_rng(seed).dirichlet(np.ones(blocks), size=draws)
     found.flags.writeable = False
@@ -153,7 +146,7 @@ class Fit:
         return (float(self.values[place]) - half, float(self.values[place]) + half) if np.isfinite(half) else None
 
     def certain(self, place: int, times: float) -> bool:
-        """Whether a coefficient is at least `times` its standard error."""
+        """True when a coefficient is at least `times` its standard error."""
         return bool(abs(self.values[place]) > times * self.errors[place])
 
 
@@ -245,6 +238,14 @@ class Difference:
 def paired_difference(model: Array, reference: Array, shortest: int = 1) -> Difference:
     """Compare the root mean square errors of two models on the same rows.
 
+    Both models are judged on the same rows, so that what is hard for both cancels; rows near each other err alike, so
+    whole blocks count (moving-block bootstrap; Kuensch 1989). The logarithm of the ratio of the errors is linearised;
+    its standard error with endless draws is known in closed form, the spread of the means of all overlapping blocks
+    (Meketon and Schmeiser 1984). Few blocks give Student's t. The length of a block comes from the autocorrelation of
+    the difference (Politis and White 2004; Patton, Politis and White 2009), times five, and at least a sixth of the
+    rows, since intervals that cover need longer blocks than the variance. `benchmarks/paired.py` prints how often the
+    intervals cover.
+
     Parameters
     ----------
     model, reference : squared errors (n,), evenly spaced in the order of time, stretch after stretch
@@ -329,7 +330,7 @@ def block_length(series: Array) -> int:
 
 
 def surely_more(left: Array, other: Array) -> bool:
-    """Whether one explanation of a record leaves more than another, by great odds and not by chance.
+    """True when one explanation of a record leaves more than another, by great odds and not by chance.
 
     The difference in log likelihood, each stretch with its own variance and no more than two independent values, gives
     the odds. Its mean over stretches by its standard error is the statistic of Vuong (1989) for two models of which

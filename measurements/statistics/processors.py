@@ -1,11 +1,7 @@
-"""Processors: work in a forked process beside this one, and linear algebra on one thread.
+"""A second process by fork for work that can wait, and linear algebra on one thread.
 
-A second processor: what does not wait for the rest is done in a forked process, which hands back its result.
-
-A fork sees all that is at hand, so that nothing is sent to it and no module is loaded again. Its results are those that
-this process would have come to, to the last bit.
-
-Linear algebra on one processor: matrices here are small, and threads would only wait for each other.
+A fork sees all that is in memory, so nothing is sent to it, and its results equal this process's to the last bit.
+Matrices here are small: threads would wait for each other.
 """
 
 import ctypes
@@ -119,7 +115,7 @@ def load_before_forks(modules: Sequence[str]) -> None:
 
 
 def at_hand() -> bool:
-    """Whether there is a second processor for a forked process, and no other thread of Python in its way."""
+    """True when there is a second processor for a forked process, and no other thread of Python in its way."""
     if sys.platform != "linux" or len(os.sched_getaffinity(0)) < 2:
         return False
     alone = threading.active_count() == 1 and multiprocessing.parent_process() is None

@@ -1,9 +1,4 @@
-"""Quantiles of Student's t and of Fisher's F, and a measured size weighed with what is usual.
-
-SciPy has both, but it takes longer to load than a log takes to read, for a few numbers an answer.
-
-A measured size beside what is usual: weighed by how sure each is, or not believed where both cannot be right.
-"""
+"""Quantiles of Student's t and Fisher's F, without the time SciPy takes to load; and a size weighed with its prior."""
 
 from functools import cache
 from math import exp, hypot, lgamma, log, log1p, sqrt
@@ -57,6 +52,11 @@ def fisher(above: float, below: float, probability: float) -> float:
     """The quantile of Fisher's F of so many degrees of freedom above and below.
 
     above F / (above F + below) has the incomplete beta function for its distribution (DLMF 8.17).
+
+    Parameters
+    ----------
+    above, below : degrees of freedom
+    probability : 0 < p < 1
 
     >>> round(fisher(2, 10, 0.95), 6)
     4.102821

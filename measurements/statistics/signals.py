@@ -1,18 +1,4 @@
-"""Signals: peaks between samples, running means, filters without delay, and white noise.
-
-Where a sampled curve turns, between its samples.
-
-Means and medians about each row of a series.
-
-Filters that move nothing in time, as a share of each frequency that is kept.
-
-Forward and backward through a Butterworth filter, a record keeps the squared modulus of that filter's response, which
-is known in closed form; applied to the spectrum of the record and its mirror image, it needs no filter at all.
-`scipy.signal` does the same by recursion, and takes longer to load than a whole log takes here. They differ at the
-ends, where neither knows what came before: by much in a record that is shorter than the longest period that is kept.
-
-White noise on a record, told from differences in which smooth motion cancels.
-"""
+"""Signals: peaks between samples, running means, filters without delay, and white noise from differences."""
 
 from collections.abc import Callable, Sequence
 from math import comb
@@ -64,6 +50,10 @@ _FACTOR = 7
 def low_pass(values: Array, step: float, cutoff: float, order: int, padding: int) -> Array:
     """Butterworth low-pass, forward and backward, along the first axis of `values` (n, ...), sampled every `step` [s].
 
+    Forward and backward through a Butterworth filter, a record keeps the squared modulus of its response, known in
+    closed form; it is applied to the spectrum of the record and its mirror image. `scipy.signal` does the same by
+    recursion; they differ at the ends, where neither knows what came before.
+
     Parameters
     ----------
     cutoff : -3 dB frequency of one pass [Hz]
@@ -80,7 +70,16 @@ def low_pass(values: Array, step: float, cutoff: float, order: int, padding: int
 
 
 def band_pass(values: Array, step: float, band: tuple[float, float], order: int, padding: int) -> Array:
-    """The same of a band [Hz], which ends below half the rate."""
+    """The same of a band [Hz], which ends below half the rate.
+
+    Parameters
+    ----------
+    values : (n, ...)
+    step : [s]
+    band : its ends [Hz]
+    order : of the filter, one way
+    padding : rows that are mirrored at each end
+    """
     low, high = _warped(np.array(band), step)
 
     def gain(at: Array) -> Array:

@@ -1,28 +1,9 @@
-"""Damping takes energy out at every state of an envelope: the laws of damping and mass, and the proof of dissipation.
+"""The law of dissipation, nu_r^T F(nu_r) <= 0 over an envelope of velocities, with positive mass: measured and proved.
 
-The laws of a hull in water: damping takes energy out at every state of an envelope, and mass is positive.
-
-A law stands here once. Discovery keeps it by construction (`discovery/lawful/refit.py`), and anyone may check any
-vehicle against it. Coriolis forces do no work (`matrices.coriolis_matrix`), a wake memory with positive gains stores
-and loses energy, and thrust, wind, current and trim are forces from outside; what must dissipate is the hydrodynamic
-force of every damping, coupling and unnamed term: nu_r^T F(nu_r) <= 0 (Fossen 2021, section 6.4 and property 6.3).
-
-A proof of dissipation over a whole envelope: finitely many 3x3 matrices that must be positive semidefinite.
-
-In one orthant of the envelope velocities are nu = e p, with e its far corner and p in the unit cube, and moduli are
-plain numbers, so that the power of the damping force is a polynomial P(p) [W] with coefficients linear in the
-vehicle's parameters. Write P = -p^T S(p) p. An S(p) in Bernstein form that is positive semidefinite at its control
-points is so on the whole cube, so P <= 0 there. For damping of the catalogue S is affine and the control points are the
-corners, where S = (D + D^T) / 2 in these units: the vertex LMIs of Boyd et al. (1994, section 4.3). Unnamed terms of
-degree three need degree two on some axes, with one more control point halfway (Farouki 2012, section 9).
-
-S is not unique: u v r may stand as u in row v, column r, or as v in row u, column r, or as r in row u, column v. Each
-such exchange is a free variable (a slack) of each orthant. Without them honest couplings are rejected: Y_ur + N_uv +
-X_vr = 0 does no work whatever its size.
-
-Cross-flow drag is no polynomial in an orthant, since v + x r changes its sign within it. It needs no matrices: its
-power is -1/2 rho C_d T sum |v + x r|^3 dx (see `physics.momentum_balance`), which C_d >= 0 keeps at or below zero at
-every state. So P of everything else is what has to be proved, and a proof of it is one of the whole.
+F is the force of every damping, coupling and unnamed term (Fossen 2021, section 6.4 and property 6.3). Coriolis forces
+do no work, a wake memory with positive gains stores and loses energy, and thrust, wind, current and trim come from
+outside. The proof is a few 3x3 matrices in each orthant, see `Basis`; cross-flow drag needs none, as C_d >= 0 takes
+energy out at every state (`physics.momentum_balance.cross_flow_forces`).
 """
 
 from collections.abc import Iterable, Sequence
@@ -101,6 +82,12 @@ def envelope_of(motions: Sequence[Motion], vehicle: Vehicle, share: float = 1.0)
     boat that goes ahead is sometimes pushed astern. A speed that is gone in a moment, far beyond all others, is a
     sensor's and not the boat's. Ends are rounded outwards to 0.001.
 
+    Parameters
+    ----------
+    motions : measured
+    vehicle : whose water the velocities are relative to
+    share : factor on the extremes
+
     Raises
     ------
     RequestError
@@ -176,6 +163,13 @@ def worst_dissipation(
     Half of the states are drawn evenly over the box, a quarter on its faces, a quarter along rays at all scales, since
     linear terms show at low and cubic ones at high speed. The best by power, and the best by power over squared
     speed (else rest, where there is no power, would hide all else), are then moved at random, ever less.
+
+    Parameters
+    ----------
+    vehicle : whose damping it is
+    envelope : of velocities relative to the water [m/s, m/s, rad/s]
+    samples, refinements : states drawn, and rounds of random steps
+    seed : of both
     """
     rng = np.random.default_rng(seed)
     low, high = np.array(envelope.lower), np.array(envelope.upper)
@@ -241,7 +235,18 @@ _PAIRS = tuple(combinations_with_replacement(range(3), 2))
 
 @dataclass(frozen=True, slots=True)
 class Basis:
-    """How polynomial coefficients and slacks make matrices at control points; the same for every orthant.
+    """Basis by which polynomial coefficients and slacks make matrices at control points; the same for every orthant.
+
+    In one orthant of the envelope nu = e p, with e its far corner and p in the unit cube, and moduli are plain numbers,
+    so the power of the damping force is a polynomial P(p) [W] with coefficients linear in the vehicle's parameters.
+    Write P = -p^T S(p) p. An S(p) in Bernstein form that is positive semidefinite at its control points is so on the
+    whole cube. For damping of the catalogue S is affine and the control points are the corners, where S = (D + D^T) / 2
+    in these units: the vertex LMIs of Boyd et al. (1994, section 4.3). Unnamed terms of degree three need degree two on
+    some axes, with one more control point halfway (Farouki 2012, section 9).
+
+    S is not unique: u v r may stand as u in row v, column r, or as v in row u, column r, or as r in row u, column v.
+    Each such exchange is a free variable (a slack) of each orthant. Without them honest couplings are rejected: Y_ur +
+    N_uv + X_vr = 0 does no work whatever its size.
 
     Attributes
     ----------
@@ -301,7 +306,15 @@ def vehicle_degree(*vehicles: Vehicle) -> Exponents:
 
 
 def power_of(axis: int, form: Form, envelope: Envelope, degree: Exponents) -> Array:
-    """Coefficients (orthants, m) [W] of the power of a unit force `form` on an axis, in every orthant."""
+    """Coefficients (orthants, m) [W] of the power of a unit force `form` on an axis, in every orthant.
+
+    Parameters
+    ----------
+    axis : 0 to 2
+    form : monomial of velocity
+    envelope : of velocities [m/s, m/s, rad/s]
+    degree : of S in each velocity
+    """
     exponents = [0, 0, 0]
     exponents[axis] += 1
     for factor in form.factors:
@@ -322,6 +335,12 @@ def vehicle_power(vehicle: Vehicle, envelope: Envelope, degree: Exponents) -> Ar
     """Coefficients (orthants, m) [W] of the power of all damping, coupling and unnamed terms of a vehicle.
 
     But for cross-flow drag, whose power is never above zero.
+
+    Parameters
+    ----------
+    vehicle : whose terms they are
+    envelope : of velocities [m/s, m/s, rad/s]
+    degree : of S in each velocity
     """
     total = np.zeros((len(envelope.orthants), len(basis(degree).monomials)))
     for value, axis, form in active_terms(vehicle):
@@ -330,14 +349,28 @@ def vehicle_power(vehicle: Vehicle, envelope: Envelope, degree: Exponents) -> Ar
 
 
 def control_matrices(power: Array, slack: Array | None, degree: Exponents) -> Array:
-    """S at every control point [W], (orthants, K, 3, 3), from coefficients of P (orthants, m), slacks (orthants, s)."""
+    """S at every control point [W], (orthants, K, 3, 3), from coefficients of P (orthants, m), slacks (orthants, s).
+
+    Parameters
+    ----------
+    power : coefficients of P (orthants, m) [W]
+    slack : exchanges (orthants, s) [W]; none for None
+    degree : of S in each velocity
+    """
     b = basis(degree)
     matrices = np.einsum("kijm,om->okij", b.lift, power)
     return matrices if slack is None else matrices + np.einsum("kijs,os->okij", b.slack, slack)
 
 
 def corner_state(envelope: Envelope, orthant: int, point: int, degree: Exponents) -> tuple[float, float, float]:
-    """Velocities (u, v, r) of a control point."""
+    """Velocities (u, v, r) of a control point.
+
+    Parameters
+    ----------
+    envelope : of velocities [m/s, m/s, rad/s]
+    orthant, point : numbers of the orthant and of the control point in it
+    degree : of S in each velocity
+    """
     u, v, r = np.array(envelope.orthants[orthant]) * basis(degree).points[point] + 0.0
     return float(u), float(v), float(r)
 

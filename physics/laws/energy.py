@@ -1,12 +1,8 @@
 """The energy balance of a hull as inequalities between powers, for arrays and tensors alike.
 
-Each law stands here once, with its one tolerance, for three uses: a penalty while a network is trained, the judge of
-its epochs, and the audit of any model. Only operators and methods that numpy arrays and torch tensors share act on the
-values.
-
-Along a motion the kinetic energy changes by nu^T M nu_dot, to which Coriolis forces add nothing (Fossen 2021, property
-6.3). Without thrust that power is what damping takes out, so it is never above zero: not in any state, and, on a hull
-that moves along one axis only, not on any axis. With thrust it is at most what the thrusters put in.
+Kinetic energy changes by nu^T M nu_dot, to which Coriolis forces add nothing (Fossen 2021, property 6.3). Without
+thrust that power is never above zero; with thrust it is at most what the thrusters put in. Each law stands here once,
+with its one tolerance, for the loss and the judge of a training and for the audit of any model.
 """
 
 from typing import Any
@@ -102,6 +98,13 @@ def allowed_power(vehicle: Vehicle, velocity: Array, thrust: Array, share: float
     """Gain [W] that a learnt model is allowed at velocities (..., 3) with thrusts (..., thrusters) [N], (...).
 
     What its thrusters may give or, where that is more, a `share` of what is let pass without thrust.
+
+    Parameters
+    ----------
+    vehicle : whose thrusters drive
+    velocity : (..., 3) relative to the water [m/s, m/s, rad/s]
+    thrust : (..., thrusters) [N]
+    share : of the tolerance, 0..1
     """
     driven = most_driven(thruster_matrix(vehicle), velocity, thrust)
     return np.maximum(driven, share * let_pass(full_force(vehicle), velocity))
@@ -120,6 +123,12 @@ def coasting_states(envelope: Envelope, count: int, seed: int = 0) -> Array:
 
     A half fills the envelope evenly, a quarter lies on rays at all scales (linear terms show at low speed), and a
     quarter has motion along one axis only: there the power is that axis' own, and the law is that of its damping.
+
+    Parameters
+    ----------
+    envelope : of velocities [m/s, m/s, rad/s]
+    count : of states
+    seed : of the draws
     """
     rng = np.random.default_rng([seed, 11])
     low, high = np.array(envelope.lower), np.array(envelope.upper)

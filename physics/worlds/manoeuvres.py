@@ -1,9 +1,8 @@
 """Manoeuvres: command programmes that excite every regime of any vehicle with thrusters.
 
-A manoeuvre is a pair of normalised series on the 10 Hz command grid: the *common* command of both sides and the
-*differential* one (positive turns to starboard). `programme` strings manoeuvres together and turns them into the
-commands of a vehicle's own thrusters. Zigzags and circles follow the ITTC manoeuvres (7.5-02-06-01) in spirit: they are
-open-loop, so that the commands are the same whatever the hull does.
+A manoeuvre is a pair of normalised series at 10 Hz: the *common* command of both sides and the *differential* one
+(positive turns to starboard). `programme` strings them together as commands of a vehicle's thrusters. Zigzags and
+circles follow the ITTC manoeuvres (7.5-02-06-01) in kind, open loop.
 """
 
 from collections.abc import Callable
@@ -129,6 +128,12 @@ def draw_programme(name: str, duration: float, rng: np.random.Generator) -> Arra
 
     It begins with one second of rest; all its manoeuvres come once, in random order, before any comes again.
 
+    Parameters
+    ----------
+    name : of the programme
+    duration : [s]
+    rng : of the draws
+
     Raises
     ------
     RequestError
@@ -149,7 +154,7 @@ def draw_programme(name: str, duration: float, rng: np.random.Generator) -> Arra
 
 
 def side(thruster: Thruster) -> int:
-    """Which side of a pair a thruster is: -1 port, 1 starboard, 0 neither (on the centre line, or pushing sideways)."""
+    """Side of a thruster in a pair: -1 port, 1 starboard, 0 neither (on the centre line, or pushing sideways)."""
     return 0 if abs(thruster.push[0]) < 0.5 else int(np.sign(thruster.y))
 
 

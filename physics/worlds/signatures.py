@@ -1,4 +1,4 @@
-"""What an effect looks like: the force that a typical amount of it makes, where it shows, and what looks like it."""
+"""Signatures of effects: the force that a typical amount makes, where it shows, and what looks like it."""
 
 from collections.abc import Sequence
 from contextlib import suppress

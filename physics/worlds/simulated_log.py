@@ -36,7 +36,7 @@ def check_ending(path: Path) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedLog:
-    """What was logged in a world, beside the truth.
+    """A log of a world, and the truth.
 
     Attributes
     ----------

@@ -1,9 +1,7 @@
-"""Trials: manoeuvres that a person can be told to drive, in words and numbers, and that any vehicle can rehearse.
+"""Trials: fixed manoeuvres that a person is told to drive, in words and numbers, and that any vehicle can simulate.
 
-Where `manoeuvres` draws programmes at random for simulated logs, a trial is fixed: its words say what its steps do.
 They follow the ITTC's full scale trials (7.5-04-02-01) and free model tests (7.5-02-06-01) in kind: stopping,
-reversing, zigzags, turning circles both ways at two speeds, and straight runs on four headings. They are open-loop, so
-that a model can rehearse them before a boat drives them.
+reversing, zigzags, turning circles both ways at two speeds, and straight runs on four headings; all open loop.
 """
 
 from collections.abc import Sequence

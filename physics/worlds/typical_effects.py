@@ -30,6 +30,12 @@ _WILDEST = 3.0
 def random_hull(vehicle: Vehicle, rng: np.random.Generator, spread: float = 1.0 / 3.0) -> Vehicle:
     """A sister of the vehicle: mass, inertia, added masses and damping each varied by up to `spread` of themselves.
 
+    Parameters
+    ----------
+    vehicle : that is varied
+    rng : of the draws
+    spread : largest share by which a number changes
+
     Raises
     ------
     RequestError
@@ -89,6 +95,12 @@ def commanded_motion(vehicle: Vehicle, commands: Array, time_step: float) -> Mot
     """Simulate from rest, heading north, under commands (n, thrusters) on an even grid of `time_step` [s].
 
     A steady wind of 6 m/s blows, for vehicles that feel it.
+
+    Parameters
+    ----------
+    vehicle : that is driven
+    commands : (n, thrusters), each in its unit
+    time_step : [s]
     """
     n = commands.shape[0]
     names = tuple(t.name for t in vehicle.thrusters)
@@ -99,9 +111,14 @@ def commanded_motion(vehicle: Vehicle, commands: Array, time_step: float) -> Mot
 
 
 def materiality(nominal: Vehicle, changed: Vehicle, motion: Motion) -> Array:
-    """How far two vehicles part in 10 s: rms difference of u, v, r over rollouts from common starts, by their rms (3,).
+    """Difference of two vehicles over 10 s: rms of u, v, r over rollouts from common starts, by their rms (3,).
 
     Twelve starts are spread over `motion`, which must last longer than 10 s.
+
+    Parameters
+    ----------
+    nominal, changed : the vehicles
+    motion : on whose starts and commands both run
     """
     steps = round(10.0 / motion.time_step)
     starts = np.linspace(0, motion.time.size - steps - 1, 12).astype(int)

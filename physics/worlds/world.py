@@ -1,9 +1,7 @@
 """Worlds: a vehicle with a hidden effect drives a programme in waves, and sensors write the log.
 
-Waves: the first-order motion that a boat makes with the sea, on top of the motion that its forces explain.
-
-Low-frequency and wave-frequency motion are added, as is usual for control (Fossen 2021, chapter 10): the boat follows
-the orbits of the water and turns with it. The sensors see waves, but no mean force acts, and a model misses nothing.
+First-order wave motion is added to the motion of the forces, as is usual for control (Fossen 2021, chapter 10): the
+boat follows the orbits of the water and turns with it. Sensors see waves, but no mean force acts.
 """
 
 from collections.abc import Mapping
@@ -41,7 +39,7 @@ def jonswap(frequency: Array) -> Array:
 
 
 def in_waves(motion: Motion, amplitude: float, rng: np.random.Generator) -> Motion:
-    """What a boat that follows `motion` in calm water does in long-crested waves of a random direction.
+    """Add the motion in long-crested waves of a random direction to a boat that follows `motion` in calm water.
 
     The water's orbital velocity w(t) = sum a_k cos(omega_k t + e_k) along the waves moves the boat, and its shear turns
     it: a line at an angle beta to the waves turns by sin(beta) cos(beta) sum (kappa_k a_k / omega_k) cos(omega_k t +
@@ -96,7 +94,7 @@ DURATIONS = (1.0, 86400.0)
 
 @dataclass(frozen=True, slots=True)
 class Sensors:
-    """What the log of a world suffers: standard deviations of white noise, losses, and waves.
+    """Sensors of a world: standard deviations of white noise, losses, and waves.
 
     Attributes
     ----------
@@ -131,7 +129,7 @@ NOISE: dict[str, Sensors] = {
 
 
 class Orders(NamedTuple):
-    """What a vehicle is to drive in the place of a programme.
+    """Commands that a vehicle is to drive in the place of a programme.
 
     Attributes
     ----------

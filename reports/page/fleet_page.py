@@ -1,9 +1,4 @@
-"""Pages of several runs and of a hull diary: what tells runs apart, and all boats over their days.
-
-One page for several runs: what tells them apart, their numbers side by side, then each run in short.
-
-The page of a hull diary: a sentence a boat, all boats over their days, then each boat by parameter.
-"""
+"""Pages of several runs and of a hull diary: what differs, then each run or boat."""
 
 import os
 from collections.abc import Callable, Sequence

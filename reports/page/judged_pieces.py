@@ -1,9 +1,4 @@
-"""Judged pieces of a run: each with the model that was fitted without it, and what the figures draw of them.
-
-The judged stretches of a run, each with the model that was fitted without it, and these models moved by hand.
-
-What the figures draw, worked out from the run folder's tables: rollout pieces, held-out rows.
-"""
+"""Judged pieces of a run for the figures: each with the model that was fitted without it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -189,7 +184,7 @@ class JudgedPieces:
 
 
 def apart(vehicle: Vehicle, symbol: str) -> bool:
-    """Whether thrusters differ in what all share as a rule: no single number moves that."""
+    """True when thrusters differ in what all share as a rule: no single number moves that."""
     return len(values_of(vehicle, symbol)) > 1
 
 

@@ -1,9 +1,4 @@
-"""Markup of the page: its boxes, and its style sheet for light paper, dark screen and print.
-
-Boxes of the page, beside the elements of every file of HTML.
-
-The page's style sheet: light paper, dark screen and print from one set of colour roles (Okabe-Ito palette).
-"""
+"""Markup of the page: its boxes, and its style sheet for light paper, dark screen and print (Okabe-Ito palette)."""
 
 from collections.abc import Iterable, Sequence
 

@@ -97,7 +97,7 @@ def also_worse(findings: Findings, comparison: Comparison) -> str:
 
 
 def settled(findings: Findings, comparison: Comparison) -> bool:
-    """Whether nothing is missing: every axis was judged, and the corrected model changes no tenth of the error.
+    """True when nothing is missing: every axis was judged, and the corrected model changes no tenth of the error.
 
     A tenth of an error that is next to nothing itself, beside that of a guess that knows nothing of the boat, is none.
     """
@@ -192,7 +192,7 @@ def cannot(comparison: Comparison) -> str:
 
 
 def _errs_more(own: float, guess: float) -> bool:
-    """Whether an error is larger than that of a guess; that of predictions which all run away is unknown, and is."""
+    """True when an error is larger than that of a guess; that of predictions which all run away is unknown, and is."""
     return isfinite(guess) and not own <= guess * (1.0 + _LEVEL)
 
 

@@ -1,9 +1,4 @@
-"""Pages of HTML: a run's and a comparison's, pure functions of the files in their folders.
-
-The report: one self-contained HTML page, a pure function of the files in a run folder.
-
-The page of a comparison: which model to trust, how errors grow, the motion as it was predicted, where that fails.
-"""
+"""Pages of HTML: a run's and a comparison's, pure functions of the files in their folders."""
 
 from collections.abc import Sequence
 from pathlib import Path

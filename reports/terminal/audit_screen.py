@@ -1,9 +1,4 @@
-"""Screens of `check` and `ci`: the laws as a table, and limits beside what was measured.
-
-What `check` shows on the terminal: the laws as a table, and what they say in plain words.
-
-What `ci` shows on the terminal: whether the limits hold, then each beside what was measured.
-"""
+"""Screens of `check` and `ci`: the laws as a table, and limits beside what was measured."""
 
 from rich.console import RenderableType
 from rich.table import Table

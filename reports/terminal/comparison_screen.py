@@ -1,11 +1,4 @@
-"""Screens of `compare` and `control`: the model to trust, all numbers, where models fail, and how near they steer.
-
-What `compare` shows on the terminal: the model to trust, then all numbers, marked where they are no chance.
-
-Where the models fail, on the terminal: the worst places with what removes them, and what the error is like.
-
-What `control` shows on the terminal: how near each model keeps the boat to its track, and at what price.
-"""
+"""Screens of `compare` and `control`: the model to trust, all numbers, where models fail, and how near they steer."""
 
 import math
 from collections.abc import Mapping, Sequence

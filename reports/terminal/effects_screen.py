@@ -1,9 +1,4 @@
-"""Screens of `effects` and `explain`: the catalogue, one effect as a card, and what a correction is made of.
-
-What `effects` shows on the terminal: the catalogue as a table, and one effect as a card.
-
-Distillation of a model on the rows that it was prepared for, and the same as tables for the terminal.
-"""
+"""Screens of `effects` and `explain`: the catalogue, one effect as a card, and the parts of a correction."""
 
 import numpy as np
 from rich.console import Group, RenderableType

@@ -1,11 +1,4 @@
-"""Screens of `inspect` and `init`: what a log holds, what its checks found, and the vehicle that it shows.
-
-An inspection as a screen: what would be done with the log, what to mind, what the boat did, and the channels.
-
-What the checks of a log's quality found, as a table: the worst first, with what follows and what to do.
-
-What `init` shows on the terminal: the thrusters that the log shows, the hull, and what a person is to look at.
-"""
+"""Screens of `inspect` and `init`: what a log holds, what its checks found, and the vehicle that it shows."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What every screen on the terminal is made of: headings, bullets, and tables that fit the width that there is."""
+"""Layout of every screen on the terminal: headings, bullets, and tables that fit the width."""
 
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence

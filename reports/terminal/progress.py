@@ -1,11 +1,4 @@
-"""Progress of work: a bar on a terminal, plain lines elsewhere, the pace of a step, and the epochs of a training.
-
-Progress of work that goes on: a bar with the time so far and the time left on a terminal, plain lines elsewhere.
-
-What is told of a step while it goes on: how many parts are done, and what time the others take at their pace.
-
-Progress of a training: in the bar on a terminal, a plain line every few epochs elsewhere.
-"""
+"""Progress of work: a bar with the time left on a terminal, plain lines elsewhere; steps, bytes and training epochs."""
 
 import math
 import os
@@ -176,7 +169,7 @@ def showing(work: Callable[P, R]) -> Callable[P, R]:
 
 
 def on_terminal() -> bool:
-    """Whether stderr is a terminal on which a line can be drawn anew."""
+    """True when stderr is a terminal on which a line can be drawn anew."""
     return sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
 

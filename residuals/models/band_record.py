@@ -66,7 +66,7 @@ class PredictionBand(Record):
         return factor * np.hypot(spread, floor)
 
     def knows(self, speeds: Array) -> NDArray[np.bool_]:
-        """Which speeds (..., 3) [m/s, m/s, rad/s] lie where the band is told."""
+        """Mask of the speeds (..., 3) [m/s, m/s, rad/s] at which the band is known."""
         if self.lowest is None or self.highest is None:
             return np.ones(speeds.shape[:-1], dtype=bool)
         return np.all((speeds >= self.lowest) & (speeds <= self.highest), axis=-1)
@@ -77,7 +77,14 @@ class PredictionBand(Record):
 
 
 def with_moved_state(motion: Motion, state: int, by: float) -> Motion:
-    """A motion with heading, surge speed, sway speed or yaw rate moved."""
+    """A motion with heading, surge speed, sway speed or yaw rate moved.
+
+    Parameters
+    ----------
+    motion : measured
+    state : 0 to 3 for psi, u, v, r
+    by : in the unit of the state [rad, m/s, m/s, rad/s]
+    """
     if state == 0:
         return replace(motion, heading=motion.heading + by)
     velocity = motion.velocity.copy()

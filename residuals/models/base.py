@@ -1,8 +1,6 @@
-"""Models: what every one answers, and the baselines that know nothing of the boat.
+"""The interface of a model (accelerations along a motion, open-loop rollouts), a vehicle as a model, and the baselines.
 
-What every model answers: acceleration along a motion and in lasting states, and open-loop rollouts.
-
-Baselines: motion that goes on as it is. A model that predicts worse than these knows nothing of the boat.
+A baseline lets motion go on as it is; a model that predicts worse knows nothing of the boat.
 """
 
 from abc import ABC, abstractmethod
@@ -64,14 +62,21 @@ class Model(ABC):
 
     @abstractmethod
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
-        """Open-loop rollouts of `steps` steps from the rows `starts` of a measured motion."""
+        """Open-loop rollouts of `steps` steps from the rows `starts` of a measured motion.
+
+        Parameters
+        ----------
+        motion : measured, with commands and their history
+        starts : row numbers (batch,)
+        steps : time steps of each rollout
+        """
 
     def rollouts(self, asked: Sequence[Legs]) -> list[Rollouts]:
         """The rollouts of several motions."""
         return [self.rollout(*legs) for legs in asked]
 
     def beyond(self, motion: Motion) -> Array:
-        """How far rows lie beyond what it was trained on, (n,) [standard deviations]; 0 where it does not tell."""
+        """Distance of rows beyond the training data, (n,) [standard deviations]; 0 where it does not tell."""
         if self.seen is None:
             return np.zeros(motion.time.size)
         seen = network_inputs(self.vehicle, motion, heading=False)
@@ -80,7 +85,7 @@ class Model(ABC):
         return np.sqrt((over**2).sum(axis=1))
 
     def margin(self, motion: Motion) -> Array | None:
-        """By how much its acceleration may differ from the measured one, (n, 3); None where it does not tell."""
+        """Margin of its acceleration about the measured one, (n, 3); None where it does not tell."""
         del motion
         return None
 

@@ -1,16 +1,8 @@
 """Interval bounds on a perceptron: a proof that it creates no energy without thrust, by linear relaxations.
 
-In a cell nu = c + h e, |e| <= 1, the perceptron lies between two affine functions of e (a linear relaxation of each
-ReLU or tanh, as in Zhang et al. 2018, carried forwards), and the power of the vehicle's damping is its Taylor
-polynomial with the largest second derivative in the cell. Their sum, nu^T M a(nu) + P(nu), is bounded by its value at
-c, its slope, and what is quadratic in h; the power of cross-flow drag by that of each strip at its least speed. A cell
-whose bound is too large is halved; in the end all are small enough, or one violates.
-
-Straight lines above and below an activation on an interval, from which bounds on a whole network are made.
-
-Of ReLU they are those of Zhang et al. 2018 (CROWN): a chord above, and zero or the identity below. Of tanh, which is
-concave above zero and convex below it, a chord lies on one side and a tangent on the other. Where zero is inside, the
-tangent above touches where it still passes over the lower end; where no such point is left, the chord is above.
+In a cell nu = c + h e, |e| <= 1, each ReLU or tanh lies between two lines, and so the perceptron between two affine
+functions of e (CROWN; Zhang et al. 2018, carried forwards). With the Taylor polynomial of the damping power they bound
+nu^T M a(nu) + P(nu). A cell whose bound is too large is halved, until all are small enough or one violates.
 """
 
 from collections.abc import Callable
@@ -51,7 +43,12 @@ def relu_lines(least: Array, most: Array) -> tuple[Line, Line]:
 
 
 def tanh_lines(least: Array, most: Array) -> tuple[Line, Line]:
-    """Lines below and above tanh; it is odd, so that those below are those above seen from the other side."""
+    """Lines below and above tanh; it is odd, so that those below are those above seen from the other side.
+
+    tanh is concave above zero and convex below it, so that a chord lies on one side and a tangent on the other. Where
+    zero is inside, the tangent above touches where it still passes over the lower end; where no such point is left, the
+    chord is above.
+    """
     slope, offset = _above_tanh(-most, -least)
     return (slope, -offset), _above_tanh(least, most)
 
@@ -110,7 +107,7 @@ class Perceptron:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bounded:
-    """Whether a bound on the power is proved, and the state u, v, r (3,) `against` it, where one was met."""
+    """Outcome of a bound on the power: proved, or the state u, v, r (3,) `against` it, where one was met."""
 
     proved: bool
     against: Array | None = None
@@ -125,6 +122,13 @@ def bound_power(model: NetworkModel, envelope: Envelope, limit: float, force: Ar
 
     The network must be a perceptron of ReLU or tanh that does not see the heading, and the vehicle's water must not
     stream where the network gives the whole acceleration; else there is no proof. No proof is no disproof.
+
+    Parameters
+    ----------
+    model : the network
+    envelope : of velocities relative to the water [m/s, m/s, rad/s]
+    limit : power [W]
+    force : (3,) [N, N, N m] whose power is added to the limit
     """
     perceptron = _perceptron(model)
     if perceptron is None:

@@ -1,8 +1,7 @@
-"""A network asked what a hull may do: states with and without thrust, its power there, and the verdict of the laws.
+"""The audit of a network by the laws of a hull: states with and without thrust, the power there, and the ruling.
 
-The laws and their one tolerance are those of the audit (`physics.laws.energy`): power without thrust, power under
-thrust, and the push at rest. What the vehicle file states of current, wind and trim is a force from outside; what a
-network says of a hull at rest beside that is its own, and counts.
+Laws and tolerance are those of `physics.laws.energy`: power without thrust, power under thrust, and the push at rest.
+Current, wind and trim of the vehicle file are forces from outside; any other push of a network at rest counts.
 """
 
 from typing import final

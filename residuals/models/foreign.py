@@ -1,11 +1,6 @@
-"""Foreign models: a Python function, or an ONNX file that onnxruntime runs.
+"""Foreign models: a Python function that the user names, or an ONNX file that onnxruntime runs.
 
-Somebody else's model as a Python function: accelerations from velocity, heading and commands.
-
-The module is imported, and with it its code is run, only by `load_function`, which nothing calls but for a name that
-the user gave; no file can name one.
-
-An ONNX file as a model: a function of velocity, heading and commands that onnxruntime runs.
+`load_function` imports a module and so runs its code; only a name that the user gave reaches it, never one from a file.
 """
 
 import re
@@ -97,7 +92,7 @@ class FunctionModel(Model):
 
 
 def is_function_name(text: str) -> bool:
-    """Whether a text has the form `package.module:function`."""
+    """True when a text has the form `package.module:function`."""
     return _NAME.fullmatch(text) is not None
 
 
@@ -220,7 +215,14 @@ def _width(shape: list[Any]) -> int | None:
 
 
 def onnx_model(session: Any, vehicle: Vehicle, name: str) -> FunctionModel:
-    """A session of onnxruntime as a model; raises as `OnnxAnswer` does."""
+    """A session of onnxruntime as a model; raises as `OnnxAnswer` does.
+
+    Parameters
+    ----------
+    session : of onnxruntime
+    vehicle : whose commands the model takes
+    name : of the model
+    """
     return FunctionModel(OnnxAnswer(session, name, len(vehicle.thrusters)), vehicle, name, "network")
 
 

@@ -1,7 +1,7 @@
-"""How far from the measured acceleration a network may be: a margin by axis that rows which it did not learn gave.
+"""Margins of a network's acceleration, by axis, from rows that it did not learn.
 
-The margin is a sum of sizes along the motion, since a boat that moves gently is predicted better than one that does
-not. Beyond what training has seen the vehicle's own margin takes its place, as the correction fades, and it widens.
+A margin is a sum of sizes along the motion, since a gentle motion is predicted better. Beyond what training has seen
+the vehicle's own margin takes its place, as the correction fades.
 """
 
 import numpy as np
@@ -74,10 +74,16 @@ class Interval(BaseModel):
 
 
 def sizes(vehicle: Vehicle, motion: Motion, said: Array) -> Array:
-    """What errors may grow with along a motion, (n, 7 + 2 thrusters).
+    """Sizes with which errors may grow along a motion, (n, 7 + 2 thrusters).
 
     1, the velocities relative to the water, thrusts, their changes from row to row, and the acceleration that a model
     said (n, 3): root mean squares about each row, in SI units.
+
+    Parameters
+    ----------
+    vehicle : whose water and thrusters count
+    motion : along which errors are sized
+    said : acceleration of the model (n, 3) [m/s^2, m/s^2, rad/s^2]
     """
     from scipy.ndimage import uniform_filter1d  # here, because it takes a tenth of a second
 
@@ -89,7 +95,14 @@ def sizes(vehicle: Vehicle, motion: Motion, said: Array) -> Array:
 
 
 def least_known(motion: Motion, weight: Array, beyond: Array) -> tuple[Array, Array]:
-    """The least gain (n, 3) and the largest distance beyond (n,) about each row: the filter carries errors inwards."""
+    """The least gain (n, 3) and the largest distance beyond (n,) about each row: the filter carries errors inwards.
+
+    Parameters
+    ----------
+    motion : along which the filter reaches
+    weight : gain of the correction (n, 3)
+    beyond : distance beyond training (n,)
+    """
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     rows = _rows(motion)
@@ -134,5 +147,5 @@ def _factor(ratio: Array) -> float:
 
 
 def widening(error: Array, margin: Array) -> Array:
-    """By how much wider margins (n, 3) must be to hold errors (n, 3), at least 1, (3,)."""
+    """Factor by which margins (n, 3) must be wider to hold errors (n, 3), at least 1, (3,)."""
     return np.maximum(1.0, np.quantile(np.abs(error) / margin, LEVEL, axis=0))

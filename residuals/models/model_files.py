@@ -1,7 +1,6 @@
-"""The folder of a trained network: `model.yaml` says what it is, `weights.safetensors` holds its numbers.
+"""The folder of a trained network: `model.yaml` with settings, `weights.safetensors` with numbers.
 
-Nothing is ever unpickled: settings are plain YAML that is checked key by key, weights are safetensors whose SHA-256
-stands in `model.yaml`. This module loads torch when it reads or writes a network, not before.
+Nothing is unpickled: YAML is checked key by key, weights by the SHA-256 in `model.yaml`. torch loads on use.
 """
 
 import hashlib

@@ -1,4 +1,4 @@
-"""What a network sees: the paper's s = [u, v, r, T_1 ... T_n], and the heading where it is asked for."""
+"""Inputs of a network: the paper's s = [u, v, r, T_1 ... T_n], and the heading where it is asked for."""
 
 from collections.abc import Sequence
 
@@ -20,12 +20,25 @@ def network_inputs(vehicle: Vehicle, motion: Motion, heading: bool) -> Array:
 
     u, v [m/s] and r [rad/s] relative to the vehicle's water, the thrust of each thruster at rest [N] by the vehicle's
     curve, and cos psi and sin psi if `heading`.
+
+    Parameters
+    ----------
+    vehicle : whose water and thrusters count
+    motion : measured or simulated
+    heading : whether the network sees it
     """
     return stacked_inputs(vehicle, motion.heading, tuple(motion.velocity.T), actuation(vehicle, motion).thrust, heading)
 
 
 def in_box(vehicle: Vehicle, known: Sequence[Motion], asked: Sequence[Motion]) -> np.ndarray:
-    """Whether each row of some motions lies in the box of speeds and thrusts that others span."""
+    """Mask of the rows of some motions that lie in the box of speeds and thrusts that others span.
+
+    Parameters
+    ----------
+    vehicle : whose water and thrusters count
+    known : motions that span the box
+    asked : motions in question
+    """
     box, seen = (np.concatenate([network_inputs(vehicle, m, heading=False) for m in some]) for some in (known, asked))
     return np.all((seen >= box.min(axis=0)) & (seen <= box.max(axis=0)), axis=1)
 

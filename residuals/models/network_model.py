@@ -1,10 +1,6 @@
-"""A trained network as a model: hybrid or pure, along a motion or walking along with a boat.
+"""A trained network as a model: beside a vehicle's physics (hybrid) or in its place (pure), for motions or row by row.
 
-A trained network as a model: beside the physics of a vehicle (hybrid), or in its place (pure).
-
-One thread for torch: networks of this size gain nothing from a second one, and sums do not depend on the machine.
-
-A network that walks along with a boat: what it says of each row as it comes, and of rows that are only planned.
+torch runs on one thread: networks of this size gain nothing from more, and sums do not depend on the machine.
 """
 
 from collections.abc import Iterator
@@ -50,7 +46,14 @@ _STATES = 2048
 
 
 def scaling_of(vehicle: Vehicle, inputs: Standardisation, output: Array) -> Scaling:
-    """The physical constants of a network for a vehicle: `output` (3,) [m/s^2, m/s^2, rad/s^2], see `Scaling`."""
+    """The physical constants of a network for a vehicle: `output` (3,) [m/s^2, m/s^2, rad/s^2], see `Scaling`.
+
+    Parameters
+    ----------
+    vehicle : that the network corrects
+    inputs : mean and scale of each input
+    output : scale of each axis (3,) [m/s^2, m/s^2, rad/s^2]
+    """
     return Scaling(inputs, np.asarray(output, dtype=float), mass_matrix(vehicle), thruster_matrix(vehicle))
 
 
@@ -114,11 +117,11 @@ class NetworkModel(Model):
 
     @property
     def heading(self) -> bool:
-        """Whether the network sees the heading."""
+        """True when the network sees the heading."""
         return "cos_psi" in self.network.scaling.inputs.names
 
     def correction(self, motion: Motion) -> Array:
-        """What the network says along a measured motion, (n, 3) [m/s^2, m/s^2, rad/s^2].
+        """Correction by the network along a measured motion, (n, 3) [m/s^2, m/s^2, rad/s^2].
 
         Raises
         ------
@@ -246,7 +249,7 @@ class _OpenLoop:
 
 
 def numbers(said: Tensor) -> Array:
-    """What a network said as numbers in double precision."""
+    """Output of a network in double precision."""
     return said.double().cpu().numpy()
 
 
@@ -269,13 +272,13 @@ class NetworkWalk:
         self.said = np.zeros(3)
 
     def follow(self, seen: Array) -> Array:
-        """What it says of rows (n, inputs) that have come, (n, 3), and it remembers them."""
+        """Correction of rows (n, inputs) that have come, (n, 3); the network remembers them."""
         found, self._memory = self._asked(seen)
         self.said = found[-1]
         return found
 
     def ahead(self, seen: Array) -> Array:
-        """What it would say of rows (n, inputs) that come next, (n, 3); it remembers nothing of them."""
+        """Correction of rows (n, inputs) that would come next, (n, 3); the network remembers nothing of them."""
         return self._asked(seen)[0]
 
     def _asked(self, seen: Array) -> tuple[Array, Memory]:

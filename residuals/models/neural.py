@@ -37,7 +37,7 @@ def require_torch() -> None:
 
 
 def is_network_folder(path: str | os.PathLike[str]) -> bool:
-    """Whether a path is the folder of a network, whole or damaged; a run folder, whose model is a vehicle, is not."""
+    """True when a path is the folder of a network, whole or damaged; a run folder, whose model is a vehicle, is not."""
     folder = Path(path)
     if not folder.is_dir():
         return False

@@ -1,4 +1,4 @@
-"""How far a network's correction is trusted, as its `model.yaml` has it."""
+"""The trust region of a network's correction, as its `model.yaml` has it."""
 
 from typing import TYPE_CHECKING
 
@@ -32,12 +32,12 @@ class TrustRecord(BaseModel):
 
     @classmethod
     def of(cls, trust: "Trust") -> "TrustRecord":
-        """What a file keeps of it."""
+        """Record of a trust region for a file."""
         names = ("lower", "upper", "reaches", "weights", "error")
         return cls.model_validate({name: getattr(trust, name).tolist() for name in names})
 
     def trust(self, inputs: int, where: str) -> "Trust":
-        """That of a network that knows so many velocities and thrusts; loads torch.
+        """Trust region of a network that knows so many velocities and thrusts; loads torch.
 
         Raises
         ------

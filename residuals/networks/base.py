@@ -1,8 +1,7 @@
-"""What every network is: a causal map from inputs in SI units to a correction of the acceleration in SI units.
+"""The interface of a network: a causal map from inputs in SI units to a correction of the acceleration in SI units.
 
-Standardisation happens inside, with constants that are buffers, so that they travel with the weights. A network carries
-its memory (the state of a recurrence, the rows that a convolution still needs) as a tuple of tensors: a call with the
-memory of the call before goes on exactly where that one ended, whether it takes a minute of rows or a single one.
+Standardisation is inside, with constants as buffers. Memory (a recurrent state, past rows of a convolution) is a tuple
+of tensors: a call with the memory of the call before goes on where that one ended, whatever the number of rows.
 """
 
 from abc import ABC, abstractmethod
@@ -52,7 +51,7 @@ class Scaling:
 
 @dataclass(frozen=True, slots=True)
 class Grown:
-    """What a network is that is found at once from all rows of a training part, and not by steps along a gradient.
+    """A network that is fitted at once to all rows of a training part, and not by steps along a gradient.
 
     No law plays a part while it is, and no training goes on from it. `training.growing` knows how it is found.
 
@@ -114,7 +113,7 @@ class Network(nn.Module, ABC):
         return rows
 
     def known(self, rows: Array) -> Array:
-        """What a training on inputs (rows, inputs) in standard deviations knows of velocities and thrusts."""
+        """Velocities and thrusts that a training on inputs (rows, inputs) in standard deviations covers."""
         inputs, drives = self.scaling.inputs, self.scaling.drives
         told = self.alike(inputs.undo(rows), self.scaling.reach)
         return np.concatenate([rows, inputs.apply(told[len(rows) :])])[:, : 3 + drives]
@@ -184,7 +183,13 @@ def quiet_head(inputs: int) -> nn.Linear:
 
 
 def hidden_layers(inputs: int, units: int, layers: int, activation: Callable[[], nn.Module] = nn.ReLU) -> nn.Sequential:
-    """Fully connected layers, ReLU unless said otherwise."""
+    """Fully connected layers, ReLU unless said otherwise.
+
+    Parameters
+    ----------
+    inputs, units, layers : sizes
+    activation : made anew for each layer
+    """
     parts: list[nn.Module] = []
     for _ in range(layers):
         parts += [nn.Linear(inputs, units), activation()]

@@ -1,4 +1,4 @@
-"""What corrections that cannot create energy share: -(L L^T + S) nu_r with S skew-symmetric, and a bounded drive."""
+"""Corrections that cannot create energy: -(L L^T + S) nu_r with S skew-symmetric, and a bounded drive."""
 
 from abc import ABC
 

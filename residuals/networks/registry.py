@@ -45,6 +45,12 @@ def default_options(name: str) -> dict[str, int | float]:
 def build(name: str, scaling: Scaling, options: Mapping[str, int | float] | None = None) -> Network:
     """Make a network by name, with fresh weights from torch's generator.
 
+    Parameters
+    ----------
+    name : of the kind
+    scaling : physical constants
+    options : sizes of the kind, by name
+
     Raises
     ------
     RequestError

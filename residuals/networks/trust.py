@@ -1,15 +1,8 @@
-"""How far a correction is trusted: on each axis a gain in [0, 1] that falls smoothly with the distance from training.
+"""The gain of a correction, 0 to 1 on each axis, falling smoothly with the distance from the training data.
 
-Within what the training has seen and beyond it the question is one: by what is a correction to be multiplied that was
-learnt elsewhere? Networks of the same kind that know some parts of the log answer it on the others: g is the weight of
-Wolpert's (1992) stacking, with columns g_j(d) c of a correction c that fades within each of several reaches, or not,
-
-    g(d) = w_0 + sum_j w_j (1 - (d / l_j)^2)^2 for d < l_j,   w >= 0,   sum w <= 1,
-
-found by least squares of what the vehicle lacks, both integrated over some seconds, since rollouts add up what is slow
-and forget what is quick. Yao et al. (2018) stack predictions under the same limits. Draws of whole stretches say how
-sure that is (Rubin 1981), and the gain is their mean, as of bagged predictors (Breiman 1996). Reaches end where the
-log ends: w_0 is what is left at the farthest that could be tried, and beyond it the log says nothing else.
+g is the weight of Wolpert's (1992) stacking, from networks of the same kind tried on parts of the log that they do not
+know, with columns that fade within several reaches l_j, under the limits of Yao et al. (2018); see `stacked`. Beyond
+the farthest distance tried g stays w_0.
 """
 
 from collections.abc import Sequence
@@ -37,7 +30,7 @@ _ROUNDING = 1e-5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trust:
-    """Where a training has been, and the gain of its correction by the distance from there.
+    """Trust region of a training, and the gain of its correction by the distance from there.
 
     The distance is that from a polytope: the root of the squared excess over the least and the most that each input,
     and each sum and difference of two, had in training. A box alone would call full ahead at full astern thrust known
@@ -59,7 +52,7 @@ class Trust:
 
     @classmethod
     def within(cls, seen: Array, reach: float | None = None) -> "Trust":
-        """That of a training on standardised inputs (rows, inputs): whole within it, and up to a reach or anywhere.
+        """Trust region of a training on standardised inputs (rows, inputs): whole within, and to a reach or anywhere.
 
         Parameters
         ----------
@@ -107,6 +100,14 @@ class Tried(NamedTuple):
 
 def stacked(tried: Sequence[Tried], rows: int, *, common: bool = False, seed: int = 0) -> tuple[Array, Array, Array]:
     """Reaches, weights and standard errors of a `Trust`, by what was tried.
+
+    With c the correction at a distance d from training,
+
+        g(d) = w_0 + sum_j w_j (1 - (d / l_j)^2)^2 for d < l_j,   w >= 0,   sum w <= 1,
+
+    by least squares of what the vehicle lacks, both integrated over some seconds, since rollouts add up what is slow
+    and forget what is quick. Draws of whole stretches give the spread (Rubin 1981), and the gain is their mean, as of
+    bagged predictors (Breiman 1996).
 
     Parameters
     ----------

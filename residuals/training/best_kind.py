@@ -1,4 +1,4 @@
-"""Which kind of network a log asks for: the one whose probes err least in rollouts of blocks that they do not know."""
+"""Choice of the kind of network: the one whose probes err least in rollouts of blocks that they do not know."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,12 +1,7 @@
-"""Checkpoints: the state of a training between two epochs, and which weights are kept.
+"""Checkpoints: the state of a training between two epochs, and the choice of the weights that are kept.
 
-The state of a training between two epochs in one file, from which it goes on as if it had never stopped.
-
-Which weights are kept: the best that keep all laws, else those that learnt to keep them at states against the laws.
-
-An audit searches where training has only drawn. The states that it meets against the laws are asked in the loss from
-then on, for a few epochs more, and the audit searches anew, until it finds nothing, or a few times at most. Chang,
-Roohi and Gao (2019), "Neural Lyapunov control", train on counterexamples in this way.
+Kept are the best weights that keep all laws. An audit searches for states against the laws; these are asked in the loss
+for a few epochs more, and the audit searches anew (Chang, Roohi and Gao 2019, "Neural Lyapunov control").
 """
 
 import json
@@ -37,7 +32,7 @@ SCHEMA = "undertow.checkpoint/3"
 
 @dataclass(frozen=True, slots=True)
 class Checkpoint:
-    """What a training needs to go on.
+    """State from which a training goes on.
 
     Attributes
     ----------
@@ -166,7 +161,7 @@ Again = Callable[[Array], tuple[int, Weights]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What an auditor says of a model.
+    """Verdict of an auditor on a model.
 
     Attributes
     ----------
@@ -230,7 +225,7 @@ class Chooser:
         return Chosen(ranked[0], None if self.auditor is None else False)
 
     def mended(self, found: Chosen, again: Again) -> Chosen:
-        """Where the auditor passed none: train on at the states against the laws until it does, or leave all as it is.
+        """Train on at the states against the laws until the auditor passes one; leave all as it is where it passed one.
 
         The weights at the end of a round are put before it, for those of its first epochs have learnt the least.
         """

@@ -147,6 +147,13 @@ def one_pass(
     """One epoch of steps over all windows in random order; the mean loss of its batches.
 
     `average` is called after each step.
+
+    Parameters
+    ----------
+    network, objective, optimiser : what is trained, its loss, and the steps
+    settings : of the training
+    draw : of the order of the windows
+    average : called after each step
     """
     device = objective.inputs.device
     order = torch.randperm(objective.count, generator=draw).to(device)
@@ -220,7 +227,7 @@ class _Run:
 
     @property
     def learns_laws(self) -> bool:
-        """Whether it has steps, and a loss of the laws."""
+        """True when it has steps, and a loss of the laws."""
         return self.settings.lambda_phys > 0.0 and self.grown is None
 
     @property

@@ -1,18 +1,9 @@
-"""Growing of trees and Gaussian processes: networks that are fitted at once to a table of rows.
+"""Tabular fits: boosted trees and Gaussian processes, fitted at once to a table of rows by scikit-learn.
 
-How networks are found that are grown at once from a table of rows, and not trained by steps.
-
-Fitting Gaussian processes to the rows of a training part: scikit-learn finds kernels, unseen blocks choose one.
-
-Kernels and their noise come from the marginal likelihood of samples of rows, drawn one after the other (Rasmussen and
-Williams 2006, section 5.4.1). It takes noise for independent from row to row, and what neighbours in time share beside
-the inputs (a current, a heading that is not seen) for a function of them. So lengths and noise are raised in steps, and
-that kernel is kept which errs least on blocks of time that its weights have not seen (section 5.4.2; blocks because
-rows depend on their neighbours, Roberts et al. 2017, doi:10.1111/ecog.02881). The weights come from all rows, by the
-subset of regressors (section 8.3.1, equation 8.14), whose centres are the first rows of the same draw. Where all rows
-are centres that is the whole Gaussian process.
-
-Growing boosted trees on the rows of a training part: scikit-learn finds them, and plain arrays keep them.
+Kernels come from the marginal likelihood of samples of rows (Rasmussen and Williams 2006, section 5.4.1), which takes
+neighbours in time for independent; so lengths and noise are raised in steps, and the kernel kept errs least on unseen
+blocks of time (Roberts et al. 2017, doi:10.1111/ecog.02881). Weights come from all rows by the subset of regressors
+(section 8.3.1, eq. 8.14).
 """
 
 import warnings

@@ -1,9 +1,4 @@
-"""Losses of a batch of windows: data, laws, smoothness, and short rollouts that gradients flow through.
-
-The loss of a batch of windows: data, laws, smoothness, and short rollouts.
-
-Short open-loop rollouts that gradients flow through: the force equation and the network, step by step.
-"""
+"""Losses of a batch of windows: data, laws, smoothness, and short open-loop rollouts that gradients flow through."""
 
 from dataclasses import dataclass
 from typing import Any, final
@@ -31,7 +26,7 @@ Slopes = tuple[Tensor, ...]
 
 @dataclass(frozen=True, slots=True)
 class Forcing:
-    """What acts from outside along a rollout: thrust, load (batch, rows, thrusters), air (batch, rows, 2)."""
+    """Inputs from outside along a rollout: thrust, load (batch, rows, thrusters), air (batch, rows, 2)."""
 
     thrust: Tensor
     load: Tensor

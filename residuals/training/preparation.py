@@ -1,15 +1,8 @@
-"""Preparation of a training: network, loss and judge, from scratch or from a trained network.
+"""Preparation of a training: network, loss and judge, from scratch or from a network of another boat.
 
-What a training works on: the network, the loss and the judge, made from a split and the settings.
-
-What an epoch is judged by: the error on held-out motions, filtered as scores filter it, and the laws.
-
-A training that goes on from a trained network: its layers, its inputs and their units, on the log of another boat.
-
-Few minutes of a new hull tell too little for fresh weights. A network of a sister hull, or one that was made to be a
-start (Nichol, Achiam and Schulman 2018), needs fewer. What it sees and says keeps the scale that it was trained with,
-else its weights would mean something else; mass and thrusters are those of the new vehicle, and so is what it fades
-beyond.
+An epoch is judged by its error on held-out motions, filtered as scores filter it, and by the laws. A network that goes
+on from another (Nichol, Achiam and Schulman 2018) keeps the scale of its inputs and outputs; mass, thrusters and the
+fading distance are those of the new vehicle.
 """
 
 import hashlib
@@ -111,6 +104,12 @@ def going_on_from(start: NetworkModel) -> Choice:
 def scaling_from(start: NetworkModel, vehicle: Vehicle, heading: bool) -> Scaling:
     """The constants of a network that goes on from another, for a vehicle.
 
+    Parameters
+    ----------
+    start : the trained network
+    vehicle : of the new boat
+    heading : whether the network sees it
+
     Raises
     ------
     RequestError
@@ -173,6 +172,13 @@ def prepare_training(
     settings: TrainingSettings,
 ) -> Prepared:
     """Cut windows, scale, build the network, and work out all that does not depend on its weights.
+
+    Parameters
+    ----------
+    split : training, validation and test part
+    vehicle : that is corrected
+    choice : kind and options of the network
+    settings : of the training
 
     Raises
     ------
@@ -256,7 +262,7 @@ def _table(data: DataSet, vehicle: Vehicle, choice: Choice, scaling: Scaling) ->
 
 
 def _remembers(choice: Choice) -> bool:
-    """Whether a network has a memory, found by asking a throw-away one."""
+    """True when a network has a memory, found by asking a throw-away one."""
     scaling = Scaling(
         Standardisation(("u", "v", "r", "thrust"), np.zeros(4), np.ones(4)), np.ones(3), np.eye(3), np.eye(3)[:, :1]
     )

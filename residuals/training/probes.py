@@ -1,8 +1,7 @@
-"""What networks of one kind say of parts of a log that they do not know: by this a correction is trusted.
+"""Probes: networks of one kind trained on parts of a log and tried on the others, from which a correction's gain comes.
 
-Parts are held out in time, and in the space of states: the lively half of a log, which a probe of the calm half does
-not know, and both ends of the direction along which its stretches differ most. So a gain is asked at distances from
-training, not only within it (Roberts et al. 2017, doi:10.1111/ecog.02881, of blocks in time and in predictors).
+Parts are held out in time and in the space of states (the lively half, and both ends of the direction along which
+stretches differ most), so gains are known at distances from training (Roberts et al. 2017, doi:10.1111/ecog.02881).
 """
 
 from collections.abc import Callable, Sequence
@@ -92,7 +91,7 @@ def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Probed:
-    """What probes of one kind say of the parts that they do not know.
+    """Predictions of the probes of one kind on the parts that they do not know.
 
     Attributes
     ----------
@@ -109,7 +108,14 @@ class Probed:
 
 
 def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
-    """Train the probes of one kind, one for each of some parts of the training part of a split."""
+    """Train the probes of one kind, one for each of some parts of the training part of a split.
+
+    Parameters
+    ----------
+    split : whose training part is parted
+    asked : the parts
+    probe : trains one network
+    """
     tried: list[Tried] = []
     blocks = []
     for part in asked:
@@ -125,7 +131,14 @@ def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
 
 
 def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
-    """What a network that learnt some motions says of others, stretch by stretch; its gain is 1 everywhere then."""
+    """Predict the correction of a network on data that it did not learn, stretch by stretch; its gain is 1 then.
+
+    Parameters
+    ----------
+    model : the network
+    known : data that it learnt
+    asked : data that it did not learn
+    """
     seen = np.concatenate([network_inputs(model.vehicle, motion, model.heading) for motion in known.motions])
     model.trust(Trust.within(model.network.known(model.network.scaling.inputs.apply(seen))))
     first = round(WARM_UP / model.time_step) if model.remembers else 0
@@ -142,7 +155,14 @@ def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
 
 
 def trust_of(model: NetworkModel, split: Split, found: Probed) -> Trust:
-    """How far a trained network is trusted, by probes along the training part, and by itself on the validation part."""
+    """Trust region of a trained network, by probes along the training part, and by itself on the validation part.
+
+    Parameters
+    ----------
+    model : the trained network
+    split : with its training and validation part
+    found : what the probes predicted
+    """
     return trusted(model, (*found.tried, *told(model, split.train, split.validation)))
 
 

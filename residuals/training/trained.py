@@ -1,9 +1,4 @@
-"""A trained network: its epochs, what the laws cost, and the interval of its errors.
-
-A trained network and how it came to be: its epochs, the one that was kept, and what the laws cost.
-
-The interval of a trained network: its errors on the training part, sized by those on the validation part.
-"""
+"""A trained network: its epochs, the one kept, the cost of the laws, and the interval of its errors."""
 
 from dataclasses import asdict, dataclass
 from typing import NamedTuple

@@ -18,7 +18,7 @@ Device = Literal["auto", "cpu", "cuda"]
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What is trained.
+    """Choice of the network that is trained.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Augmentation:
-    """What training data suffer at random, anew in every epoch; all off by default.
+    """Random changes of the training data, anew in every epoch; all off by default.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Augmentation:
 
     @property
     def active(self) -> bool:
-        """Whether anything is varied."""
+        """True when anything is varied."""
         return any(asdict(self).values())
 
 
@@ -156,5 +156,5 @@ class TrainingSettings:
 
 
 def asks_its_log(choice: Choice, settings: TrainingSettings) -> bool:
-    """Whether parts of the log decide how far a correction is trusted, see `probes`."""
+    """True when parts of the log decide how far a correction is trusted, see `probes`."""
     return settings.trust and not choice.pure

@@ -1,9 +1,4 @@
-"""Windows of rows on which networks are trained, and their augmentation.
-
-Chronological windows of rows on which networks are trained, and the filter that their output goes through.
-
-Augmentation: noise on what the network sees, thrusters that push differently, and sister hulls beside it.
-"""
+"""Chronological windows of rows for training, the filter of the output, and augmentation of a batch."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -92,7 +87,14 @@ def filter_taps(recipe: Recipe, time_step: float) -> Array:
 
 
 def cut(values: Sequence[Array], rows: int, stride: int) -> Array:
-    """Windows of `rows` rows of each array (n, ...), `stride` apart, the last one up to the end."""
+    """Windows of `rows` rows of each array (n, ...), `stride` apart, the last one up to the end.
+
+    Parameters
+    ----------
+    values : arrays (n, ...), one for each motion
+    rows : of a window
+    stride : rows between windows
+    """
     return np.concatenate([v[_starts(v.shape[0], rows, stride)[:, None] + np.arange(rows)] for v in values])
 
 
@@ -191,6 +193,15 @@ def sister_targets(
     They are centred on `target`, that beside the vehicle itself (windows, rows, 3): the network cannot see which sister
     is meant, so their mean is what it learns.
 
+    Parameters
+    ----------
+    data : the training part
+    vehicle : of which hulls are sisters
+    settings : of the training
+    target : beside the vehicle itself (windows, rows, 3) [m/s^2, m/s^2, rad/s^2]
+    pure, heading : the network is without physics, and sees the heading
+    warm_up : of the memory [s]
+
     Raises
     ------
     RequestError
@@ -220,7 +231,14 @@ def sister_targets(
 
 
 def seen_noise(data: DataSet, settings: TrainingSettings, remembers: bool) -> Array:
-    """White noise (3,) that is drawn onto the velocities that a network sees [m/s, m/s, rad/s]."""
+    """White noise (3,) that is drawn onto the velocities that a network sees [m/s, m/s, rad/s].
+
+    Parameters
+    ----------
+    data : the training part
+    settings : of the training
+    remembers : whether the network has a memory
+    """
     wanted = settings.augmentation
     noise = np.array([wanted.speed_noise, wanted.speed_noise, wanted.yaw_rate_noise])
     own = settings.sensor_noise * noise_on_rows(data.raw) if remembers else 0.0

@@ -1,9 +1,4 @@
-"""Provenance of a run: versions, command and digests, and where its logs lie now.
-
-Where the logs and the channel map of a run lie now, wherever all were moved, and that they are still the same.
-
-What a run was made with: versions of the packages, the command that makes it again, and digests of the logs.
-"""
+"""Provenance of a run: versions, the command that makes it again, digests of its logs, and where these lie now."""
 
 import os
 import shlex
@@ -89,7 +84,7 @@ _TOLD = 12
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """Where the logs and the channel map of a run are now, as the user says it; which is which, their content says.
+    """Places of a run's logs and channel map now, as the user says; which is which, their content says.
 
     Attributes
     ----------
@@ -124,7 +119,13 @@ class MadeFile:
 
 
 def paths_from(target: Path, logs: Sequence[str], channel_map: PathLike | None) -> dict[str, Any]:
-    """What `run.json` has of where the logs and the map lie, seen from the run folder, and of the map's digest."""
+    """Paths of the logs and the map for `run.json`, seen from the run folder, and the map's digest.
+
+    Parameters
+    ----------
+    target : the run folder
+    logs, channel_map : paths as they were given
+    """
     given = None if channel_map is None else os.fspath(channel_map)
     seen = {
         "logs": [seen_from(target, path) for path in logs],
@@ -151,7 +152,7 @@ def made_map(record: Mapping[str, Any]) -> MadeFile | None:
 
 
 def places(folder: Path, made: MadeFile) -> Iterator[str]:
-    """Where a file may be, the likeliest first: as it was given, as seen from the run folder, beside it, in it."""
+    """Places where a file may be, the likeliest first: as given, as seen from the run folder, beside it, in it."""
     yield made.path
     if made.from_run is not None:
         yield _joined(folder, made.from_run)
@@ -187,7 +188,14 @@ def logs_now(folder: Path, made: Sequence[MadeFile], moved: Moved = UNMOVED) -> 
 
 
 def map_now(folder: Path, made: MadeFile | None, given: PathLike | None = None) -> str | None:
-    """The channel map of a run where it is now; see `logs_now`. One that is nowhere is left for its reader to say."""
+    """The channel map of a run where it is now; see `logs_now`. One that is nowhere is left for its reader to say.
+
+    Parameters
+    ----------
+    folder : the run folder
+    made : the map as `run.json` has it
+    given : where the user says it is
+    """
     if made is None:
         if given is not None:
             raise RequestError(

@@ -1,9 +1,4 @@
-"""Reading of a run folder, whole, with sizes that are sensible, and what is wrong with it said clearly.
-
-Read a run folder whole, and say clearly what is wrong with it when it cannot be shown.
-
-What is asked of the JSON files of a run folder beyond their records: numbers, texts and lists of sensible size.
-"""
+"""Reading of a run folder, whole, with all numbers, texts and lists within bounds, and clear words for an error."""
 
 import hashlib
 import math
@@ -93,7 +88,7 @@ _LONGEST_HEADER = 65536
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """What a run was made from, and what a verb that goes on from it must know of its findings.
+    """Origin of a run, and the findings that a verb that goes on from it must know.
 
     Attributes
     ----------
@@ -223,6 +218,12 @@ def _file(folder: Path, name: str, most: int, remedy: str) -> bytes:
 def read_record(content: bytes, kind: type[Read], path: Path, remedy: str = REMEDY) -> Read:
     """The record that a JSON file of a run folder holds; `remedy` ends the message of the error.
 
+    Parameters
+    ----------
+    content : of the file
+    kind : type of the record
+    path, remedy : for the message of an error
+
     Raises
     ------
     RequestError
@@ -303,7 +304,7 @@ def _series(content: bytes, path: Path, remedy: str = REMEDY) -> "pd.DataFrame":
 
 
 def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
-    """What a run folder was made from.
+    """Read what a run folder was made from.
 
     Parameters
     ----------

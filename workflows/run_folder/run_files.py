@@ -1,8 +1,6 @@
-"""Files of a run folder: which are undertow's and unchanged, and which a verb may write.
+"""Files of a run folder: which are undertow's and unchanged, by digests in `run.json`, and which a verb may write.
 
-The files of a run folder, and how it shows which of them are undertow's and unchanged: by digests in `run.json`.
-
-Which files a verb may write: never one that it reads, and in the place of another only of one that it wrote.
+A verb writes no file that it reads, and replaces only files that it wrote.
 """
 
 import hashlib
@@ -47,12 +45,12 @@ RUN_FILES = (*DATA, RECORD, PAGE, PDF)
 
 
 def is_run(folder: str | os.PathLike[str]) -> bool:
-    """Whether a folder holds a run, be it whole or damaged."""
+    """True when a folder holds a run, be it whole or damaged."""
     return any(_of_schema(Path(folder) / name) for name in (RECORD, "findings.json"))
 
 
 def is_comparison(folder: str | os.PathLike[str]) -> bool:
-    """Whether a folder holds what `compare --page` wrote, and not a run: its `run.json` says so."""
+    """True when a folder holds what `compare --page` wrote, and not a run: its `run.json` says so."""
     return _content(Path(folder) / RECORD).get("verb") == COMPARE
 
 
@@ -106,7 +104,7 @@ def _own_digest(record: Mapping[str, Any]) -> str:
 
 
 def _of_schema(path: Path) -> bool:
-    """Whether a file holds what its name says, of this or an earlier version."""
+    """True when a file holds what its name says, of this or an earlier version."""
     kind, _, version = str(_content(path).get("schema")).rpartition("/")
     return kind == f"undertow.{_SCHEMAS[path.name]}" and version in _VERSIONS
 
@@ -141,7 +139,7 @@ _LIBRARY = 64
 
 
 class Kind(Enum):
-    """What a verb writes, with the verb's own words for it."""
+    """Kind of file that a verb writes, with the verb's own words for it."""
 
     MAP = "inspect --map-out"
     FIXED = "inspect --fix"
@@ -163,7 +161,7 @@ class Kind(Enum):
     PDF = "report --pdf"
 
     def wrote(self, path: Path) -> bool:
-        """Whether a file shows that this verb wrote it, and that nobody has changed it since where it has a mark."""
+        """True when a file shows that this verb wrote it, and that nobody has changed it since where it has a mark."""
         if self in (Kind.COMPARISON, Kind.AUDIT):
             schema = "comparison" if self is Kind.COMPARISON else "audit"
             return re.match(rb'\s*\{\s*"schema":\s*"undertow\.%s/1"' % schema.encode(), _head(path)) is not None
@@ -295,7 +293,7 @@ def inputs_of(reads: Iterable[Any]) -> Iterator[Path]:
 
 
 def same_place(one: Path, other: Path) -> bool:
-    """Whether two paths are one file, be it there or not."""
+    """True when two paths are one file, be it there or not."""
     with suppress(OSError):
         return one.samefile(other)
     return real(one) == real(other)

@@ -1,9 +1,4 @@
-"""Writing of a run folder: a finished job, written whole or not at all.
-
-The folder of a run, or of a comparison, is written whole or not at all.
-
-A finished main job, before it is written.
-"""
+"""Writing of a run folder or of a comparison: a finished job, whole or not at all."""
 
 import json
 import os

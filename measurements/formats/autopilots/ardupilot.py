@@ -1,9 +1,8 @@
-"""What the messages of an ArduPilot DataFlash log mean, binary or text: the channels of a boat.
+"""Messages of an ArduPilot DataFlash log, binary or text, as the channels of a boat.
 
-Fields and units are those of ArduPilot's "Onboard Message Log Messages" (Rover) and of the `LOG_STRUCTURE` tables of
-its source: `XKF1`/`NKF1` Yaw [deg], VN VE [m/s], PN PE [m] from the origin, GZ estimated gyro bias [deg/s];
-`XKF4`/`NKF4` PI primary core; `ATT` Yaw [deg]; `GPS` Lat Lng [deg], Spd [m/s], GCrs [deg], U in use; `IMU` GyrZ
-[rad/s], AccX AccY [m/s^2] in body axes FRD; `RCOU` C1... [us].
+Fields and units are those of ArduPilot's "Onboard Message Log Messages" (Rover) and its `LOG_STRUCTURE` tables:
+`XKF1`/`NKF1` Yaw [deg], VN VE [m/s], PN PE [m], GZ gyro bias [deg/s]; `XKF4`/`NKF4` PI primary core; `ATT` Yaw [deg];
+`GPS` Lat Lng [deg], Spd [m/s], GCrs [deg], U in use; `IMU` GyrZ [rad/s], AccX AccY [m/s^2] in FRD; `RCOU` C1... [us].
 """
 
 from collections import defaultdict

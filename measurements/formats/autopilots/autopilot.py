@@ -1,4 +1,4 @@
-"""What the logs of autopilots share: messages as columns, thruster outputs by function, and velocities in body axes."""
+"""Parts that the readers of autopilots share: messages as columns, thruster outputs, and velocities in body axes."""
 
 import bisect
 import re
@@ -208,7 +208,7 @@ def servo_commands(
 
 
 def _moves(pwm: Array) -> bool:
-    """Whether an output [us] sends pulses, and not always the same."""
+    """True when an output [us] sends pulses, and not always the same."""
     values = pwm[~np.isin(pwm, _NO_PULSE)]
     return bool(
         values.size and np.ptp(values) > 0.0 and values.min() >= LIMITS["pwm"][0] and values.max() <= LIMITS["pwm"][1]

@@ -109,7 +109,7 @@ class JsonTelemetry:
 
     @staticmethod
     def knows(topic: str) -> bool:
-        """Whether a topic with JSON messages is one of the MAVLink server's."""
+        """True when a topic with JSON messages is one of the MAVLink server's."""
         return _ANY.fullmatch(topic) is not None
 
     def connect(self, number: int, topic: str) -> bool:
@@ -142,7 +142,7 @@ class JsonTelemetry:
 
     @property
     def moves(self) -> bool:
-        """Whether there are messages that only a vehicle sends, of its motion."""
+        """True when there are messages that only a vehicle sends, of its motion."""
         return any(self.definition(key[2]).name in MOTION for key in self._rows)
 
     def definition(self, number: int) -> Definition:

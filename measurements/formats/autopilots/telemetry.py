@@ -310,7 +310,7 @@ def _commands(reader: _Reader, keys: Mapping[str, Key], prefix: str) -> list[Str
 
 
 def _matches(head: Head) -> bool:
-    """Whether messages follow each other from the first byte on: a telemetry log has no mark of its own."""
+    """True when messages follow each other from the first byte on: a telemetry log has no mark of its own."""
     at = 0
     for _ in range(3):
         found = None if head.gzipped else message_at(head.start, at)

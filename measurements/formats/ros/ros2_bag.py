@@ -1,7 +1,4 @@
-"""ROS 2 bags: a folder with metadata.yaml and its storage, sqlite3 read in the order of its rows, or MCAP.
-
-The sqlite3 storage of ROS 2 bags, read in the order of its rows, up to where the file is torn.
-"""
+"""ROS 2 bags: a folder with metadata.yaml and its storage, MCAP or sqlite3 read row by row up to where it is torn."""
 
 import os
 import re
@@ -210,7 +207,7 @@ def _matches(head: Head) -> bool:
 
 
 def _is_series(names: Sequence[str]) -> bool:
-    """Whether the files of a folder are one bag by their names: one file, or the splits NAME_0, NAME_1, ... of one.
+    """True when the files of a folder are one bag by their names: one file, or the splits NAME_0, NAME_1, ... of one.
 
     A recorder that died has written no metadata. Anything else beside them makes the folder one of several logs.
     """

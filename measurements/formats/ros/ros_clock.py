@@ -1,4 +1,4 @@
-"""When a message was true: header stamps where they can be trusted, on one clock with what has no header."""
+"""Time of a message: its header stamp where that can be trusted, on one clock with messages that have no header."""
 
 from array import array
 from collections.abc import Callable, Sequence
@@ -150,7 +150,7 @@ def overtaken(time: Array) -> NDArray[np.intp] | None:
 
 
 def _sound(stamps: Stamps, notes: list[str]) -> bool:
-    """Whether the headers can be trusted; says in a note why not."""
+    """True when the headers can be trusted; says in a note why not."""
     if stamps.header is None:
         return False
     zero = int(np.count_nonzero(stamps.header <= 0))
@@ -175,7 +175,7 @@ def _delay(stamps: Stamps) -> float:
 
 
 def _on(clock: Stamps, stamps: Stamps) -> bool:
-    """Whether headers are of the clock of another topic, however fast that runs."""
+    """True when headers are of the clock of another topic, however fast that runs."""
     if stamps.header is None:
         return False
     return abs(float(np.median(_headers_at(clock, stamps.received) - stamps.header))) / 1e9 <= OTHER_CLOCK

@@ -1,4 +1,4 @@
-"""From the raw messages of a bag to streams: chosen topics are unpacked, field by field, into plain arrays."""
+"""Messages of a bag as streams: chosen topics unpacked, field by field, into plain arrays."""
 
 from array import array
 from collections.abc import Sequence

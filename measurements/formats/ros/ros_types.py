@@ -1,7 +1,4 @@
-"""Message types of ROS: which numbers a message holds, and the messages of one topic as a table.
-
-The messages of one topic and shape as a table of numbers, a column for each field.
-"""
+"""Message types of ROS: the numbers a message holds, and the messages of one topic as a table."""
 
 from array import array
 from collections import Counter

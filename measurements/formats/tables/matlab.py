@@ -1,14 +1,8 @@
-"""MATLAB `.mat` files up to version 7: their elements looked over, then read through scipy.
+"""MATLAB `.mat` files up to version 7 as tables: a time vector, and vectors as long as it, read through scipy.
 
-MATLAB `.mat` files up to version 7, through scipy: a time vector, and vectors as long as it, are a wide table.
-
-A struct with a time vector of its own is a table of its own, named by its dotted path. Simulink's "structure with time"
-and a struct with the fields Time and Data, as `timeseries` is saved, are read as what they mean.
-
-The elements of a MATLAB file of version 5 to 7, looked over before scipy unpacks them.
-
-Layout: "MAT-File Format", The MathWorks, chapter 1, level 5. scipy 1.17 takes the type of an element for an index
-without a check, and a damaged one ends the process.
+A struct with a time vector of its own is a table by its dotted path; Simulink's "structure with time" and a saved
+`timeseries` are read as what they mean. Elements are checked beforehand ("MAT-File Format", The MathWorks, chapter 1,
+level 5): scipy 1.17 takes an element's type for an index unchecked, and a damaged one ends the process.
 """
 
 import math

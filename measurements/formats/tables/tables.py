@@ -82,12 +82,12 @@ class Part(Protocol):
 
 
 def is_long(columns: Sequence[str], clock: TimeColumn | None) -> bool:
-    """Whether the columns are those of a flattened bag."""
+    """True when the columns are those of a flattened bag."""
     return clock is not None and set(LONG) <= set(columns)
 
 
 def is_wide(columns: Sequence[str], clock: TimeColumn | None) -> bool:
-    """Whether the columns are one time column and channels."""
+    """True when the columns are one time column and channels."""
     return clock is not None and len(columns) > 1 and not is_long(columns, clock)
 
 
@@ -276,7 +276,7 @@ class _Clock:
 
     @property
     def _from_first(self) -> bool:
-        """Whether the time counts from the first stamp, for it counts from an epoch in the file."""
+        """True when the time counts from the first stamp, for it counts from an epoch in the file."""
         return bool(self._first / self._per_second >= EPOCH)
 
     @property

@@ -1,4 +1,4 @@
-"""Whether compass, gyro, receiver, accelerometer and commands are in step."""
+"""Check of the clocks: compass, gyro, receiver, accelerometer and commands in step."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

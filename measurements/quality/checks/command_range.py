@@ -1,7 +1,7 @@
-"""Whether the commands stay on the curves of the vehicle's thrusters: beyond its end, a curve gives its last force.
+"""Check of the commands' range: on the curves of the vehicle's thrusters, beyond whose ends force stays the same.
 
-Percent for a share, tenfold values, or one side in another unit go unnoticed so: the model drives at full thrust where
-the boat did not. Where the vehicle explains its log surely better with the commands scaled back, they are so scaled.
+Percent for a share, tenfold values, or one side in another unit would go unnoticed. Where the vehicle explains the log
+surely better with commands scaled back, they are so scaled.
 """
 
 from collections.abc import Mapping, Sequence

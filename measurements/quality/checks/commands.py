@@ -1,4 +1,4 @@
-"""Whether there is a command of a thruster, and nothing else that steers."""
+"""Check for a command of a thruster, and for nothing else that steers."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

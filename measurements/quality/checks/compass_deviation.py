@@ -1,4 +1,4 @@
-"""Whether the compass points where the boat goes: its deviation against the course over ground."""
+"""Check of the compass: its deviation against the course over ground."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

@@ -1,8 +1,8 @@
-"""Whether what drives the boat is what the log says: commands that stand still, or are of another run, while it moves.
+"""Check of what drives the boat: commands that stand still, or belong to another run, while it moves.
 
-A thruster pushes and turns the boat at once, in one proportion. Where its record stands still, and what the model
-leaves of surge and of yaw there are one and the same push of this thruster, as large as a working thruster's, the
-thruster moved. Commands that explain nothing of the boat's motion, at any delay, quick or slow, are not its own.
+A thruster pushes and turns the boat in one proportion. Where its record stands still while surge and yaw lack one and
+the same push of it, as large as a working thruster's, the thruster moved. Commands that explain nothing of the motion,
+at any delay, quick or slow, are not the boat's own.
 """
 
 from collections.abc import Sequence
@@ -144,7 +144,7 @@ def _mirrored(records: Sequence[Record], names: list[str]) -> list[tuple[int, in
 
 
 def _rests_or_saturates(records: Sequence[Record], name: str) -> bool:
-    """Whether the value at which a command stands longest is one of no push, or an end of its range."""
+    """True when the value at which a command stands longest is one of no push, or an end of its range."""
     channels = [r.log.channels[name] for r in records if name in r.log.channels]
     values, places = np.unique(np.concatenate([c.value for c in channels]), return_inverse=True)
     lasting = np.concatenate([np.diff(c.time, append=c.time[-1] + c.period) for c in channels])

@@ -1,4 +1,4 @@
-"""What the boat did, and what the log can therefore tell."""
+"""Check of the excitation: what the boat did, and what the log can therefore identify."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

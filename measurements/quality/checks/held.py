@@ -1,4 +1,4 @@
-"""Whether positions are new in every row: a receiver of 5 Hz on a grid of 10 Hz repeats itself."""
+"""Check of held positions: a receiver of 5 Hz on a grid of 10 Hz repeats itself."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

@@ -1,4 +1,4 @@
-"""Whether the positions jump and stay, or leave for a while: the log is cut there, and what came after is sound."""
+"""Check of jumping positions, which stay or leave for a while: the log is cut there, and what comes after is sound."""
 
 from collections.abc import Sequence
 from functools import partial

@@ -1,4 +1,4 @@
-"""Whether position fixes come when they were taken: a fix that is a row late makes the boat stop, then leap."""
+"""Check of late fixes: one that is a row late makes the boat stop, then leap."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

@@ -1,9 +1,8 @@
-"""Whether the record of the commands is cut at a limit: at its largest, the boat is driven as if they went on.
+"""Check of commands cut at a limit: at its largest recorded command, the boat is driven as if they went on.
 
-While no command moves, the thrusters' force is constant, whatever it is, and the rest of the motion is hull, waves and
-noise, wherever the commands stand. Where accelerations change much while they stand at their extremes and little while
-they stand elsewhere, thrusters worked beyond their record. So they did where accelerations change by fits while they
-stand at their extremes, with stillness between: a hidden step of a thruster is over in a moment, and waves never rest.
+While no command moves, the thrusters' force is constant, and the rest of the motion is hull, waves and noise. Where
+accelerations change much, or by fits, while commands stand at their extremes, and little while they stand elsewhere,
+thrusters worked beyond their record; waves never rest between.
 """
 
 from collections.abc import Sequence

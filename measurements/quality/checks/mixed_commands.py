@@ -1,4 +1,4 @@
-"""Whether two commands are throttle and steering under the names of two sides: one pushes alone, the other turns alone.
+"""Check of throttle and steering recorded as two sides: one command pushes alone, the other turns alone.
 
 A thruster on one side does both. So where one command surely pushes and hardly turns the boat, and the other surely
 turns it and hardly pushes, they are no sides, or sum and difference of them. The claim is weighed by the rule of

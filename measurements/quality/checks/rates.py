@@ -1,4 +1,4 @@
-"""Whether the log is dense enough: rates of the channels, their jitter, and gaps."""
+"""Check of the sampling: rates of the channels, their jitter, and gaps."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

@@ -1,4 +1,4 @@
-"""Whether the log was put on a finer grid than it was measured on: rows that repeat, or lie on lines between others."""
+"""Check of a log put on a finer grid than it was measured on: rows that repeat, or lie on lines between others."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -118,7 +118,7 @@ def _padding(time: Array, values: Sequence[Array], fresh: NDArray[np.bool_]) -> 
 
 
 def _moves(values: Sequence[Array], rows: slice, usual: Array) -> bool:
-    """Whether most records move at least a tenth as fast in some rows as they usually do."""
+    """True when most records move at least a tenth as fast in some rows as they usually do."""
     steps = np.array([np.median(np.abs(np.diff(record[rows.start : rows.stop + 1]))) for record in values])
     moving = usual > 0.0
     return bool(np.count_nonzero(steps[moving] > 0.1 * usual[moving]) > 0.5 * moving.sum())

@@ -1,4 +1,4 @@
-"""Whether the sensors tell of one motion: heading and gyro, positions and speeds; see `kinematics`."""
+"""Check of the sensors against each other: heading and gyro, positions and speeds; see `kinematics`."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

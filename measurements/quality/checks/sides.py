@@ -1,4 +1,4 @@
-"""Whether port is port, and ahead ahead: the sign of the boat's answer against the names of its commands."""
+"""Check of the sides and signs of thrusters: the boat's answer against the names of its commands."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -132,7 +132,7 @@ def _too_small(expected: Mapping[str, Expected], told: Mapping[str, Answer], siz
 
 
 def _turns_apart(records: Sequence[Record]) -> bool:
-    """Whether the gyro goes to port where the heading goes to starboard: one of the two signs is wrong."""
+    """True when the gyro goes to port where the heading goes to starboard: one of the two signs is wrong."""
     both = [record for record in records if {"psi", "r"} <= set(record.log.channels)]
     pairs = [
         band_passed(np.column_stack([np.gradient(s.motion.heading, _STEP), s.motion.velocity[:, 2]]), _STEP, _TURNING)

@@ -1,4 +1,4 @@
-"""Whether single values stand out of a record, or it jumps across all of its range: glitches and short counters."""
+"""Check for spikes: single values that stand out of a record, and jumps across its range, as of short counters."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Whether the time stamps run forward: repeated ones, and ones that go back."""
+"""Check of the time stamps: repeated ones, and ones that go back."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

@@ -1,4 +1,4 @@
-"""Whether a sensor repeats itself: a value that stays exactly the same while it should move."""
+"""Check for stuck sensors: a value that stays exactly the same while it should move."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final
@@ -110,13 +110,13 @@ def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
 
 
 def _follows(logs: Sequence[Log]) -> bool:
-    """Whether the track is what heading and speed alone make it: then the boat does not drift indeed."""
+    """True when the track is what heading and speed alone make it: then the boat does not drift indeed."""
     track = track_of(logs)
     return track is not None and track.certain and track.left < _NO_DRIFT
 
 
 def _moves(record: Record, drive: str, but: tuple[str, ...]) -> bool:
-    """Whether records other than those in question say that the boat turns, or runs unevenly."""
+    """True when records other than those in question say that the boat turns, or runs unevenly."""
     channels = {name: c for name, c in record.log.channels.items() if name not in but}
     if drive == "turns":
         r, psi = channels.get("r"), channels.get("psi")

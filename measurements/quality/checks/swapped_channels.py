@@ -1,4 +1,4 @@
-"""Whether surge is surge: u and v under each other's names, by the way made good and by what the thrusters drive."""
+"""Check of u and v under each other's names, by the way made good and by what the thrusters drive."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -61,7 +61,7 @@ class Exchanged(Check):
 
 
 def may_be_exchanged(records: Sequence[Record]) -> bool:
-    """Whether the thrusters are explained better by the exchanged speeds, and no position says that it is not so.
+    """True when the thrusters are explained better by the exchanged speeds, and no position says that it is not so.
 
     While that is so, the sign of what a thruster does to surge is not known.
     """
@@ -105,7 +105,7 @@ def _by_thrust(records: Sequence[Record]) -> Size | None:
 
 
 def _pushes_ahead(records: Sequence[Record], name: str) -> bool:
-    """Whether a thruster is known to push along the hull: one that pushes aside drives sway itself."""
+    """True when a thruster is known to push along the hull: one that pushes aside drives sway itself."""
     own = [t for record in records if record.vehicle for t in record.vehicle.thrusters if t.channel == name]
     return bool(push_and_turn(own[0])[0]) if own else bool(side_named((command_kind(name) or ("", name))[1]))
 

@@ -1,4 +1,4 @@
-"""Whether gravity leaks into the accelerometer: a boat that trims with speed tilts its sensor."""
+"""Check of gravity in the accelerometer: a boat that trims with speed tilts its sensor."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

@@ -1,4 +1,4 @@
-"""Whether the time is in seconds: heading and way must change as much as their rates say over the same stamps."""
+"""Check of the unit of time: heading and way must change as much as their rates say over the same stamps."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,7 @@
-"""Whether two records of one quantity agree in size and sign: degrees for radians, knots for metres a second, axes.
+"""Check of units and signs between two records of one quantity: degrees for radians, knots for metres a second, axes.
 
-Each pair is read in the ways in which it may have been recorded. The simplest reading is taken on which no other is
-much better, and if that is not the log as it is recorded, the fault is ruled upon by its size; see `faults`.
+Each pair is read in every way in which it may have been recorded. The simplest reading is taken on which no other is
+much better; another than the log's own is a fault, weighed by its size; see `faults`.
 """
 
 from collections.abc import Callable, Sequence

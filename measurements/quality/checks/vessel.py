@@ -1,4 +1,4 @@
-"""Whether the log is of a surface vessel at all: what its autopilot says that it steers."""
+"""Check of the vehicle's kind: a surface vessel, as the autopilot says."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

@@ -1,11 +1,7 @@
-"""Laws and witnesses: what a law says of a model (a `Ruling`), and what it sees of one (a `Witness`).
+"""The interface of a law: what it sees of a model (`Witness`), and what it says of it (`Ruling`).
 
-What a law says of a model (a `Ruling`), and what every law is.
-
-What a law sees of a model: a `Witness`.
-
-A witness answers for velocities relative to the water, with the wind and trim that its vehicle file states taken out:
-they are forces from outside, and no model breaks a law by feeling them.
+A witness answers for velocities relative to the water, without the wind and trim that its vehicle file states: these
+are forces from outside, and no model breaks a law by feeling them.
 """
 
 from abc import ABC, abstractmethod
@@ -39,7 +35,7 @@ TOLD = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Proof:
-    """What a proof of dissipation came to.
+    """Outcome of a proof of dissipation.
 
     Attributes
     ----------
@@ -53,7 +49,7 @@ class Proof:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answers:
-    """What a model answers to the laws.
+    """Answers of a model to the laws.
 
     Attributes
     ----------
@@ -77,7 +73,7 @@ class Answers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scope:
-    """Where a model is judged, and how thoroughly.
+    """Scope of an audit: where a model is judged, and how thoroughly.
 
     Attributes
     ----------
@@ -145,7 +141,7 @@ class Witness:
 
     @cached_property
     def turns(self) -> bool:
-        """Whether the answer depends on the heading, as far as some of `states` tell; all of them, of a fast model."""
+        """True when the answer depends on the heading, as some of `states` tell; all of them, of a fast model."""
         some = self.states.copy() if self.dense else self.states[:256].copy()
         some[:, 3] += 0.5 * np.pi
         gap = np.abs(self.relative(some) - self.coasting[: some.shape[0]]).max()
@@ -264,7 +260,7 @@ Verdict = Literal["pass", "fail", "not applicable"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ruling:
-    """What one law says of a model.
+    """Ruling of one law on a model.
 
     Attributes
     ----------
@@ -294,7 +290,7 @@ class Ruling:
 
     @property
     def margin(self) -> float | None:
-        """How far the worst value lies below the limit; negative for a violation."""
+        """Distance of the worst value below the limit; negative for a violation."""
         return None if self.value is None or self.limit is None else self.limit - self.value
 
     def to_dict(self) -> Plain:
@@ -343,7 +339,16 @@ class Law(ABC):
         kept: str,
         broken: str,
     ) -> Ruling:
-        """The ruling on a worst value, with the sentence for either case."""
+        """The ruling on a worst value, with the sentence for either case.
+
+        Parameters
+        ----------
+        value, limit, unit : the worst value, what the law allows, and the unit of both
+        at : the state of the worst value
+        share : of quasi-random states, windows or rollouts that break the law
+        proof : what the verdict rests on
+        kept, broken : the sentence for either case
+        """
         holds = value <= limit
         return Ruling(
             law=self.name,
@@ -378,7 +383,7 @@ def in_words(at: dict[str, float]) -> str:
 
 
 def let_pass(witness: Witness, limit: float) -> str:
-    """What is let pass, in words, behind what was found; nothing for a formula, which is held to rounding."""
+    """Tolerance in words, behind what was found; nothing for a formula, which is held to rounding."""
     return "" if witness.exact else f", where {limit:.3g} W is let pass"
 
 

@@ -80,7 +80,7 @@ class BoundedSpeed(Law):
 
 
 def _unbraked(witness: Witness, commands: Array) -> bool:
-    """Whether motion along some axis, far faster than the envelope, still gains power under a command that lasts.
+    """True when motion along some axis, far faster than the envelope, still gains power under a command that lasts.
 
     A rollout need not tell: rounding lets a hull leave a straight course long before its speed is out of bounds.
     """

@@ -15,7 +15,15 @@ _SKIN = 1.0 + 1e-9
 
 
 def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) -> Ruling:
-    """The ruling over the envelope or, where it is stretched, between it and the stretched one."""
+    """The ruling over the envelope or, where it is stretched, between it and the stretched one.
+
+    Parameters
+    ----------
+    law : that rules
+    witness : the model
+    stretch : factor on the envelope; 1 for the envelope itself
+    where : of the envelope, in the sentence
+    """
 
     def moved(x: Array) -> Array:
         return _pushed_out(witness, x) if stretch > 1.0 else x

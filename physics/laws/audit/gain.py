@@ -1,4 +1,4 @@
-"""Where does a model gain power that it should not? The search that the laws of power share."""
+"""Search for the state in which a model gains most power that it should not; the laws of power share it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class Gains:
 
     @property
     def broken(self) -> bool:
-        """Whether some state gains more than is allowed."""
+        """True when some state gains more than is allowed."""
         return bool((self.over > 0.0).any())
 
     @property
@@ -64,7 +64,13 @@ class Gains:
 
 
 def asked(states: Array, gained: Power, allowed: Power) -> Gains:
-    """Gains at some states."""
+    """Gains at some states.
+
+    Parameters
+    ----------
+    states : (n, d)
+    gained, allowed : functions of states, in W
+    """
     return Gains(states, gained(states), allowed(states))
 
 
@@ -79,6 +85,13 @@ def hunted(witness: Witness, known: Gains, box: Box, gained: Power, allowed: Pow
 
     First by the excess over the squared share of the envelope, else the many watts of fast states would hide slow ones;
     then by the excess itself, where there is one, or by the share of the tolerance that is taken up.
+
+    Parameters
+    ----------
+    witness : the model
+    known : states that were asked
+    box : in which is searched
+    gained, allowed : functions of states, in W
     """
 
     def over(x: Array) -> Array:

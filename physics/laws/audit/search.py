@@ -1,7 +1,7 @@
-"""Where is a function of state largest? Quasi-random sampling of a box, projected gradient ascent, random steps.
+"""Maximisation of a function of state: quasi-random points in a box, projected gradient ascent, random steps.
 
-The function is a black box that is asked for many states at once, so gradients are central differences: with a few
-coordinates that costs what backpropagation would, and serves networks, formulas and foreign code alike.
+The function is a black box asked for many states at once, so gradients are central differences; networks, formulas and
+foreign code are served alike.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
-    """How hard to look.
+    """Effort of the search.
 
     Attributes
     ----------
@@ -60,6 +60,12 @@ def spread(box: Box, count: int, seed: int) -> Array:
     """Points (count, d) of a shifted Korobov lattice (Sloan and Joe 1994, section 4.2): evenly over the box.
 
     `count` is rounded up to a power of two.
+
+    Parameters
+    ----------
+    box : ends of each coordinate
+    count : points
+    seed : of the shift
     """
     size, count = box.low.size, 2 ** int(np.ceil(np.log2(max(count, 2))))
     lattice = np.outer(np.arange(count), [pow(_GENERATOR, k, count) for k in range(size)]) % count / count
@@ -99,6 +105,12 @@ def rays(states: Array, box: Box, seed: int) -> Array:
     """A quarter of the states drawn towards rest by up to a thousand, and the corners of the velocities' box.
 
     Linear terms show at low speed and cubic ones at high speed, the largest values of either often in a corner.
+
+    Parameters
+    ----------
+    states : (n, d), velocities first
+    box : ends of each coordinate
+    seed : of the draws
     """
     rng = np.random.default_rng([seed, 17])
     near = states[: states.shape[0] // 4].copy()
@@ -118,6 +130,14 @@ def climb(
     Gradient ascent goes up hills; random steps from the best tops, at all scales and along some of the coordinates
     only, then follow ridges, where the slope jumps (power under thrust has one where thrust begins to brake). A
     coordinate whose side has no length stays there.
+
+    Parameters
+    ----------
+    value : function of states (n, d), larger is worse
+    states, found : (n, d), and their values (n,)
+    box : ends of each coordinate
+    settings : how hard to look
+    seed : of the random steps
     """
     chosen = settings or SearchSettings()
     start = np.clip(states[_apart(states, found, box, chosen)], box.low, box.high)

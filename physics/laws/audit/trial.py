@@ -70,7 +70,14 @@ def trial_commands(pool: Array, seed: int) -> tuple[Array, int]:
 
 
 def trial_motion(vehicle: Vehicle, commands: Array, time_step: float) -> tuple[Motion, np.ndarray]:
-    """The same as one motion at rest, for models that are rolled out along a motion, and the rows to start from."""
+    """The same as one motion at rest, for models that are rolled out along a motion, and the rows to start from.
+
+    Parameters
+    ----------
+    vehicle : whose commands they are
+    commands : (trials, rows, thrusters), each in its unit
+    time_step : [s]
+    """
     count, rows, _ = commands.shape
     n = count * rows
     motion = Motion(
@@ -87,7 +94,14 @@ def trial_motion(vehicle: Vehicle, commands: Array, time_step: float) -> tuple[M
 
 
 def rolled(answer: Answer, commands: Array, seconds: float) -> Rollouts:
-    """Rollouts from rest, heading north, under every other command of a trial that lasts so long [s]."""
+    """Rollouts from rest, heading north, under every other command of a trial that lasts so long [s].
+
+    Parameters
+    ----------
+    answer : acceleration of a model from velocity, heading and a row of the commands
+    commands : (trials, rows, k), whatever `answer` takes
+    seconds : of a rollout [s]
+    """
     chosen = commands[:, ::2]
     h = seconds / (chosen.shape[1] - 1)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -96,7 +110,7 @@ def rolled(answer: Answer, commands: Array, seconds: float) -> Rollouts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Settling:
-    """How a vehicle fares in a trial in calm water.
+    """Speeds of a vehicle in a trial in calm water.
 
     Attributes
     ----------
@@ -114,7 +128,14 @@ class Settling:
 
 
 def settling(vehicle: Vehicle, pool: Array, seed: int = 0) -> Settling:
-    """Roll a vehicle out under extreme and random commands, the former until its speeds settle, if they do."""
+    """Roll a vehicle out under extreme and random commands, the former until its speeds settle, if they do.
+
+    Parameters
+    ----------
+    vehicle : that is rolled out
+    pool : commands (n, thrusters)
+    seed : of the random ones
+    """
     commands, held = trial_commands(pool, seed)
     terms = Terms(calm(vehicle))
     rates = cache(lambda batch: Flattened([(terms, batch)], placed=False))  # a batch of each size has its own
@@ -144,6 +165,12 @@ def reachable(vehicle: Vehicle, pool: Array, seed: int = 0) -> tuple[Envelope, s
 
     A hull that nothing stops has no speeds of its own: then full thrust acts for a moment. One without a positive mass
     does not move as anything does: then the box is one unit wide.
+
+    Parameters
+    ----------
+    vehicle : that is rolled out
+    pool : commands (n, thrusters)
+    seed : of the random ones
     """
     if mass_margin(vehicle) <= 0.0:
         return Envelope((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), "a box of one unit, as its mass is that of no vehicle"
@@ -161,7 +188,7 @@ def reachable(vehicle: Vehicle, pool: Array, seed: int = 0) -> tuple[Envelope, s
 
 
 def _settles(velocity: Array) -> bool:
-    """Whether the speeds and yaw rates of held commands (n, rows, 3) have settled in the last third."""
+    """True when the speeds and yaw rates of held commands (n, rows, 3) have settled in the last third."""
     for size in (np.linalg.norm(velocity[..., :2], axis=-1), np.abs(velocity[..., 2])):
         third = size.shape[1] // 3
         early, late, last = (size[:, : k * third + 1].max(axis=1) for k in (1, 2, 3))

@@ -1,4 +1,4 @@
-"""What a chapter of the report page is: a place on the page, and a function from a run's files to a section."""
+"""The interface of a chapter of the report page: its place, and a function from a run's files to a section."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How the page was made: demands on an effect, versions, command, and digests of what it was made from."""
+"""Chapter on how the page was made: demands on an effect, versions, command, and digests of its sources."""
 
 from ....physics.presentation import words
 from ...run_contents import RunFolder

@@ -1,4 +1,4 @@
-"""What the log can show and tell apart, and which manoeuvres would settle what it leaves open."""
+"""Chapter on identifiability: what the log can tell apart, and which manoeuvres would settle what it leaves open."""
 
 from collections.abc import Sequence
 

@@ -1,9 +1,4 @@
-"""Drawings of effects: the force that the nominal model lacks, and how far the log excites each effect.
-
-The force that the nominal model lacks, what was added for it, and over which signal it is best seen.
-
-The drawing of how far the log excites each effect.
-"""
+"""Drawings of effects: the force that the nominal model lacks over a signal, and how far the log excites effects."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence

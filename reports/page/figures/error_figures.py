@@ -1,11 +1,4 @@
-"""Drawings of a model's errors: scatter and histogram, the track, spectra, heading, and regimes.
-
-Drawings of measured against predicted acceleration: a scatter and a histogram of the error for each axis.
-
-Drawings of where models fail: the track coloured by error, spectra, and the error by heading.
-
-The acceleration error of a model sorted by speed, turn rate, command and heading, as the page draws it.
-"""
+"""Drawings of a model's errors: scatter and histogram, the track coloured by error, spectra, heading, and regimes."""
 
 from collections.abc import Mapping, Sequence
 

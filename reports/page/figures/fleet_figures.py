@@ -1,9 +1,4 @@
-"""Drawings of several boats and runs: the hull diary, and one number of several runs.
-
-The drawings of the hull diary: all boats over their days, and a parameter of a boat.
-
-The drawing of one number of several runs side by side.
-"""
+"""Drawings of several boats and runs: the hull diary, and one number of several runs side by side."""
 
 from collections.abc import Callable, Sequence
 from datetime import date

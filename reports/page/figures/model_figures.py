@@ -1,11 +1,4 @@
-"""Drawings of models side by side: errors and laws, errors that grow with the horizon, and tracks.
-
-The drawing that puts all models side by side: how wrong they are, and which laws of a hull they break.
-
-The drawing of how the error of predictions grows with their length, a line a model.
-
-The tracks of all models over each other: where each took the boat, beside where it was to go.
-"""
+"""Drawings of models side by side: errors and laws, errors that grow with the horizon, and tracks."""
 
 import io
 import math

@@ -1,13 +1,4 @@
-"""Plots of a run for a notebook: axes that a person can go on with, and a slider that predicts anew.
-
-Plots of a run for a notebook: matplotlib axes that a person can go on with.
-
-They show what the page shows, in plain colours and on axes of the caller's choice.
-
-A slider in a notebook: one number that a run found, and predictions anew wherever it is put.
-
-What a notebook shows of findings beside their words: numbers with their intervals, and the missing force.
-"""
+"""Plots of a run for a notebook: matplotlib axes of the caller's choice, and a slider that predicts anew."""
 
 import io
 import math
