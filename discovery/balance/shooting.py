@@ -196,11 +196,8 @@ class Shooting(Balance):
         self.scale = np.maximum(np.array(usual), floor)
         quiet = bool((data.noise < LEAST_NOISE).all())
         moved = None if quiet else data.binned(transitions(data, about, states))
-        self._whitener = self._whitening(moved) if moved is not None and self.settings.whiten else None
+        self._whitener = self._whitening(moved, self._turned(about, error)) if self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
-        self._traces: tuple[Array, Array] | None = None
-        if self.settings.turned > 0.0:
-            self._traces = self._traces_of_a_compass(about, error)
         self._noise = self.finished(self._drawn_noise(moved))
 
     @property
@@ -265,28 +262,22 @@ class Shooting(Balance):
         if self._whitener is not None:
             flat = errors.transpose(2, 0, 1).reshape(starts, bins * 3, 1)
             errors = (self._whitener @ flat)[..., 0].reshape(starts, bins, 3).transpose(1, 2, 0)
-        rows = self._rows(errors * self._weight)
-        if self._traces is None or not np.isfinite(rows).all():
-            return rows
-        directions, share = self._traces
-        return rows - ((directions * share) @ (directions.T @ (rows / self.scale).ravel())).reshape(-1, 3) * self.scale
+        return self._rows(errors * self._weight)
 
-    def _traces_of_a_compass(self, about: Vehicle, error: Array) -> tuple[Array, Array] | None:
-        """What a compass that deviates makes of the rows, as orthogonal directions, and the share of each that goes.
+    def _turned(self, about: Vehicle, error: Array) -> Array | None:
+        """What a compass that deviates, as it usually may, makes of each rollout, (bins, 3, starts, 3); None by none.
 
-        With a normal prior of the deviation its covariance adds to that of the rows, and they are whitened by the root
-        of the sum (generalised least squares; Ljung 1999, section 7.4). None where rollouts run away.
+        By a constant and by waves with the heading, of other numbers in each rollout, so that it may change with
+        anything else, slowly. None, too, where rollouts run away.
         """
-        rest, found = self.finished(error), []
+        if self.settings.turned == 0.0:
+            return None
+        found = []
         for name in _DEVIATIONS:
             other = self._data.recorded([corrected_for(motion, {name: _TURN}) for motion in self._data.motions])
-            moved = self.finished(self._errors(other.states(about), other.measured))
-            found.append(((moved - rest) / self.scale).ravel() * (self.settings.turned / _TURN))
-        columns = np.column_stack(found)
-        if not np.isfinite(columns).all():
-            return None
-        directions, size, _ = np.linalg.svd(columns, full_matrices=False)
-        return directions, 1.0 - 1.0 / np.sqrt(1.0 + size**2)
+            found.append((self._errors(other.states(about), other.measured) - error) * (self.settings.turned / _TURN))
+        moved = np.stack(found, axis=3)
+        return moved if np.isfinite(moved).all() else None
 
     def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
         """A Gauss-Newton step from one model to another, halved until the rollouts do not get worse.
@@ -370,12 +361,19 @@ class Shooting(Balance):
         begin = rng.standard_normal((starts, 3)) * data.noise * data.calmed[:, None]
         return noise - np.einsum("bijs,sj->bis", spread, begin)
 
-    def _whitening(self, spread: Array) -> Array:
-        """(starts, 3 bins, 3 bins): the inverse root of 1 + S N S^T, N the start's noise in units of the error."""
-        noise = self._data.noise
-        bins, _, _, starts = spread.shape
-        s = spread.transpose(3, 0, 1, 2) * (noise / self.scale[:, None])
-        s = s.reshape(starts, bins * 3, 3)
+    def _whitening(self, spread: Array | None, turned: Array | None) -> Array | None:
+        """(starts, 3 bins, 3 bins): the inverse root of 1 + S N S^T + t t^T, in units of the error.
+
+        N is the start's noise, S how it spreads, and t what the compass may make of the rollout, as a normal error of
+        each (generalised least squares; Ljung 1999, section 7.4). None where neither is.
+        """
+        parts = [] if spread is None else [spread.transpose(3, 0, 1, 2) * (self._data.noise / self.scale[:, None])]
+        parts += [] if turned is None else [turned.transpose(2, 0, 1, 3) / self.scale[:, None]]
+        if not parts:
+            return None
+        s = np.concatenate(parts, axis=3)
+        starts, bins = s.shape[:2]
+        s = s.reshape(starts, bins * 3, -1)
         vectors, size, _ = np.linalg.svd(s, full_matrices=False)
         shrink = 1.0 - 1.0 / np.sqrt(1.0 + size**2)
         unit = np.tile(self.scale, bins)

@@ -22,7 +22,7 @@ def test_a_deviation_leaves_little_of_itself(name: str):
     )
     moved = [form.recorded([turned], HULL) - form.balance(HULL) for form in (plain, beside)]
     before, after = (np.square(rows / plain.scale).sum() for rows in moved)
-    assert after < 0.1 * before
+    assert after < 0.05 * before
 
 
 def test_what_a_law_of_sway_does_stays():
@@ -31,4 +31,4 @@ def test_what_a_law_of_sway_does_stays():
     for deviation in (0.0, np.radians(5.0)):
         form = Shooting([LOG], HULL, replace(ShootingSettings(), turned=deviation))
         moved.append(float(np.square((form.balance(other) - form.balance(HULL)) / form.scale).sum()))
-    assert moved[1] > 0.7 * moved[0]
+    assert moved[1] > 0.3 * moved[0]
