@@ -216,6 +216,7 @@ class Basis:
     why : why rollouts judge, in a sentence; empty where the force balance does
     part : of a long log, which part is searched; else empty
     timed : how early or late the commands were recorded is fitted in every model
+    deviates : the compass plainly does, and no law of sway is judged
     """
 
     nominal: Vehicle
@@ -227,6 +228,7 @@ class Basis:
     why: str
     part: str = ""
     timed: bool = True
+    deviates: bool = False
 
     @property
     def rolls(self) -> bool:
@@ -269,7 +271,9 @@ class Basis:
         """The same judged by rollouts, for a reason in words, on motions that are cleared of what sensors add."""
         clear = nuisances(self.forces.motions)
         settings = _beside(self.settings, clear.turned)
-        return replace(self, settings=settings, motions=clear.motions, notes=clear.notes, why=why)
+        return replace(
+            self, settings=settings, motions=clear.motions, notes=clear.notes, why=why, deviates=clear.deviates
+        )
 
     def trusting(self) -> "Basis":
         """The same for a compass that is taken to be right, see `choose`."""
@@ -282,7 +286,7 @@ class Basis:
         """The same with some errors of the record left in it, by the names of their corrections."""
         found = self
         if STRAIGHT_RUNS in left:
-            found = replace(found, motions=self.forces.motions, notes=())
+            found = replace(found, motions=self.forces.motions, notes=(), deviates=False)
         return replace(found, timed=False) if COMMAND_OFFSET.symbol in left else found
 
     def cleared_forces(self) -> WeakForm:

@@ -117,11 +117,13 @@ class Nuisances:
     ----------
     motions : the motions without it
     turned : standard deviation of what the heading may lack for all that the log shows [rad]; 0 where it is right
+    deviates : the compass plainly does, so that no law of sway is learnt beside what a correction leaves
     notes : the same in words
     """
 
     motions: tuple[Motion, ...]
     turned: float
+    deviates: bool
     notes: tuple[str, ...]
 
 
@@ -132,14 +134,13 @@ def nuisances(motions: Sequence[Motion]) -> Nuisances:
     """
     compass = compass_shown(motions)
     if compass.sound:
-        return Nuisances(tuple(motions), 0.0, ())
-    known = float(np.hypot(0.0 if compass.plain else compass.size, compass.error))
-    turned = min(known, UNKNOWN)
-    beside = f"forces are judged beside a deviation of {np.degrees(turned):.1f} degrees"
-    if not compass.plain:
-        return Nuisances(tuple(motions), turned, (f"{compass.sentence}; {beside}",))
-    note = f"{compass.sentence}; heading and velocities are corrected, and {beside}"
-    return Nuisances(tuple(corrected(m, compass) for m in motions), turned, (note,))
+        return Nuisances(tuple(motions), 0.0, False, ())
+    if compass.plain:
+        note = f"{compass.sentence}; heading and velocities are corrected, and no law of sway is judged"
+        return Nuisances(tuple(corrected(m, compass) for m in motions), UNKNOWN, True, (note,))
+    turned = min(float(np.hypot(compass.size, compass.error)), UNKNOWN)
+    note = f"{compass.sentence}; forces are judged beside a deviation of {np.degrees(turned):.1f} degrees"
+    return Nuisances(tuple(motions), turned, False, (note,))
 
 
 def misalignment(motions: Sequence[Motion]) -> float:

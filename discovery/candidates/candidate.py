@@ -99,6 +99,15 @@ def _limited(parameter: Parameter, vehicle: Vehicle) -> Parameter:
     return replace(parameter, lower=_LIGHTEST * vehicle.mass) if parameter.symbol == "mass" else parameter
 
 
+_BY_SWAY = ("X_udot", "Y_vdot", "x_g", "y_g", "mass", "memory_sway", "cross_flow")
+"""What acts in sway, or is told from a scale of thrust and drag by forces there alone."""
+
+
+def needs_sway(candidate: Candidate) -> bool:
+    """True for a candidate that acts in sway, multiplies the sway velocity, or is told apart by such a force only."""
+    return any(p.symbol in _BY_SWAY or p.axis == 1 or "v" in p.form for p in candidate.parameters)
+
+
 _NEAR = 1e-3
 """Share of the room between a start and a limit within which an estimate is at the limit."""
 _ROUNDING = 1e-5
