@@ -91,7 +91,6 @@ def rollout_step(
     start : the vehicle at which the fit begins
     nominal : the vehicle that limits and notes refer to
     pool : nuisance candidates, one for each parameter
-    blind : axes (3,) whose velocity is not trusted
     folds : parts of the logs without each of which the fit is repeated
     """
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]

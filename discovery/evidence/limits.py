@@ -1,8 +1,4 @@
-"""Limits of an estimate: a value at its bound, outside its own interval, or beside a confounder that no log can judge.
-
-Where the compass may be wrong, no effect that needs the sway velocity is judged, but it may still act, and an effect of
-the turn rate may stand in for it. The force balance with velocities as measured says whether it would explain as much.
-"""
+"""Limits of an estimate: a value at its bound, outside its own interval, or a time within the log's misalignment."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

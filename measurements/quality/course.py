@@ -1,11 +1,9 @@
 """Course over ground against heading: the direction of the axes where no speed was measured.
 
-A boat under way goes where its bow points, or its stern, but for a current and for the drift of its turns. So its way
-has no part across the heading but these. In a log whose heading is mirrored, or whose positions are, that holds for the
-mirror image of the heading; in one whose heading is off, for a turned one. Each reading is weighed by the squared way
-across it, beside the current and the drift that fit it best, and the simplest is taken on which no other is much
-better, by the rule of `faults`. The angle of a reading is half that of the squared ways (Mardia and Jupp, Directional
-Statistics, 2000, section 9.4: doubled angles count a boat that goes astern as one that goes ahead).
+A boat's way has no part across its heading but current and the drift of its turns; in a mirrored log that holds for the
+mirror image of the heading, in a turned one for a turned heading. The simplest reading is taken on which no other is
+much better in squared way across, by the rule of `faults`. The angle of a reading is half that of the squared ways
+(Mardia and Jupp, Directional Statistics, 2000, section 9.4).
 """
 
 from collections.abc import Sequence
@@ -52,7 +50,7 @@ class Course:
 
     @property
     def sound(self) -> bool:
-        """Whether all axes point where they should."""
+        """True when all axes point where they should."""
         return self.turn == 1 and self.quarters == 0
 
 

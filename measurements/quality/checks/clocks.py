@@ -124,7 +124,7 @@ def on_grid(record: Record, name: str, time: Array) -> Array:
 
 
 def _sure(lag: Lag | None) -> bool:
-    """Whether one record follows the other, at a delay that is known to the step in which delays are tried."""
+    """True when one record follows the other, at a delay that is known to the step in which delays are tried."""
     return lag is not None and lag.explained >= FOLLOWS and CI * lag.error <= COARSE
 
 

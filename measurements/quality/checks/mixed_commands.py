@@ -1,9 +1,8 @@
 """Check of throttle and steering recorded as two sides: one command pushes alone, the other turns alone.
 
-A thruster on one side does both. So where one command surely pushes and hardly turns the boat, and the other surely
-turns it and hardly pushes, they are no sides, or sum and difference of them. The claim is weighed by the rule of
-`faults`: how much better they explain the changes of surge and yaw so than as two sides alike; and with a vehicle, how
-much of what it leaves of the log they explain when they are mixed into sides.
+A thruster on one side does both. The claim is weighed by the rule of `faults`: how much better throttle and steering
+explain the changes of surge and yaw than two sides do; and with a vehicle, how much of what it leaves of the log they
+explain when they are mixed into sides.
 """
 
 from collections.abc import Sequence

@@ -160,7 +160,7 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
 
 
 def _rest_moves(log: Log, names: tuple[str, ...], span: tuple[float, float]) -> bool:
-    """Whether another speed changes meanwhile: all of them stand in a steady turn without noise, and at rest."""
+    """True when another speed changes meanwhile: all of them stand in a steady turn without noise, and at rest."""
     others = [log.channels[name] for name in "uvr" if name in log.channels and name not in names]
     if names[0] in _GOES_ON or not others:
         return True
