@@ -8,8 +8,7 @@ number stays whole. Verdicts are those of `find_missing` on logs that the verb h
 
     python benchmarks/steady_numbers.py [--group 6] [--only NAME]... [--kept FILE]
 
-What was tried is kept, and gone on with; `benchmarks/decisive_numbers.py` counts by it. A number that is set anew is
-tried anew.
+What was tried is kept, and gone on with. A number that is set anew is tried anew.
 """
 
 import argparse
