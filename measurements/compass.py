@@ -26,7 +26,7 @@ course."""
 _LEAST = np.radians(1.0)
 """Deviation from which there is one [rad]: a degree makes 0.017 m/s of sway at 1 m/s, what good sensors add in
 noise."""
-_SOUND = np.radians(2.0)
+SOUND = np.radians(2.0)
 """Deviation up to which a compass is right [rad]: two make 0.035 m/s of sway at 1 m/s, what rough sensors add in
 noise."""
 _USUAL = np.radians(10.0)
@@ -96,7 +96,7 @@ class Compass:
     @property
     def sound(self) -> bool:
         """True when the runs show that it does not deviate by more than two degrees."""
-        return not self.deviates and self.size + 2.0 * self.error <= _SOUND
+        return not self.deviates and self.size + 2.0 * self.error <= SOUND
 
     @property
     def curve_known(self) -> bool:
@@ -106,7 +106,7 @@ class Compass:
     @property
     def sentence(self) -> str:
         """The same in words."""
-        size, error, limit = (float(np.degrees(x)) for x in (self.size, self.error, _SOUND))
+        size, error, limit = (float(np.degrees(x)) for x in (self.size, self.error, SOUND))
         if not np.isfinite(self.error):
             return f"too few straight runs to tell whether the compass is right to within {limit:g} degrees"
         if self.lazy:

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...measurements.compass import corrected
+from ...measurements.compass import SOUND, corrected
 from ...measurements.kinematics import compass_shown, gyro_lateness
 from ...physics.motion import Array, Motion
 from .base import WeakSettings
@@ -117,7 +117,7 @@ class Nuisances:
     ----------
     motions : the motions without it
     turned : standard deviation of what the heading may lack for all that the log shows [rad]; 0 where it is right
-    deviates : the compass plainly does, so that no law of sway is learnt beside what a correction leaves
+    deviates : the compass does, so that no law of sway is learnt beside what a correction leaves of it
     notes : the same in words
     """
 
@@ -139,8 +139,11 @@ def nuisances(motions: Sequence[Motion]) -> Nuisances:
         note = f"{compass.sentence}; heading and velocities are corrected, and no law of sway is judged"
         return Nuisances(tuple(corrected(m, compass) for m in motions), UNKNOWN, True, (note,))
     turned = min(float(np.hypot(compass.size, compass.error)), UNKNOWN)
-    note = f"{compass.sentence}; forces are judged beside a deviation of {np.degrees(turned):.1f} degrees"
-    return Nuisances(tuple(motions), turned, False, (note,))
+    judged = f"forces are judged beside a deviation of {np.degrees(turned):.1f} degrees"
+    asked = bool(np.isfinite(compass.error)) and compass.size > SOUND  # straight runs speak against it, if not for sure
+    if asked:
+        judged = "no law of sway is judged"
+    return Nuisances(tuple(motions), turned, asked, (f"{compass.sentence}; {judged}",))
 
 
 def misalignment(motions: Sequence[Motion]) -> float:
