@@ -212,7 +212,7 @@ def test_too_few_straight_runs_leave_a_deviation_beside_which_is_judged(nominal:
 def test_a_law_of_sway_is_found_beside_what_a_compass_may_lack(nominal: Vehicle) -> None:
     """Its size is that of the law, whatever constant the compass lacks."""
     log = coloured(driven(nominal.with_values({"Y_vv": -150.0}), 4.0, 0), (0.04, 0.03, 0.01), 1.0, seed=2)
-    for turned in (log, deviated(log, 2.0, 0.0, 0.0)):
+    for turned in (log, deviated(log, 1.0, 0.0, 0.0)):
         found = find_missing([turned], nominal)
         assert found.basis.rolls
         (drag,) = (c for c in found.findings.added if c.effect == "sway_quadratic_damping")
