@@ -124,7 +124,7 @@ def on_grid(record: Record, name: str, time: Array) -> Array:
 
 
 def _sure(lag: Lag | None) -> bool:
-    """True when one record follows the other, at a delay that is known to the step in which delays are tried."""
+    """True when one record follows the other, at a delay that is known to a row of the commands."""
     return lag is not None and lag.explained >= FOLLOWS and CI * lag.error <= COARSE
 
 
@@ -190,9 +190,11 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     ends = seconds - CI * error, seconds + CI * error
     if seconds > SLOW and far:
         return [_early(seconds, ends, channels)]
-    # A command was given up to a row before the one that holds it, and always a whole one where a programme keeps step.
-    if ends[1] >= -_IN_STEP - row:
-        if ends[0] < -COARSE - row:
+    # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in rows of a second, with
+    # which a programme may keep step, nearly all of it.
+    before = max(0.5 * row, row - 0.5 * COARSE)
+    if ends[1] >= -_IN_STEP - before:
+        if ends[0] < -COARSE - before:
             between = " to ".join(_when(end, 2) for end in ends)
             text = f"the boat may answer its commands {between}: too little to tell"
             return [
@@ -268,7 +270,7 @@ def _answer(records: Sequence[Record], gyro: float, about: float, row: float) ->
     lags = []
     for response in (_surge_answer, _yaw_answer):
         every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
-        lag = lag_of(every, _STEP, quick, (about + _REACH[0] - row, about + _REACH[1]))
+        lag = lag_of(every, _STEP, quick, (about + _REACH[0] - max(row - COARSE, 0.0), about + _REACH[1]))
         if lag is not None and lag.stretches >= FEWEST and _sure(lag):
             lags.append(lag)
     if not lags:
