@@ -307,7 +307,7 @@ def _tables(
 
 def _earliest(row: float) -> float:
     """The least delay after its commands that a sound log may have [s]: a command was given up to a row before it."""
-    return -_LATE - max(row, COARSE)
+    return round(-_LATE - max(row, COARSE), 9)
 
 
 def row_of(records: Sequence[Record], names: Iterable[str]) -> float:
