@@ -106,19 +106,18 @@ class Fitted:
 
         Of surge and of yaw each, it is weighed against what the commands explain there.
         """
-        sides, mix, power = (np.zeros(self.stretch.size) for _ in range(3))
+        alike, turned, mix, power = (np.zeros(self.stretch.size) for _ in range(4))  # or one of the sides turned round
         one, two = (self.names.index(name) for name in (throttle, steering))
         for axis, (alone, sign) in enumerate(((one, 1.0), (two, -1.0))):
             columns, besides = self.columns[axis], self.columns[axis][:, len(self.names) :]
             left = self._errors(axis, columns)
             explained = self._errors(axis, besides) - left
             total = max(float(explained.sum()), 1e-300)
-            both = columns[:, one] + sign * columns[:, two]
-            pair = (self._errors(axis, np.column_stack([moved, besides])) for moved in (both, columns[:, alone]))
             power += explained / total
-            for found, errors in zip((sides, mix), pair, strict=True):
-                found += (errors - left) / total
-        return size_of(sides, mix, power, self.stretch)
+            moved = (columns[:, one] + by * columns[:, two] for by in (sign, -sign))
+            for found, column in zip((alike, turned, mix), (*moved, columns[:, alone]), strict=True):
+                found += (self._errors(axis, np.column_stack([column, besides])) - left) / total
+        return size_of(min(alike, turned, key=lambda sides: float(sides.sum())), mix, power, self.stretch)
 
     def size_beside(self, without: Array) -> Size:
         """How much of what the commands explain is gone where another fit leaves these squared errors (n,)."""

@@ -107,16 +107,7 @@ def test_what_cannot_be_repaired_is_refused_and_nothing_is_written(here: Path):
     text = pd.read_csv("raw.csv")
     text.loc[text["field"] == "newton_stbd", "value"] *= -1.0
     text.to_csv("reversed.csv", index=False)
-    refused(
-        "discover",
-        "reversed.csv",
-        "-v",
-        "blueboat",
-        "--fix",
-        "-o",
-        "never",
-        match="newton_(stbd is reversed|port look like)",
-    )
+    refused("discover", "reversed.csv", "-v", "blueboat", "--fix", "-o", "never", match="newton_stbd is reversed")
     with pytest.raises(RequestError, match="a log that grows cannot be repaired"):
         next(follow_live("raw.csv", HULL, reading=Reading(fix=True)))
 
