@@ -20,7 +20,7 @@ from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
 from .basis import LEAVES, Basis, beside_few, plenty
 from .calibration.before_calibration import freed
-from .candidates.candidate import Candidate, Kind, needs_sway
+from .candidates.candidate import SCALES_OF_ALL, Candidate, Kind, needs_sway
 from .candidates.unnamed_terms import shortlist, term_candidate, twins
 from .evidence.unexplained import with_faint
 from .evidence.weighing import TELL_APART, Evidence, modest, weigh
@@ -92,7 +92,14 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
         free = freed(basis.cleared_forces(), nominal, pool, basis.settings.search)
         pool = free.pool
     every = slender(pool, nominal)
-    doubted = [c for c in every if c.key in _MEASURES or (basis.deviates and needs_sway(c))]
+    unproven = basis.settings.shooting.turned > 0.0
+    doubted = [
+        c
+        for c in every
+        if c.key in _MEASURES
+        or (basis.deviates and needs_sway(c))
+        or (unproven and set(SCALES_OF_ALL) & set(c.symbols))
+    ]
     seen, unseen = [c for c in every if c not in doubted], [c for c in doubted if not c.nuisance]
     if free is not None:
         free = free.seen(seen)
