@@ -17,7 +17,16 @@ from .balance.base import Balance
 from .balance.long_logs import STRAIGHT_RUNS, digest, nuisances
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
-from .candidates.candidate import Candidate, Kind, candidates, command_timing, holds_guesses, measurable
+from .candidates.candidate import (
+    SCALES_OF_ALL,
+    Candidate,
+    Kind,
+    candidates,
+    command_timing,
+    holds_guesses,
+    measurable,
+    needs_sway,
+)
 from .candidates.linearisation import Linearisation
 from .candidates.unnamed_terms import features_along
 from .search.floating import Search
@@ -201,6 +210,10 @@ def _turned(weak: WeakForm) -> Array:
     return weak.average(series)
 
 
+_MEASURES = ("thruster_arm",)
+"""What rollouts measure the rest by."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Basis:
     """The balance that judges a log, with the motions and candidates for it.
@@ -249,6 +262,18 @@ class Basis:
     def pool(self) -> tuple[Candidate, ...]:
         """All candidates that the log's channels can show."""
         return tuple(c for c in self.instant.pool if self.timed or c.kind is not Kind.SENSOR)
+
+    def judges(self, candidate: Candidate) -> bool:
+        """True for a candidate that what judges the log can tell from the rest, as far as the compass is known.
+
+        Rollouts cannot tell long arms from little inertia and damping in yaw together. Beside a compass that deviates,
+        they tell nothing that acts in sway, and beside one that is not proven, no common scale of thrust and drag.
+        """
+        if not self.rolls:
+            return True
+        unproven = self.settings.shooting.turned > 0.0
+        blind = candidate.key in _MEASURES or (unproven and bool({*SCALES_OF_ALL} & {*candidate.symbols}))
+        return not (blind or (self.deviates and needs_sway(candidate)))
 
     def balance(self, about: Vehicle | None = None, shooting: ShootingSettings | None = None) -> Balance:
         """The balance that judges.

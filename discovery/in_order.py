@@ -138,7 +138,8 @@ def own_numbers(basis: Basis) -> Freed:
     found = freed(weak, basis.nominal, basis.pool, basis.settings.search)
     if not basis.rolls:
         return found
-    return found.seen(slender(found.pool, basis.nominal))
+    pool = slender(found.pool, basis.nominal)
+    return found.seen([c for c in pool if not c.nuisance or basis.judges(c)])
 
 
 def judged_as(basis: Basis, run: RunModels | None) -> Basis:

@@ -64,6 +64,11 @@ class Reason(Worded):
         "This log cannot tell: it holds no manoeuvre in which it would show. ({meaning})",
         True,
     )
+    UNJUDGED = (
+        "unjudged",
+        "This log cannot tell: rollouts, which judge a log of such noise or compass, do not show it. ({meaning})",
+        True,
+    )
     ABSORBED = (
         "absorbed",
         "This log cannot tell: the calibrated parameters take up what it would do. ({meaning})",

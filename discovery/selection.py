@@ -20,7 +20,7 @@ from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
 from .basis import LEAVES, Basis, beside_few, plenty
 from .calibration.before_calibration import freed
-from .candidates.candidate import SCALES_OF_ALL, Candidate, Kind, needs_sway
+from .candidates.candidate import Candidate, Kind
 from .candidates.unnamed_terms import shortlist, term_candidate, twins
 from .evidence.unexplained import with_faint
 from .evidence.weighing import TELL_APART, Evidence, modest, weigh
@@ -70,8 +70,6 @@ _NO_START = (
     *("battery_sag", "hull_fouling"),
 )
 """Static effects that no search begins with: what rollouts hardly tell from others together, and what changes a log."""
-_MEASURES = ("thruster_arm",)
-"""What rollouts measure the rest by: they cannot tell long arms from little inertia and damping in yaw together."""
 _POLISHES = 10
 """Steps of a fit that only finds where a search begins; the kept model gets as many as it needs."""
 _SPHERE = 0.5
@@ -92,15 +90,8 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
         free = freed(basis.cleared_forces(), nominal, pool, basis.settings.search)
         pool = free.pool
     every = slender(pool, nominal)
-    unproven = basis.settings.shooting.turned > 0.0
-    doubted = [
-        c
-        for c in every
-        if c.key in _MEASURES
-        or (basis.deviates and needs_sway(c))
-        or (unproven and set(SCALES_OF_ALL) & set(c.symbols))
-    ]
-    seen, unseen = [c for c in every if c not in doubted], [c for c in doubted if not c.nuisance]
+    seen = [c for c in every if basis.judges(c)]
+    unseen = [c for c in every if not c.nuisance and not basis.judges(c)]
     if free is not None:
         free = free.seen(seen)
         say(free.sentence)
@@ -125,7 +116,7 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
     say(Stage("weighing the evidence", WEIGHING))
     evidence = modest(weigh(search, state, seed, known), form)
     nothing = np.zeros(3)
-    evidence += [Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), dormant=True) for c in unseen]
+    evidence += [Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), unjudged=True) for c in unseen]
     forces = Search(basis.cleared_forces(), nominal, seen, replace(settings, refinements=0))
     return Selected(
         basis,

@@ -234,7 +234,7 @@ def _base_rate(e: Evidence) -> float:
 
 def _open(e: Evidence, reason: Reason) -> bool:
     """True when an effect that is no claim may be there: anything speaks for it, or nothing could speak at all."""
-    hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
+    hidden = e.dormant or e.unjudged or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
     return hidden or reason is Reason.WEAK or e.confidence >= PERHAPS
 
 

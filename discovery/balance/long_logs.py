@@ -135,15 +135,15 @@ def nuisances(motions: Sequence[Motion]) -> Nuisances:
     compass = compass_shown(motions)
     if compass.sound:
         return Nuisances(tuple(motions), 0.0, False, ())
-    if compass.plain:
-        note = f"{compass.sentence}; heading and velocities are corrected, and no law of sway is judged"
-        return Nuisances(tuple(corrected(m, compass) for m in motions), UNKNOWN, True, (note,))
     turned = min(float(np.hypot(compass.size, compass.error)), UNKNOWN)
-    judged = f"forces are judged beside a deviation of {np.degrees(turned):.1f} degrees"
-    asked = bool(np.isfinite(compass.error)) and compass.size > SOUND  # straight runs speak against it, if not for sure
-    if asked:
-        judged = "no law of sway is judged"
-    return Nuisances(tuple(motions), turned, asked, (f"{compass.sentence}; {judged}",))
+    deviates = compass.plain or compass.size > SOUND  # straight runs speak against it, if not for sure
+    judged = [
+        *(["heading and velocities are corrected"] if compass.plain else []),
+        *(["no law of sway is judged"] if deviates else []),
+        f"forces are judged beside a deviation of {np.degrees(turned):.1f} degrees",
+    ]
+    clear = (corrected(m, compass) for m in motions) if compass.plain else motions
+    return Nuisances(tuple(clear), turned, deviates, (f"{compass.sentence}; {', '.join(judged)}",))
 
 
 def misalignment(motions: Sequence[Motion]) -> float:

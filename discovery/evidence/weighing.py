@@ -76,6 +76,7 @@ class Evidence:
         ones in whose place it does, and those that explain what moves a quiet axis as well
     at_limit : True when a physical limit holds one of its parameters: the log asks for more than physics allows
     dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
+    unjudged : True when rollouts judge, which do not tell it from the rest or from what the compass lacks
     absorbed : True when it was not selected, and calibration takes up what a plausible amount of it would do
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
     out_of_step : misalignment of the log's channels [s], for a lag, a delay or an inertia that may look like it
@@ -94,6 +95,7 @@ class Evidence:
     indistinguishable_from: tuple[str, ...]
     at_limit: bool = False
     dormant: bool = False
+    unjudged: bool = False
     absorbed: bool = False
     noise_limited: bool = False
     out_of_step: float = 0.0
@@ -130,6 +132,7 @@ class Evidence:
             Reason.OUT_OF_STEP: self.late >= _LATE,
             Reason.AT_LIMIT: self.at_limit,
             Reason.NOT_EXCITED: self.dormant,
+            Reason.UNJUDGED: self.unjudged,
             Reason.ABSORBED: self.absorbed,
             Reason.NOISE: self.noise_limited,
             Reason.WEAK: self.selected or self.confidence >= PERHAPS,
