@@ -52,7 +52,7 @@ class Page:
         opened, source = session.shown.opened, session.shown.source
         diary = session.shown.diary
         kind = "diary" if diary is not None else "bench" if opened is not None else "opening"
-        what = "" if opened is None else session.names.told(f"{opened.log} with {opened.vehicle}")
+        what = "" if opened is None else session.names.with_user_names(f"{opened.log} with {opened.vehicle}")
         self._what.set_text(what if diary is None else f"the fleet {diary.fleet}")
         source = diary or source
         if source != self._source:

@@ -24,14 +24,14 @@ class FileNames:
         """Say what the user calls a file of the folder."""
         self._names[kept.name] = name
 
-    def told(self, text: str) -> str:
+    def with_user_names(self, text: str) -> str:
         """A text for the page, with the user's names in the place of those under which files are kept.
 
         Examples
         --------
         >>> names = FileNames(Path("/tmp/x"))
         >>> names.call(Path("/tmp/x/upload-1.csv"), "harbour.csv")
-        >>> names.told("discover: /tmp/x/upload-1.csv is empty")
+        >>> names.with_user_names("discover: /tmp/x/upload-1.csv is empty")
         'harbour.csv is empty'
         """
         return _OF_A_VERB.sub("", self._put(text, str))

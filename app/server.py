@@ -16,7 +16,7 @@ from ..workflows.workbench_facts import Source
 from .closed_to_strangers import ClosedToStrangers
 from .file_names import SESSION
 from .fleets import fleet_in
-from .worker import Spare
+from .worker import PrewarmedWorker
 
 PORT, _TRIED = 8423, 20
 """The first port that is tried where none is asked for, and how many after it."""
@@ -73,7 +73,7 @@ def serve(
     hosts = _names(host, bound)
     address = f"http://{f'[{host}]' if ':' in host else host}:{bound}/" + (f"?token={token}" if token else "")
     saved = first is not None and any(path.lower().endswith(SESSION) for path in first.logs)
-    spare = Spare(None if saved or fleet_in(first) else first)  # computes while the pages are loaded
+    spare = PrewarmedWorker(None if saved or fleet_in(first) else first)  # computes while the pages are loaded
     told(f"The workbench is at {address} (Ctrl-C ends it)")
     if browser:  # it is answered as soon as there is a page, and its window is there by then
         threading.Thread(target=_open, args=(address,), daemon=True).start()
@@ -117,7 +117,7 @@ def _as_if_absent(*names: str) -> Iterator[None]:
             del sys.modules[name]
 
 
-def _application(first: Source | None, spare: Spare, hosts: list[str], *, paths: bool) -> Any:
+def _application(first: Source | None, spare: PrewarmedWorker, hosts: list[str], *, paths: bool) -> Any:
     """The pages and their sockets."""
     with _as_if_absent(*_OF_CLIENTS):
         from nicegui import Client, core, ui

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from ..workflows.workbench_facts import OWN_NUMBERS, Source, Trained, Way
-from .errands import Audience, Errands, Training
 from .file_names import SESSION, FileNames
 from .fleets import fleet_in
 from .shown import Shown
 from .steps import History, Step, same_commands
-from .worker import Spare
+from .worker import PrewarmedWorker
+from .worker_client import Observers, Training, WorkerClient
 
 
 class Session:
@@ -36,10 +36,10 @@ class Session:
     waiting : how much that was asked for waits for its turn
     """
 
-    def __init__(self, spare: Spare | None = None, *, paths: bool = True) -> None:
+    def __init__(self, spare: PrewarmedWorker | None = None, *, paths: bool = True) -> None:
         self._paths = paths
-        self.audience = Audience()
-        self.errands = Errands(self.audience, spare)
+        self.audience = Observers()
+        self.errands = WorkerClient(self.audience, spare)
         self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
         self.names = FileNames(self.folder)
         self.shown = Shown(self.errands, self.audience, self.folder, self.names)
@@ -122,7 +122,7 @@ class Session:
             self.errands.trouble, self.asked = "", None
             with self.errands.telling():
                 path, beside = files.session_in(source)
-                saved = files.read_session(Path(path), self.names.told(path))
+                saved = files.read_session(Path(path), self.names.with_user_names(path))
                 if self._paths:
                     beside = (*beside, str(Path(path).parent))
                 places = await asyncio.to_thread(

@@ -304,7 +304,7 @@ class _Files:
             return path
         if path in self.files:
             return self.files[path].name
-        name = Path(self._names.told(path)).name
+        name = Path(self._names.with_user_names(path)).name
         taken = {file.name for file in self.files.values()}
         name = next(one for one in (name, *(f"{k} {name}" for k in range(2, len(taken) + 3))) if one not in taken)
         self.files[path] = self._text(path, name) if text else self._log(path, name)

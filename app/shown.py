@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from ..workflows.workbench_facts import OWN_NUMBERS, Card, Fit, HullDiary, Opened, Searched, Source, Stand
-from .errands import Audience, Errands
+from ..workflows.workbench_facts import OWN_NUMBERS, Card, Fit, HullDiary, ModelChoice, Opened, Searched, Source
 from .file_names import FileNames
 from .steps import History, Step
+from .worker_client import Observers, WorkerClient
 
 Interval = tuple[float, float]
 
@@ -63,7 +63,9 @@ class Shown:
     diary : of a fleet, which is shown in place of a log; None for the log
     """
 
-    def __init__(self, errands: Errands, audience: Audience, folder: Path, names: FileNames | None = None) -> None:
+    def __init__(
+        self, errands: WorkerClient, audience: Observers, folder: Path, names: FileNames | None = None
+    ) -> None:
         self._errands, self._audience, self._folder = errands, audience, folder
         self._names = names or FileNames(folder)
         self.history: History | None = None
@@ -76,7 +78,7 @@ class Shown:
         self.by_hand: dict[str, Card] = {}
         self.diary: HullDiary | None = None
         self._stale = False
-        self._weighed: Stand | None = None
+        self._weighed: ModelChoice | None = None
 
     # -- the log that is chosen ----------------------------------------------------------------------------------------
 
@@ -118,9 +120,9 @@ class Shown:
         return None if self.history is None else self.history.now.source
 
     @property
-    def stand(self) -> Stand:
+    def stand(self) -> ModelChoice:
         """The model."""
-        return Stand() if self.history is None else self.history.now.stand
+        return ModelChoice() if self.history is None else self.history.now.stand
 
     @property
     def searched(self) -> Searched | None:
@@ -257,7 +259,7 @@ class Shown:
         self.other, self.other_source, self.on_other = None, None, False
         self._audience.tell()
 
-    async def _on_other(self, stand: Stand, *, anew: bool) -> OnLog | None:
+    async def _on_other(self, stand: ModelChoice, *, anew: bool) -> OnLog | None:
         """The model of a stand on the other log, which is read anew where the vehicle may be another."""
         if self.other is None or self.other_source is None:
             return None
@@ -266,7 +268,7 @@ class Shown:
         fit = await self._fit(stand, self.other.opened, "fit_other")
         return None if fit is None else replace(self.other, fit=fit)
 
-    async def _read_other(self, source: Source, stand: Stand) -> OnLog | None:
+    async def _read_other(self, source: Source, stand: ModelChoice) -> OnLog | None:
         given = source, stand, str(self._folder), self._names
         found = await self._errands.ask("reading the other log", "try_on", *given)
         return None if found is None else OnLog(*found, stairs=(found[0].nominal,))
@@ -277,8 +279,8 @@ class Shown:
         given = source, str(self._folder), self.searches.get(source)
         return await self._errands.ask("reading the log", "turn_to", *given)
 
-    async def _fit(self, stand: Stand, opened: Opened, what: str = "fit") -> Fit | None:
-        return opened.nominal if stand == Stand(left=stand.left) else await self._errands.ask("", what, stand)
+    async def _fit(self, stand: ModelChoice, opened: Opened, what: str = "fit") -> Fit | None:
+        return opened.nominal if stand == ModelChoice(left=stand.left) else await self._errands.ask("", what, stand)
 
     def _put(self, history: History, fitted: OnLog, other: OnLog | None, *, anew: bool) -> None:
         before = None if anew else self.fitted
@@ -292,14 +294,14 @@ class Shown:
         self.history, self._stale = history, False
         self._audience.tell()
 
-    async def _climb(self, stand: Stand, *, on_other: bool = False) -> None:
+    async def _climb(self, stand: ModelChoice, *, on_other: bool = False) -> None:
         """Show the error as it falls with every effect, on one of the logs."""
         on = self.other if on_other else self.fitted
         if on is None:
             return
         stairs = [on.opened.nominal] if stand.names else []
         for count in range(1, len(stand.names) + bool(stand.moved)):
-            below = Stand(stand.names[:count], left=stand.left)
+            below = ModelChoice(stand.names[:count], left=stand.left)
             stair = await self._errands.ask("", "fit_other" if on_other else "fit", below)
             if stair is None:
                 return
@@ -310,7 +312,7 @@ class Shown:
             self.other = replace(self.other, stairs=(*stairs, on.fit))
         self._audience.tell()
 
-    async def _weigh(self, stand: Stand) -> None:
+    async def _weigh(self, stand: ModelChoice) -> None:
         """Find what there is to say for effects that were added by name."""
         if self.searched is None or stand == self._weighed:
             return

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..physics.presentation import words
-from ..workflows.workbench_facts import OWN_NUMBERS, Source, Stand
+from ..workflows.workbench_facts import OWN_NUMBERS, ModelChoice, Source
 
 _KEPT = 200
 """Steps back at most."""
@@ -24,7 +24,7 @@ class Step:
     """
 
     source: Source
-    stand: Stand = field(default_factory=Stand)
+    stand: ModelChoice = field(default_factory=ModelChoice)
 
     def adding(self, *names: str) -> "Step":
         """The same with effects that are not yet in the model; numbers that were moved are fitted again."""
@@ -112,7 +112,7 @@ class History:
 
 
 def same_commands(
-    source: Source, stand: Stand, found: Sequence[str], *, refits: bool = False, other: Source | None = None
+    source: Source, stand: ModelChoice, found: Sequence[str], *, refits: bool = False, other: Source | None = None
 ) -> str:
     """A command a line, and a remark for what no command does.
 

@@ -19,7 +19,7 @@ from ..physics.errors import LogError, RequestError, VehicleError
 from ..workflows.workbench_facts import Source
 
 Say = Callable[[Any], None]
-_ROOMS = ("undertow.app.rooms", "undertow.__main__")
+_ROOMS = ("undertow.app.preload", "undertow.__main__")
 """Loaded once, by the process that all workers are forked from: what answers, and the program itself, which
 multiprocessing loads again in each."""
 _REFUSALS = {kind.__name__: kind for kind in (LogError, RequestError, VehicleError)}
@@ -151,9 +151,9 @@ class Worker:
 def _serve(pipe: Connection) -> None:
     """Answer until nobody asks any more; Ctrl-C, which all processes hear, is left to the server."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    from .desk import Desk
+    from .worker_service import WorkerService
 
-    desk = Desk()
+    desk = WorkerService()
     while True:
         try:
             number, what, given, telling = pipe.recv()
@@ -177,7 +177,7 @@ _PICTURE = 1.0
 Begun = tuple[Worker, "Future[Any]"]
 
 
-class Spare:
+class PrewarmedWorker:
     """The first worker of a server, for the first tab that opens something; it begins while the pages are loaded.
 
     Parameters

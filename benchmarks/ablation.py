@@ -20,7 +20,7 @@ from study.scoring import ODDS, WORLDS, kind_of_world, label, log_score, read_od
 from study.studies import FOLDER, STUDIES
 from study.tables import must_hold
 
-from undertow.discovery.found_effects import MISSING
+from undertow.discovery.effect_findings import MISSING
 from undertow.discovery.judgement import Odds
 from undertow.discovery.reason import Reason
 

@@ -25,20 +25,20 @@ from itertools import pairwise
 import numpy as np
 
 import undertow
-from undertow.discovery.calibration.change_watch import AlarmSettings, Rehearsal
+from undertow.discovery.calibration.change_watch import AlarmSettings, SurrogateRuns
 from undertow.discovery.calibration.following import (
     Follower,
     Update,
-    followed,
+    candidates_to_follow,
     followed_by_default,
     informing_rows,
-    known_beforehand,
-    watch_from,
+    learn_prior,
+    rehearsed_watch,
 )
 from undertow.discovery.calibration.forgetting_fit import AdaptSettings
 from undertow.discovery.candidates.candidate import calibratable
 from undertow.physics.motion import Motion
-from undertow.physics.stage import clear_up, collect_seldom
+from undertow.physics.stage import collect_and_freeze, collect_seldom
 from undertow.physics.vehicle import Vehicle
 from undertow.physics.worlds.world import NOISE, World, random_hull
 
@@ -62,16 +62,16 @@ def follower_of(
     motion: Motion, nominal: Vehicle, names: tuple[str, ...] = (), runs: int = 0
 ) -> tuple[Follower, int, Rehearsed]:
     """A follower after the run-in, the rows that this took, and false alarms and hours with noise of later rows."""
-    pool = followed(nominal, (*followed_by_default(nominal), *names), [motion])
+    pool = candidates_to_follow(nominal, (*followed_by_default(nominal), *names), [motion])
     rows = round(RUN_IN / motion.time_step)
     first, settings = motion.slice(0, rows), AdaptSettings()
-    known = known_beforehand([first], nominal, pool, settings)
-    watch = watch_from([first], nominal, pool, known, settings, AlarmSettings())
+    known = learn_prior([first], nominal, pool, settings)
+    watch = rehearsed_watch([first], nominal, pool, known, settings, AlarmSettings())
     rehearsed = 0, 0.0
     if runs and watch is not None:
         later = informing_rows([motion.slice(rows, motion.time.size)], nominal, pool, known, settings)
         asked = AlarmSettings(seed=1)
-        again = Rehearsal(*later, known.amounts, settings.share, settings.weak.stride, asked, runs)
+        again = SurrogateRuns(*later, known.amounts, settings.share, settings.weak.stride, asked, runs)
         rehearsed = again.alarms(watch.widening), again.hours
     return Follower(nominal, pool, known, settings, watch), rows, rehearsed
 
@@ -101,7 +101,7 @@ def speed(names: tuple[str, ...], start: int) -> tuple[float, float, float]:
     growing.begin()
     for part in growing.motions():
         follower.take(part)
-    clear_up()  # as the verb does when it begins
+    collect_and_freeze()  # as the verb does when it begins
     taken, spent = [], 0.0
     for line in lines[rows:]:
         before = time.process_time()

@@ -19,9 +19,9 @@ from scipy.stats import binom
 from study.records import Kept, Script, in_a_table
 from study.worlds import ALL, STEP, Part, draw
 
-from undertow.discovery.basis import choose
+from undertow.discovery.basis import choose_balance
 from undertow.discovery.search.floating import Search
-from undertow.discovery.search.surrogates import REHEARSALS, Rehearsals
+from undertow.discovery.search.surrogates import SURROGATES, SurrogateTest
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.statistics.processors import single_threaded
 
@@ -40,7 +40,7 @@ LEVELS = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
 _TAIL = 0.025 / len(LEVELS) / len(SENSED)
 """On either side of each share, so that in 95 of 100 studies none of them is outside (Bonferroni)."""
 INTRODUCTION = f"""Logs of 300 s of random sisters of the shipped vehicles over all programmes, driven by the very model
-that discovery gets. Of {REHEARSALS} rehearsals of nothing about it, in how many does some effect earn as much as the
+that discovery gets. Of {SURROGATES} rehearsals of nothing about it, in how many does some effect earn as much as the
 best one does on the log itself? Where rehearsals are as the log is, a share p of the logs is among the best p of their
 rehearsals; in brackets, the limits that all fourteen shares of the first two columns keep in 95 of 100 such studies."""
 NO_CHANCE = """Two columns are no chance, and tell why an effect is not named for its rarity alone. Without noise the
@@ -55,13 +55,13 @@ def judge(first: int, number: int) -> dict[str, Any]:
     """How much the best effect earns in one log, and in how many rehearsals some effect earns as much."""
     part = PARTS[number % len(PARTS)]
     case = draw(part, number // len(PARTS), first + number)
-    basis = choose([case.log.motion(STEP)], case.nominal, DiscoverySettings())
+    basis = choose_balance([case.log.motion(STEP)], case.nominal, DiscoverySettings())
     search = Search(basis.balance(), basis.nominal, basis.pool, basis.settings.search)
     state = search.evaluate(basis.nominal, ())
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
-    gain, chance = Rehearsals(search, linear, scores, now, basis.settings.seed).best()
-    return {**case.setting, "part": part.title, "rolls": basis.rolls, "gain": gain, "better": chance.better}
+    gain, chance = SurrogateTest(search, linear, scores, now, basis.settings.seed).best()
+    return {**case.setting, "part": part.title, "rolls": basis.uses_rollouts, "gain": gain, "better": chance.better}
 
 
 def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
@@ -98,7 +98,7 @@ def within(records: Sequence[Mapping[str, Any]], level: float) -> tuple[float, f
     """The share of logs within a share of their rehearsals, and the bounds that chance gives it."""
     low, high = (float(binom.ppf(q, len(records), level)) / len(records) for q in (_TAIL, 1.0 - _TAIL))
     # The log counts as one of the rehearsals: none better is a share of 1 in 1,000.
-    share = np.mean([(r["better"] + 1.0) / (REHEARSALS + 1.0) <= level for r in records])
+    share = np.mean([(r["better"] + 1.0) / (SURROGATES + 1.0) <= level for r in records])
     return float(share), low, high
 
 

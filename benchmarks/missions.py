@@ -24,9 +24,9 @@ import numpy as np
 from study.records import fingerprint
 from study.worlds import PARTS, Case, draw
 
-from undertow.discovery.basis import choose
+from undertow.discovery.basis import choose_balance
 from undertow.discovery.discover import find_missing
-from undertow.discovery.experiment.optimal_manoeuvre import Bounds, Driven, shortest
+from undertow.discovery.experiment.optimal_manoeuvre import Bounds, Driven, find_shortest
 from undertow.discovery.selection import select
 from undertow.discovery.settings import DiscoverySettings
 from undertow.exports.missions.base import Mission
@@ -34,7 +34,7 @@ from undertow.physics.effects import EFFECTS
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.worlds.world import NOISE, Orders, World
-from undertow.workflows.plan import asked, first_question
+from undertow.workflows.plan import first_question, question_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PART = replace(PARTS["gentle"], seconds=40.0)
@@ -68,15 +68,15 @@ def look(number: int, seed: int, repeats: int) -> dict[str, Any]:
         return {"left_out": Left.FAMILY.name}
     case = draw(PART, number, seed)
     motion = case.log.motion(STEP)
-    looked = select(choose([motion], case.nominal, DiscoverySettings()), lambda text: None)
+    looked = select(choose_balance([motion], case.nominal, DiscoverySettings()), lambda text: None)
     effects = first_question(looked)
     (hidden,) = case.hidden
     why = left_out(hidden, effects)
     if why is not None:
         return {"left_out": why.name}
-    question = asked(looked, effects)
+    question = question_of(looked, effects)
     begun = time.perf_counter()
-    found = shortest(question, Bounds())
+    found = find_shortest(question, Bounds())
     seconds = time.perf_counter() - begun
     told = {
         name: [tells(case, motion, driven, question.heading, effects, 1000 * (n + 1) + seed) for n in range(repeats)]

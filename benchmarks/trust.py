@@ -34,7 +34,7 @@ from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.networks.trust import Trust, stacked
 from undertow.residuals.scores import evaluate
 from undertow.residuals.training.epochs import probes_of, train
-from undertow.residuals.training.probes import parts, told
+from undertow.residuals.training.probes import held_out_parts, predict_held_out
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.fit import fit
 from undertow.workflows.inputs import read_inputs
@@ -84,7 +84,7 @@ def judged(pair: Pair, network: str, seed: int) -> dict[str, list[float]]:
     """Errors of the nominal and the calibrated vehicle, and of one network by each gain."""
     run, judge, nominal, base = pair()
     split, choice, settings = run.parts.split, Choice(network), TrainingSettings(seed=seed, device="cpu")
-    every = parts(split.train, base, settings.window)
+    every = held_out_parts(split.train, base, settings.window)
     blocks, regions = (
         probes_of(split, base, choice, settings, [p for p in every if p.block is block]) for block in (True, False)
     )
@@ -92,7 +92,7 @@ def judged(pair: Pair, network: str, seed: int) -> dict[str, list[float]]:
     model = train(split, base, replace(choice, probes=probes), settings=settings).model
     assert model.network.gain is not None, "it is asked of its log"
     given = model.network.gain.trust
-    own = told(model, split.train, split.validation)
+    own = predict_held_out(model, split.train, split.validation)
 
     def by(tried: Sequence[Any], rows: int) -> Trust:
         common = model.network.rests_on == "itself"

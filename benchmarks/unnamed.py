@@ -29,7 +29,7 @@ from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.manoeuvres import PROGRAMMES
 from undertow.physics.worlds.typical_effects import random_hull
 from undertow.physics.worlds.world import NOISE, World
-from undertow.residuals.left_to_learn import left_to_learn
+from undertow.residuals.learnable_residual import measure_learnable_residual
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.scores import evaluate, rollout_scores
 from undertow.residuals.training.epochs import train
@@ -76,7 +76,7 @@ def study(cause: str, seed: int, networks: Sequence[str], learns: str) -> list[d
     own = read(world(learns, 1000 + seed), "field", hull)
     noisy, clean = (read(world("rich", 2000 + seed), noise, hull, "all") for noise in ("field", "clean"))
     split = own.parts.split
-    left = left_to_learn(hull, (split.train, split.validation))
+    left = measure_learnable_residual(hull, (split.train, split.validation))
     alone, found = position(VehicleModel(hull, "alone"), clean), []
     for name in networks:
         record: dict[str, Any] = {"cause": cause, "network": name, "seed": seed, "declined": not left.worth_it}

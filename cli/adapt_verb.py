@@ -72,7 +72,7 @@ def adapt(
         from ..discovery.calibration.change_watch import AlarmSettings
         from ..discovery.calibration.following import Update
         from ..physics.errors import LogError, RequestError
-        from ..physics.stage import clear_up
+        from ..physics.stage import collect_and_freeze
         from ..physics.vehicle import load_vehicle
         from ..workflows.follow_live import Begun, LiveSettings, Note, follow_live
 
@@ -91,7 +91,7 @@ def adapt(
                     complain(f"  {event.text}")
                 elif isinstance(event, Begun):
                     screen.begin(event, alarm_hours)
-                    clear_up()
+                    collect_and_freeze()
                 elif isinstance(event, Update):
                     screen.tell(event)
         except (KeyboardInterrupt, LogError) as error:  # the ways in which a log that has no end is left, or ends badly

@@ -119,7 +119,7 @@ def add(
             added_table,
             calibrated_table,
             energy_text,
-            left_list,
+            not_calibrated_list,
             unnamed_table,
         )
         from ..reports.terminal.layout import UNSURE
@@ -129,7 +129,7 @@ def add(
         tell_repairs(found.inputs.repairs)
         prose(" ".join([findings.headline, *findings.reasons]))
         if findings.calibrated:
-            show(calibrated_table(findings.calibrated), left_list(findings.left, findings.absorbed))
+            show(calibrated_table(findings.calibrated), not_calibrated_list(findings.left, findings.absorbed))
         tables = [added_table(findings.candidates, found.discovery.nominal)] if findings.candidates else []
         show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
         show_steps(findings.steps, findings.candidates, found.comparison)

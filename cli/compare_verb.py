@@ -80,11 +80,13 @@ def compare(
                 notes_list,
                 structure_list,
             )
-            from ..reports.wording import told_of
+            from ..reports.wording import models_sentence
 
             warn(found.warnings)
             table = comparison_table(found.models, found.split, found.differences)
-            show(best_text(found), table, failures_table(found.failures, told_of(found.models, found.structure)))
+            show(
+                best_text(found), table, failures_table(found.failures, models_sentence(found.models, found.structure))
+            )
             show(structure_list(found.structure), notes_list(found))
             if out is not None:
                 say(f"Comparison: {out}")

@@ -18,8 +18,8 @@ from ..reports.terminal.progress import Progress
 
 if TYPE_CHECKING:
     from ..comparison.facts import Comparison
+    from ..discovery.effect_findings import EffectFinding
     from ..discovery.findings import Step
-    from ..discovery.found_effects import FoundEffect
 
 
 WIDEST = 120
@@ -223,9 +223,9 @@ def failing_clearly() -> Iterator[None]:
 
 def interrupted(error: KeyboardInterrupt, more: str = "") -> NoReturn:
     """Say that the user, or the system, ended a verb, and what is kept of it; exit code 130 for Ctrl-C."""
-    from .interruption import leave, told
+    from .interruption import exit_message, leave
 
-    text, code = told(error)
+    text, code = exit_message(error)
     complain(f"\nundertow: {text}{'; ' * bool(more)}{more}")
     leave(code)
     raise typer.Exit(code) from None
@@ -238,13 +238,13 @@ def fail(text: str) -> NoReturn:
 
 
 def show_steps(
-    steps: "Sequence[Step]", candidates: "Sequence[FoundEffect]" = (), comparison: "Comparison | None" = None
+    steps: "Sequence[Step]", candidates: "Sequence[EffectFinding]" = (), comparison: "Comparison | None" = None
 ) -> None:
     """The errors step by step, beside those of a calibration alone, and what is left of them; see `steps_table`."""
-    from ..reports.terminal.findings_screen import error_left, steps_table
+    from ..reports.terminal.findings_screen import remaining_error, steps_table
 
     show(steps_table(steps, candidates, comparison))
-    prose(error_left(steps, comparison.best.horizon if comparison else ""))
+    prose(remaining_error(steps, comparison.best.horizon if comparison else ""))
 
 
 def tell_repairs(repairs: Iterable[str]) -> None:

@@ -25,7 +25,7 @@ def diary(
         from ..fleet.hull_changes import WatchSettings
         from ..fleet.parameter_estimates import read_fleet
         from ..physics.files import write_text
-        from ..reports.hull_diary import boat_sentences, caution, first_told, verdict
+        from ..reports.hull_diary import boat_sentences, caution, in_telling_order, verdict
 
         settings = WatchSettings(budget, seed)
         earlier = earlier_files((("--out", "diary", out),), (fleet,), force=force)
@@ -39,7 +39,7 @@ def diary(
             print_json(facts.to_dict())
             return
         prose(verdict(facts))
-        for boat in first_told(facts.boats):
+        for boat in in_telling_order(facts.boats):
             prose(f"{boat.boat}: {boat_sentences(boat)}")
         prose(caution(facts))
         if out is not None:

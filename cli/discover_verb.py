@@ -9,7 +9,7 @@ import typer
 
 from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
-from ..physics.stage import pass_over_what_is_loaded
+from ..physics.stage import freeze_loaded_objects
 from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_repairs, warn
 from .init_verb import offered
 from .options import (
@@ -73,12 +73,12 @@ def discover(
             vehicle, channels = offered(logs, Reading(frame, channels, namespace), out)
         check = partial(check_folder, out, (logs, vehicle, channels), report=not no_report, force=force)
         read = partial(logs_in_steps, logs, vehicle, Reading(frame, channels, namespace, as_is, fix), judge)
-        told = "json" if as_json else "whole"
+        text = "json" if as_json else "whole"
         if residual is not None:
             from ..workflows.whole_answer import check_kind
 
             check_kind(residual)
-        how = Telling(not no_report, force, told)
+        how = Telling(not no_report, force, text)
         tell_discovery(out, check, read, how, seed=seed, refit=refit, residual=residual)
 
 
@@ -120,9 +120,9 @@ def tell_discovery(
 
     report, force, told = how
     begun = time.perf_counter()
-    from ..measurements.statistics.processors import load_before_forks, steps_beside
+    from ..measurements.statistics.processors import preload_modules, run_steps_in_fork
 
-    with steps_beside(read) as steps:  # what checks, searches and tells is loaded while the logs are read
+    with run_steps_in_fork(read) as steps:  # what checks, searches and tells is loaded while the logs are read
         check()
         from ..discovery.settings import DiscoverySettings
         from ..reports.terminal import comparison_screen as screen
@@ -131,8 +131,8 @@ def tell_discovery(
         from ..workflows.discover_and_add import discover as find
         from ..workflows.run_folder.write import write_run
 
-        load_before_forks(_FORKED)
-        pass_over_what_is_loaded()
+        preload_modules(_FORKED)
+        freeze_loaded_objects()
         settings = DiscoverySettings(seed=seed, refit=refit)
         inputs = next(steps)
         basis = chosen_ahead(inputs, settings)  # while the logs are checked
@@ -168,7 +168,10 @@ def tell_discovery(
         show(terminal.unnamed_table(findings.unnamed))
     show(terminal.sensors_list(findings.sensors))
     if findings.calibrated:
-        show(terminal.calibrated_table(findings.calibrated), terminal.left_list(findings.left, findings.absorbed))
+        show(
+            terminal.calibrated_table(findings.calibrated),
+            terminal.not_calibrated_list(findings.left, findings.absorbed),
+        )
     show_steps(findings.steps, findings.candidates, run.comparison)
     show(terminal.energy_text(findings.passivity))
     prose(terminal.not_judged(findings.candidates))

@@ -11,9 +11,9 @@ from .options import ForceOption, earlier_files
 
 def formats() -> str:
     """What `--to` takes; files are counted and none is loaded, as this stands below every help."""
-    from ..exports.formats.registry import names_told
+    from ..exports.formats.registry import names_with_aliases
 
-    return f"Formats: {names_told()}. docs/howto/export.md says what each is."
+    return f"Formats: {names_with_aliases()}. docs/howto/export.md says what each is."
 
 
 def export(
@@ -43,6 +43,6 @@ def export(
         say(f"{to}: {', '.join(map(str, done.files))}")
         if done.facts.found:
             prose(f"Found: {done.facts.found}")
-        prose(f"Audit: {done.facts.audit[0]} {done.facts.envelope_told}")
+        prose(f"Audit: {done.facts.audit[0]} {done.facts.envelope_sentence}")
         for each in done.facts.left_out:
             prose(f"Not expressed: {each}")

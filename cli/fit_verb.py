@@ -70,7 +70,7 @@ def fit(
         warn(done.inputs.warnings)
         tell_repairs(done.inputs.repairs)
         prose(" ".join(done.sentences))
-        show(terminal.calibrated_table(done.calibration.parameters), terminal.left_list(done.left))
+        show(terminal.calibrated_table(done.calibration.parameters), terminal.not_calibrated_list(done.left))
         show_steps(done.steps)
         show(terminal.energy_text(done.calibration.lawful.passivity))
         say("Nothing is written without --out." if out is None else f"Calibrated vehicle: {out}")

@@ -82,9 +82,9 @@ def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:
 
     draft = draft_of(logs, reading=reading, progress=progress)
     seen = listing([f"{one.channel} ({one.side or 'side unknown'})" for one in draft.thrusters])
-    told = f"discover: no --vehicle is given. The log shows {len(draft.thrusters)} thrusters: {seen}"
+    text = f"discover: no --vehicle is given. The log shows {len(draft.thrusters)} thrusters: {seen}"
     if _on_a_terminal():
-        say(f"{told}.")
+        say(f"{text}.")
         if typer.confirm(f"Write {_VEHICLE} and {_CHANNELS} on a typical hull, and go on with them?", err=True):
             targets = (("--out", "init", _VEHICLE), ("--channels", "init --channels", _CHANNELS))
             earlier = earlier_files(targets, (logs, reading.channel_map))
@@ -92,7 +92,7 @@ def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:
             tell_replaced(earlier)
             return str(_VEHICLE), _CHANNELS
     raise RequestError(
-        f"{told}. 'undertow init LOG --mass KG' writes a vehicle file and a channel map of them; then: undertow "
+        f"{text}. 'undertow init LOG --mass KG' writes a vehicle file and a channel map of them; then: undertow "
         f"discover LOG --vehicle {_VEHICLE} --map {_CHANNELS} --out {out}. Or name a shipped vehicle: "
         f"{', '.join(shipped_vehicles())}"
     )

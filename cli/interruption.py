@@ -65,7 +65,7 @@ def _passed_over() -> None:
         raise KeyboardInterrupt(_heard[0]) from None
 
 
-def told(error: KeyboardInterrupt) -> tuple[str, int]:
+def exit_message(error: KeyboardInterrupt) -> tuple[str, int]:
     """What to say of an interruption, and the exit code: 130 for Ctrl-C, as in every shell."""
     number = error.args[0] if error.args and isinstance(error.args[0], int) else signal.SIGINT
     return WORDS.get(signal.Signals(number).name, WORDS["SIGINT"]), 128 + number
@@ -106,7 +106,7 @@ def _signals() -> list[int]:
 
 def _leave(number: int, _: FrameType | None = None) -> None:
     """End the process; nothing that is half done has its name yet."""
-    text, code = told(KeyboardInterrupt(number))
+    text, code = exit_message(KeyboardInterrupt(number))
     with suppress(OSError):
         os.write(2, f"\nundertow: {text}\n".encode())
     os._exit(code)

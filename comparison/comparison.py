@@ -234,8 +234,8 @@ def comparison(
     counts = [found for found in judged[1:] if parts.judge == "test" or found.name not in fitted]
     recommended = best([(found.model, found.errors, found.audit) for found in (judged[0], *counts)])
     if inputs.broken:
-        told = f"Of a broken log that was taken as it is, no advice: {recommended.sentence}"
-        recommended = recommended.but(sentence=told)
+        text = f"Of a broken log that was taken as it is, no advice: {recommended.sentence}"
+        recommended = recommended.but(sentence=text)
     first, after = ends([found.model for found in judged], recommended.model)
     if table is None:
         table = series(first, after, parts, inputs.channels)

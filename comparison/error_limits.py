@@ -70,13 +70,13 @@ class Limits(BaseModel):
     def _by_seconds(cls, given: Any) -> Any:
         if not isinstance(given, dict):
             return given
-        found: dict[float, Any] = {}
+        result: dict[float, Any] = {}
         for key, errors in given.items():
             seconds = _seconds(key)
-            if seconds in found:
+            if seconds in result:
                 raise ValueError(f"{seconds:g} s stands twice; keep one")
-            found[seconds] = errors
-        return found
+            result[seconds] = errors
+        return result
 
     @model_validator(mode="after")
     def _some(self) -> Self:
@@ -180,8 +180,8 @@ def _seconds(key: Any) -> float:
 
 
 def _entry(values: Mapping[str, float], units: Mapping[str, str]) -> str:
-    told = ", ".join(f"{name}: {value:g}" for name, value in values.items())
-    return f"{{{told}}}  # {', '.join(units[name] for name in values)}"
+    text = ", ".join(f"{name}: {value:g}" for name, value in values.items())
+    return f"{{{text}}}  # {', '.join(units[name] for name in values)}"
 
 
 def _in_words(item: Any) -> str:
@@ -277,5 +277,5 @@ def _each(model: ComparedModel, limits: Limits) -> Iterator[HeldLimit]:
         )
     if limits.laws:
         broken = [law.law for law in model.laws if law.counts and law.verdict == "fail"]
-        told = ", ".join(broken)
-        yield HeldLimit(quantity="laws", measured=len(broken), limit=0.0, holds=model.audit == "pass", told=told)
+        text = ", ".join(broken)
+        yield HeldLimit(quantity="laws", measured=len(broken), limit=0.0, holds=model.audit == "pass", told=text)

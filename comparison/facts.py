@@ -64,12 +64,12 @@ def differences(models: Sequence[tuple[Model, Errors]], references: Sequence[str
 
     Entries are as `comparison.json` has them.
     """
-    found = []
+    result = []
     for k, (model, errors) in enumerate(models):
         for other, base in models[: 1 if model.kind == "baseline" else k]:
             if k > 0 and other.name in references:
-                found += _against(model.name, errors, other.name, base)
-    return found
+                result += _against(model.name, errors, other.name, base)
+    return result
 
 
 def rises(errors: Errors, before: Errors) -> tuple[Rise, ...]:

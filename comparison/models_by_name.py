@@ -11,7 +11,7 @@ from typing import Any
 from ..measurements.collection import log_digests
 from ..measurements.prepared_logs import ALL, FOLDS, Inputs, PathLike
 from ..physics.errors import RequestError
-from ..physics.folders import finish
+from ..physics.folders import finish_move
 from ..physics.presentation import listing
 from ..physics.reading import Plain, read_json, read_yaml
 from ..physics.sources import WHOLE
@@ -56,7 +56,7 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None, *, judged: bool =
         when there is none, a network is given and torch is missing, or a foreign model without a vehicle.
     """
     source, text = Path(path), os.fspath(path)
-    finish(source)
+    finish_move(source)
     if source.suffix == ".onnx":
         if vehicle is None:
             raise RequestError(f"model {text}: {NO_MASS}")
@@ -134,7 +134,7 @@ class Fitted:
     whole: bool
 
     @property
-    def apart(self) -> bool:
+    def known_disjoint(self) -> bool:
         """True when it is known to come from other logs than the judged ones."""
         return bool(self.logs) and not (self.overlap.same or self.overlap.alike)
 
@@ -235,7 +235,7 @@ def _saw_everything(path: str | os.PathLike[str], model: Model) -> bool:
     """True when a model was fitted to all rows of its logs: a discovery that folds judged keeps no test part."""
     if record := _run_record(path):
         return record.get("judged_on") == FOLDS
-    return isinstance(model, VehicleModel) and any(every for every, _ in _told_of(model.vehicle))
+    return isinstance(model, VehicleModel) and any(every for every, _ in _logs_in_sources(model.vehicle))
 
 
 def _run_record(path: str | os.PathLike[str]) -> Plain:
@@ -245,14 +245,14 @@ def _run_record(path: str | os.PathLike[str]) -> Plain:
     return _read(folder / "run.json") if os.fspath(path) else {}
 
 
-def _told_of(vehicle: Vehicle) -> list[tuple[str, str]]:
+def _logs_in_sources(vehicle: Vehicle) -> list[tuple[str, str]]:
     """What the sources of a vehicle say of logs: `WHOLE` or nothing, and their names."""
     return re.findall(_SOURCE, json.dumps(vehicle.sources, ensure_ascii=False))
 
 
 def _named_in(vehicle: Vehicle) -> Digests:
     """Names of logs in the sources of a vehicle."""
-    names = (name.strip(' "}') for _, logs in _told_of(vehicle) for name in logs.split(", "))
+    names = (name.strip(' "}') for _, logs in _logs_in_sources(vehicle) for name in logs.split(", "))
     return [(name, None) for name in dict.fromkeys(names)]
 
 

@@ -202,7 +202,7 @@ def _why(chosen: _Contender, first: _Contender, what: str) -> str:
 def _and_the_others(chosen: _Contender, others: Sequence[_Contender]) -> str:
     """What a reader would ask next: whether a model that breaks a law errs less, or which ones are as good."""
     doubtful = [c for c in others if c.broken and not chosen.broken]
-    told = [
+    texts = [
         f"{c.name} errs {percent(-c.against(chosen).relative)} less but breaks {c.broken}"
         for c in doubtful
         if c.beats(chosen)
@@ -211,7 +211,7 @@ def _and_the_others(chosen: _Contender, others: Sequence[_Contender]) -> str:
     level = [c for c in others if not chosen.beats(c) and not c.beats(chosen)]
     level = [c for c in level if not np.array_equal(c.squares, chosen.squares)]
     equals = [c.name for c in level if c not in doubtful]
-    told += [f"these rows cannot tell {listing(equals)} from {chosen.name}"] * bool(equals)
-    told += [f"{c.name} breaks {c.broken} and is no better by more than chance" for c in level if c in doubtful]
-    text = "; ".join(told)
-    return f"{text.replace('these', 'These', 1) if text.startswith('these') else text}." if told else ""
+    texts += [f"these rows cannot tell {listing(equals)} from {chosen.name}"] * bool(equals)
+    texts += [f"{c.name} breaks {c.broken} and is no better by more than chance" for c in level if c in doubtful]
+    text = "; ".join(texts)
+    return f"{text.replace('these', 'These', 1) if text.startswith('these') else text}." if texts else ""

@@ -14,26 +14,26 @@ from ..measurements.statistics.processors import single_threaded
 from ..physics.motion import Motion
 from ..physics.presentation import listing, words
 from ..physics.vehicle import Vehicle
-from .balance.shooting import rollouts_object
+from .balance.shooting import rollouts_contradict
 from .basis import Basis
 from .calibration.before_calibration import with_calibration
 from .candidates.candidate import CALIBRATED
-from .claims import Tests, claims
+from .claims import Tests, gather_claims
 from .discover import Discovery
-from .evidence.limits import in_step
-from .evidence.other_forms import judged_in_logs
-from .evidence.record_errors import accused, record_errors, without_forces
-from .evidence.weighing import modest, weigh
+from .effect_findings import Folds
+from .evidence.limits import with_clock_offset
+from .evidence.record_errors import record_errors, sensor_findings, shares_of_sensor_errors
+from .evidence.unmodelled_forces import rollouts_of_several_logs
+from .evidence.weighing import assess_candidates, limit_confidence
 from .findings import Findings
-from .found_effects import Folds
-from .in_order import Fitted, Ordered, chosen_for, fit_named, own_numbers
 from .lawful.passivity import Passivity
 from .search.estimation import Interval
 from .search.floating import Search
 from .search.thruster_scales import all_thrusters
 from .selection import disagreements
+from .sequential_fit import Fitted, Ordered, basis_for, fit_named, own_numbers
 from .settings import DiscoverySettings
-from .verdicts import Grounds, conclude
+from .verdicts import VerdictInputs, conclude
 
 _FOUND = {
     "possible": "the search of this log calls it no more than possible",
@@ -71,36 +71,44 @@ def add_effects(
         for an unknown effect or thruster, an effect given twice, one whose channels a log lacks, one that a field log
         cannot show because its compass is not trusted, or none at all.
     """
-    basis = basis or chosen_for(motions, nominal, settings, searched)
+    basis = basis or basis_for(motions, nominal, settings, searched)
     free = own_numbers(basis) if basis.settings.refit else None
     fitted = fit_named(basis, names, free, searched=searched)
     search, state, lawful = fitted.search, fitted.state, fitted.lawful
-    form, corrected, notes = search.balance, lawful.vehicle, basis.told
+    form, corrected, notes = search.balance, lawful.vehicle, basis.remarks
     if free is None:
         notes = (*notes, _KEPT)
     error, noise = np.sqrt(state.fit.held_out), search.noise_error
-    if basis.rolls:
+    if basis.uses_rollouts:
         weak = basis.cleared_forces()
-        error = np.sqrt((weak.balance(corrected) ** 2).mean(axis=0))
+        error = np.sqrt((weak.residual(corrected) ** 2).mean(axis=0))
         noise = Search(weak, nominal, (), settings.search).noise_error
     if searched is not None and fitted.whole:
         findings = _as_searched(searched, fitted)
         return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, fitted.unseen(), notes)
-    evidence = in_step(weigh(search, state, settings.seed), search.pool, nominal, state.vehicle, form.motions)
-    if basis.rolls:
-        evidence = modest(evidence, form)
+    evidence = with_clock_offset(
+        assess_candidates(search, state, settings.seed), search.pool, nominal, state.vehicle, form.motions
+    )
+    if basis.uses_rollouts:
+        evidence = limit_confidence(evidence, form)
         notes = (*notes, *disagreements(form, nominal, corrected))
-        if rollouts_object(form.squares(nominal), form.squares(corrected), form.overlap):
+        if rollouts_contradict(form.squares(nominal), form.squares(corrected), form.overlap):
             notes = (*notes, "open-loop rollouts get worse with these effects than they are without any")
     told = fitted.intervals
     order = [str(label) for label, _ in fitted.steps[1:]]
     added = [e for e in evidence if e.selected]
     kept = [e.key for e in added]
-    sensors = without_forces(basis.forces.motions, basis.rolls)
-    tests = Tests(accused=accused(added, search.pool, sensors), rolls=basis.rolls, several=judged_in_logs(form))
-    claimed = claims(added, search.pool, nominal, told, tests, kept)
-    asked, sure = dict(_asked(searched, kept)), dict(_sure(searched, kept))
-    grounds = Grounds(search, lawful, corrected, added, told, kept, order, claimed, tests, asked=asked, sure=sure)
+    sensors = sensor_findings(basis.forces.motions, basis.uses_rollouts)
+    tests = Tests(
+        accused=shares_of_sensor_errors(added, search.pool, sensors),
+        rolls=basis.uses_rollouts,
+        several=rollouts_of_several_logs(form),
+    )
+    claimed = gather_claims(added, search.pool, nominal, told, tests, kept)
+    asked, sure = dict(_added_by_name(searched, kept)), dict(_sure(searched, kept))
+    grounds = VerdictInputs(
+        search, lawful, corrected, added, told, kept, order, claimed, tests, added_by_name=asked, sure=sure
+    )
     findings = conclude(grounds)
     unsure = [c.key for c in findings.candidates if c.verdict != "missing"]
     sensors += record_errors(search, state.vehicle, state.active, told)
@@ -120,7 +128,7 @@ def add_effects(
 def _headline(fitted: Fitted, unsure: Sequence[str]) -> str:
     """What was added, how it was fitted, and what of it is not certain."""
     named = listing([words(name) for name in fitted.names])
-    by = ", fitted to open-loop rollouts" if fitted.basis.rolls else ""
+    by = ", fitted to open-loop rollouts" if fitted.basis.uses_rollouts else ""
     beside = ", beside the model's own numbers" if any(label == CALIBRATED for label, _ in fitted.steps) else ""
     sure = f"; not certain: {listing([words(key) for key in unsure])}" if unsure else ""
     return f"Added by name: {named}{by}{beside}{sure}."
@@ -132,7 +140,7 @@ def _as_searched(searched: Findings, fitted: Fitted) -> Findings:
     return searched.but(candidates=searched.added, headline=_headline(fitted, unsure), advice=())
 
 
-def _asked(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str, str]]:
+def _added_by_name(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str, str]]:
     """What a search said of effects that were asked for, by key, as the end of a sentence."""
     for one in searched.candidates if searched else ():
         if one.key in keys and one.verdict in _FOUND:
@@ -147,21 +155,21 @@ def _sure(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str,
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ByHand:
+class ManualModel:
     """A model with effects that somebody chose.
 
     Attributes
     ----------
     names : of the effects, in the order in which they were added
     vehicle : the model under the laws
-    apart : the folds of the log, each with the model that was fitted without it
+    without_folds : the folds of the log, each with the model that was fitted without it
     ci95 : 95 % intervals of the fitted numbers, by symbol
     passivity : how the law stands in the model; None for a model to which nothing was added
     """
 
     names: tuple[str, ...]
     vehicle: Vehicle
-    apart: tuple[tuple[Fold, Vehicle], ...]
+    without_folds: tuple[tuple[Fold, Vehicle], ...]
     ci95: dict[str, Interval]
     passivity: Passivity | None = None
 
@@ -181,7 +189,7 @@ class Bench:
         self._free = own_numbers(basis) if own else None
         self.folds = folds_of(basis.forces.motions)
         self._ordered: dict[tuple[str, ...], Ordered] = {}
-        self._known: dict[tuple[str, ...], ByHand] = {}
+        self._known: dict[tuple[str, ...], ManualModel] = {}
 
     @property
     def frees(self) -> bool:
@@ -189,7 +197,7 @@ class Bench:
         return self._free is not None and bool(self._free.symbols)
 
     @single_threaded
-    def with_effects(self, names: Sequence[str]) -> ByHand:
+    def with_effects(self, names: Sequence[str]) -> ManualModel:
         """The model with these effects and no other, fitted together under the laws.
 
         Raises
@@ -200,15 +208,15 @@ class Bench:
         asked = tuple(names)
         if asked not in self._known:
             same = not asked and self._free is None
-            self._known[asked] = ByHand((), self.basis.nominal, (), {}) if same else self._fitted(asked)
+            self._known[asked] = ManualModel((), self.basis.nominal, (), {}) if same else self._fitted(asked)
         return self._known[asked]
 
-    def _fitted(self, names: tuple[str, ...]) -> ByHand:
+    def _fitted(self, names: tuple[str, ...]) -> ManualModel:
         fitted = fit_named(self.basis, names, self._free, self._begun(names), self._searched)
         self._ordered[names] = fitted.ordered
         unseen = fitted.unseen(last=True)
         apart = tuple(zip(unseen.folds, unseen.steps[0], strict=True))
-        return ByHand(names, fitted.lawful.vehicle, apart, fitted.intervals, fitted.lawful.passivity)
+        return ManualModel(names, fitted.lawful.vehicle, apart, fitted.intervals, fitted.lawful.passivity)
 
     def _begun(self, names: tuple[str, ...]) -> Ordered | None:
         """The longest beginning of the names that was fitted before."""

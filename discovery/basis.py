@@ -14,7 +14,7 @@ from ..physics.momentum_balance import mass_matrix
 from ..physics.motion import AXES, FORCE_UNITS, Array, Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance
-from .balance.long_logs import STRAIGHT_RUNS, digest, nuisances
+from .balance.long_logs import STRAIGHT_RUNS, correct_compass, subsample_long_log
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
 from .candidates.candidate import (
@@ -30,7 +30,7 @@ from .candidates.candidate import (
 from .candidates.linearisation import Linearisation
 from .candidates.unnamed_terms import features_along
 from .search.floating import Search
-from .search.record_errors_in_search import leaves_structure
+from .search.record_errors_in_search import has_residual_structure
 from .settings import DiscoverySettings
 
 COLOURED = 2.0
@@ -74,14 +74,14 @@ class Unexplained:
     @property
     def sentence(self) -> str:
         """The reason for rollouts, with numbers."""
-        told = [
+        texts = [
             f"{axis} {e:.2g} {unit} (white noise {n:.2g})"
             for axis, e, n, unit, far in zip(AXES, self.error, self.noise, FORCE_UNITS, self.coloured, strict=True)
             if far
         ]
         return (
             f"no model of the catalogue explains the force balance of this log to within white sensor noise: "
-            f"{', '.join(told)} stay; effects are judged by open-loop rollouts instead"
+            f"{', '.join(texts)} stay; effects are judged by open-loop rollouts instead"
         )
 
     @property
@@ -113,16 +113,17 @@ def why_rollouts(weak: WeakForm, search: Search) -> str:
     weak : the force balance
     search : on it, about its nominal model
     """
-    left = unexplained(weak, search)
+    left = fit_all_forces(weak, search)
     if left.coloured.any():
         return left.sentence
     # Forces that explain a log to its noise need no error of the compass: a weak thruster makes a boat drift, too.
-    # Where there is no noise, they tell the error itself, and better than the straight runs do; see `hidden_sensors`.
+    # Where there is no noise, they tell the error itself, and better than the straight runs do; see
+    # `sensor_error_search`.
     deviates = _sensed(weak) and compass_shown(weak.motions).plain
-    return _DEVIATES if deviates and leaves_structure(search, search.run()) else ""
+    return _DEVIATES if deviates and has_residual_structure(search, search.run()) else ""
 
 
-def unexplained(weak: WeakForm, search: Search) -> Unexplained:
+def fit_all_forces(weak: WeakForm, search: Search) -> Unexplained:
     """Fit the measured acceleration by all forces of a search about its nominal model, and see what is left.
 
     Each axis gets every thruster's force, every shape of every effect, all unnamed terms up to degree three, and terms
@@ -148,7 +149,7 @@ def unexplained(weak: WeakForm, search: Search) -> Unexplained:
     return Unexplained(error * mass, search.noise_error, share, weak.independent, _sensed(weak))
 
 
-def beside_few(weak: WeakForm, search: Search, most: int) -> Array:
+def residual_of_few_forces(weak: WeakForm, search: Search, most: int) -> Array:
     """Residual of the few best forces on each axis, (3,) mean squares: those that explain most of the nominal model's.
 
     Each has a free factor on each axis, and is the one that takes most beside those before it: orthogonal matching
@@ -178,7 +179,7 @@ def beside_few(weak: WeakForm, search: Search, most: int) -> Array:
     return error
 
 
-def plenty(weak: WeakForm) -> bool:
+def has_enough_tests(weak: WeakForm) -> bool:
     """True when a log has so many independent tests that what is left by its forces is no guess."""
     return weak.independent >= _ENOUGH
 
@@ -225,7 +226,7 @@ class Basis:
     motions : as they are fitted: cleared of what sensors add, where rollouts judge
     notes : what was done to the motions, in words
     forces : the force balance of the log as it came
-    instant : a search of all that the log can show, on that balance
+    force_search : a search of all that the log can show, on that balance
     why : why rollouts judge, in a sentence; empty where the force balance does
     part : of a long log, which part is searched; else empty
     timed : how early or late the commands were recorded is fitted in every model
@@ -237,31 +238,31 @@ class Basis:
     motions: tuple[Motion, ...]
     notes: tuple[str, ...]
     forces: WeakForm
-    instant: Search
+    force_search: Search
     why: str
     part: str = ""
     timed: bool = True
     deviates: bool = False
 
     @property
-    def rolls(self) -> bool:
+    def uses_rollouts(self) -> bool:
         """True when rollouts judge."""
         return bool(self.why)
 
     @property
-    def sensed(self) -> bool:
+    def has_sensor_noise(self) -> bool:
         """True when sensors made the log: the exact state of a simulator has no noise, white or coloured."""
         return _sensed(self.forces)
 
     @property
-    def told(self) -> tuple[str, ...]:
+    def remarks(self) -> tuple[str, ...]:
         """Sentences on the part of a long log, on rollouts as judges, and on corrections of the motions."""
         return (*filter(None, [self.part, self.why]), *self.notes)
 
     @property
     def pool(self) -> tuple[Candidate, ...]:
         """All candidates that the log's channels can show."""
-        return tuple(c for c in self.instant.pool if self.timed or c.kind is not Kind.SENSOR)
+        return tuple(c for c in self.force_search.pool if self.timed or c.kind is not Kind.SENSOR)
 
     def judges(self, candidate: Candidate) -> bool:
         """True for a candidate that what judges the log can tell from the rest, as far as the compass is known.
@@ -269,7 +270,7 @@ class Basis:
         Rollouts cannot tell long arms from little inertia and damping in yaw together. Beside a compass that deviates,
         they tell nothing that acts in sway, and beside one that is not proven, no common scale of thrust and drag.
         """
-        if not self.rolls:
+        if not self.uses_rollouts:
             return True
         unproven = self.settings.shooting.turned > 0.0
         blind = candidate.key in _MEASURES or (unproven and bool({*SCALES_OF_ALL} & {*candidate.symbols}))
@@ -288,26 +289,26 @@ class Basis:
         RequestError
             when the log is too short for a few blocks of rollouts.
         """
-        if not self.rolls:
+        if not self.uses_rollouts:
             return self.forces
         return Shooting(self.motions, about or self.nominal, shooting or self.settings.shooting)
 
-    def rolling(self, why: str) -> "Basis":
+    def with_rollouts(self, why: str) -> "Basis":
         """The same judged by rollouts, for a reason in words, on motions that are cleared of what sensors add."""
-        clear = nuisances(self.forces.motions)
+        clear = correct_compass(self.forces.motions)
         settings = _beside(self.settings, clear.turned)
         return replace(
             self, settings=settings, motions=clear.motions, notes=clear.notes, why=why, deviates=clear.deviates
         )
 
-    def trusting(self) -> "Basis":
+    def trusting_compass(self) -> "Basis":
         """The same for a compass that is taken to be right, see `choose`."""
         motions = self.forces.motions
         if compass_shown(motions).deviates:
             return self
         return replace(self, settings=_beside(self.settings, 0.0), motions=motions, notes=())
 
-    def leaving(self, left: Collection[str]) -> "Basis":
+    def keeping_errors(self, left: Collection[str]) -> "Basis":
         """The same with some errors of the record left in it, by the names of their corrections."""
         found = self
         if STRAIGHT_RUNS in left:
@@ -324,7 +325,7 @@ def _beside(settings: DiscoverySettings, deviation: float) -> DiscoverySettings:
     return replace(settings, shooting=replace(settings.shooting, turned=deviation))
 
 
-def choose(
+def choose_balance(
     motions: Sequence[Motion],
     nominal: Vehicle,
     settings: DiscoverySettings,
@@ -352,7 +353,7 @@ def choose(
         settings = replace(settings, refit=claims is None and holds_guesses(nominal))
     told = ""
     if claims is None:
-        motions, told = digest(motions, settings.weak)
+        motions, told = subsample_long_log(motions, settings.weak)
     forces = WeakForm(motions, settings.weak, claims)
     every = candidates(nominal, measurable(motions)) if pool is None else pool
     if pool is None and not forces.claimed:
@@ -361,4 +362,4 @@ def choose(
     why = "" if forces.claimed else why_rollouts(forces, instant)
     basis = Basis(nominal, settings, forces.motions, (), forces, instant, why, told)
     cleared = why and (not trusting or compass_shown(motions).deviates)
-    return basis.rolling(why) if cleared else basis
+    return basis.with_rollouts(why) if cleared else basis

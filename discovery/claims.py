@@ -13,11 +13,11 @@ import numpy as np
 from ..physics.presentation import words
 from ..physics.vehicle import Vehicle
 from .candidates.candidate import Candidate, Kind
+from .effect_findings import Claim, Worth
 from .evidence.invariance import Invariance
-from .evidence.limits import clearance
-from .evidence.other_forms import Beside, OtherForms
+from .evidence.limits import null_distance
+from .evidence.unmodelled_forces import FreeFormRefit, UnmodelledForces
 from .evidence.weighing import Evidence
-from .found_effects import Claim, Worth
 from .reason import Reason
 from .search.estimation import Interval
 
@@ -53,19 +53,19 @@ class Tests:
     limits: Told = field(default_factory=dict)
     invariant: Mapping[str, Invariance] = field(default_factory=dict)
     changes: Told = field(default_factory=dict)
-    forms: OtherForms = field(default_factory=OtherForms)
+    forms: UnmodelledForces = field(default_factory=UnmodelledForces)
     accused: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     rolls: bool = False
     several: bool = False
 
-    def told(self, e: Evidence) -> dict[Reason, str]:
+    def explanations(self, e: Evidence) -> dict[Reason, str]:
         """Sentence of each test on a name, of those that say more than their own reason."""
-        beside = self.forms.beside.get(e.key)
+        beside = self.forms.refits.get(e.key)
         listed = {
             Reason.AT_LIMIT: self.limits.get(e.key, "the log asks for more of it than physics allows"),
             Reason.SENSORS: _ACCUSED.format(self.accused.get(e.key, (0.0, "a sensor"))[1]),
             Reason.LASTING_REST: _LEFT.format(100.0 * e.unexplained, 100.0 * e.remains),
-            Reason.SUBSTITUTE: (beside or Beside()).told,
+            Reason.SUBSTITUTE: (beside or FreeFormRefit()).sentence,
             Reason.OUT_OF_STEP: f"{e.out_of_step:.2f}",
             Reason.LOOK_ALIKES: ", ".join(map(words, e.indistinguishable_from or (e.rival,))),
         }
@@ -73,7 +73,7 @@ class Tests:
 
     def sizes(self, e: Evidence) -> dict[str, float]:
         """The size of each test of a name, relative to the claim; see `judgement.features`."""
-        beside = self.forms.beside.get(e.key)
+        beside = self.forms.refits.get(e.key)
         sizes = {
             "substitute": beside.margin if beside and beside.margin is not None else 0.0,
             "at_limit": float(e.at_limit or e.key in self.limits),
@@ -90,7 +90,7 @@ class Tests:
         return {name: size for name, size in rounded.items() if size}
 
 
-def claims(
+def gather_claims(
     evidence: Sequence[Evidence],
     pool: Sequence[Candidate],
     nominal: Vehicle,
@@ -111,12 +111,12 @@ def claims(
     """
     own = intervals if without_rest is None else without_rest
     known = {candidate.key: candidate for candidate in pool}
-    found = {}
+    result = {}
     for e in (e for e in evidence if (e.selected or e.key in kept) and e.kind is Kind.EFFECT):
-        clear, alone = (clearance(known[e.key], nominal, some) for some in (intervals, own))
+        clear, alone = (null_distance(known[e.key], nominal, some) for some in (intervals, own))
         sizes = tests.sizes(e) | {"file_value": 1.0 if alone is None else round(1.0 / max(alone, 1e-6), 6)}
-        found[e.key] = Claim(
-            gain=e.gain,
+        result[e.key] = Claim(
+            gain=e.log_likelihood_gain,
             identity=e.identity,
             rival=e.rival,
             worth=Worth(force=float(np.clip(e.worth, 0.0, 1.0)), rollout=e.rollout_worth),
@@ -124,10 +124,10 @@ def claims(
             stands=e.key in kept,
             tests=sizes,
         )
-    return found
+    return result
 
 
-def widened(
+def widen_intervals(
     intervals: Mapping[str, Interval],
     pool: Sequence[Candidate],
     nominal: Vehicle,
@@ -153,13 +153,13 @@ def widened(
     along: dict[str, float] = {}
     limits = {p.symbol: (p.lower, p.upper) for candidate in pool for p in candidate.parameters}
     for candidate in pool:
-        beside = tests.forms.beside.get(candidate.key)
+        beside = tests.forms.refits.get(candidate.key)
         same = tests.invariant.get(candidate.key)
         for symbol in candidate.symbols:
             forms[symbol] = max(forms.get(symbol, 0.0), beside.by.get(symbol, 0.0) if beside else 0.0, key=abs)
             parts[symbol] = max(parts.get(symbol, 0.0), same.scatter.get(symbol, 0.0) if same else 0.0)
             along[symbol] = max(along.get(symbol, 0.0), left.get(candidate.key, 0.0))
-    found = {}
+    result = {}
     for symbol, (lower, upper) in intervals.items():
         middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
         values = [vehicle.value(symbol) for vehicle in apart]
@@ -167,8 +167,8 @@ def widened(
         wide = np.linalg.norm([wide, parts.get(symbol, 0.0), along.get(symbol, 0.0) * (middle - nominal.value(symbol))])
         down, up = (float(np.hypot(wide, max(side * forms.get(symbol, 0.0), 0.0))) for side in (-1.0, 1.0))
         least, most = limits.get(symbol, (-np.inf, np.inf))
-        found[symbol] = Interval(max(middle - down, min(least, lower)), min(middle + up, max(most, upper)))
-    return found
+        result[symbol] = Interval(max(middle - down, min(least, lower)), min(middle + up, max(most, upper)))
+    return result
 
 
 _TWO_SIDED = 1.96

@@ -12,30 +12,30 @@ from ..measurements.statistics.processors import single_threaded
 from ..physics.laws.damping_power import envelope_of
 from ..physics.motion import Array, Motion
 from ..physics.presentation import Card
-from ..physics.stage import Say, hand_back
+from ..physics.stage import Say, trim_memory
 from ..physics.vehicle import Vehicle
-from .basis import Basis, choose
+from .basis import Basis, choose_balance
 from .calibration.before_calibration import with_calibration
 from .candidates.candidate import CALIBRATED, Kind
 from .candidates.linearisation import Linearisation
-from .claims import Tests, claims, widened
+from .claims import Tests, gather_claims, widen_intervals
 from .evidence.invariance import invariance
-from .evidence.limits import as_timed, at_limits, in_step
-from .evidence.other_forms import judged_in_logs, other_forms, own_changes
-from .evidence.record_errors import accused, beside, record_errors, without_forces
-from .evidence.unexplained import inclusion, lasting_rests
+from .evidence.limits import at_limits, widen_delays, with_clock_offset
+from .evidence.record_errors import add_record_errors, record_errors, sensor_findings, shares_of_sensor_errors
+from .evidence.unexplained import find_persistent_residuals, inclusion
+from .evidence.unmodelled_forces import find_changing_forces, fit_unmodelled_forces, rollouts_of_several_logs
 from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
-from .findings import Calibrated, Findings, LastingRest, SensorError
-from .hidden_sensors import HiddenErrors, beside_sensors
-from .kept_effects import Selected, settle, steps, too_short, with_untold
-from .lawful.passivity import Lawful, judge, lawful_model
+from .findings import Calibrated, Findings, PersistentResidual, SensorError
+from .kept_effects import SearchResult, add_stepwise, add_subthreshold, refit_kept, too_short
+from .lawful.passivity import Lawful, judge_passivity, lawful_model
 from .run_models import FoldModels, fold_models
 from .search.estimation import Interval, intervals
 from .search.floating import State
 from .search.gram import GramScores
+from .sensor_error_search import HiddenErrors, search_with_sensor_errors
 from .settings import DiscoverySettings
-from .verdicts import Grounds, conclude, unmeasured
+from .verdicts import VerdictInputs, conclude, unmeasured
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -107,7 +107,7 @@ class Discovery(Card):
             if calibrated and value != self.nominal.value(symbol)
         )
         envelope = envelope_of(self.basis.forces.motions, vehicle)
-        error = np.sqrt((self.basis.forces.balance(vehicle) ** 2).mean(axis=0))
+        error = np.sqrt((self.basis.forces.residual(vehicle) ** 2).mean(axis=0))
         self.basis.forces.forget()
         corrected = vehicle.with_values({}, name=self.corrected.name)
         return replace(
@@ -119,7 +119,7 @@ class Discovery(Card):
                 candidates=candidates,
                 unnamed=(),
                 calibrated=rows,
-                passivity=judge(corrected, envelope),
+                passivity=judge_passivity(corrected, envelope),
                 reasons=(*findings.reasons, why),
             ),
             force_error=error,
@@ -150,21 +150,21 @@ def find_missing(
         when the log is too short for the weak form, or a solver fails.
     """
     say = progress or (lambda text: None)
-    basis = basis or choose(motions, nominal, settings or DiscoverySettings())
+    basis = basis or choose_balance(motions, nominal, settings or DiscoverySettings())
     for told in filter(None, (basis.part, basis.why)):
         say(told)
-    return _conclude(*beside_sensors(basis, say))
+    return _conclude(*search_with_sensor_errors(basis, say))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Fitted:
+class LawfulFit:
     """The corrected model of a selection, before anything is said of it.
 
     Attributes
     ----------
     evidence : on every candidate
     state : the model with the names that stand and those that only predict better
-    kept, untold : keys of the ones and of the others
+    kept, subthreshold : keys of the ones and of the others
     about : columns and scores about it
     chosen : its options
     lawful : the model under the laws
@@ -174,32 +174,32 @@ class _Fitted:
     evidence: list[Evidence]
     state: State
     kept: tuple[str, ...]
-    untold: tuple[str, ...]
+    subthreshold: tuple[str, ...]
     about: tuple[Linearisation, GramScores]
     lawful: Lawful
     intervals: dict[str, Interval]
 
 
-def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
+def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
     """Fit the names that stand under the laws, test them, and say what is known of each."""
     basis, nominal, search = looked.basis, looked.basis.nominal, looked.search
     model = _fit(looked)
-    told = steps(search, model.state, model.lawful.vehicle, CALIBRATED)
-    hand_back()
+    told = add_stepwise(search, model.state, model.lawful.vehicle, CALIBRATED)
+    trim_memory()
     parts, envelope = folds_of(basis.forces.motions), model.lawful.passivity.envelope
-    unseen = fold_models(search, parts, looked.state, model.state, model.about, told, envelope, model.untold)
+    unseen = fold_models(search, parts, looked.state, model.state, model.about, told, envelope, model.subthreshold)
     names = search.named(model.state.active)
-    folds = unseen.counted([key for key in names if key not in model.untold])
-    records = without_forces(basis.forces.motions, basis.rolls)
+    folds = unseen.counted([key for key in names if key not in model.subthreshold])
+    records = sensor_findings(basis.forces.motions, basis.uses_rollouts)
     told_of_sensors = (*records, *(hidden.findings if hidden else ()))
     tests, rests = _test(looked, model, told_of_sensors)
-    left = {e.key: e.left for e in model.evidence if e.selected}
+    left = {e.key: e.residual_ratio for e in model.evidence if e.selected}
     apart = unseen.steps[-1] if unseen.steps else ()
-    without_rest = widened(model.intervals, search.pool, nominal, tests, apart)
-    found = widened(model.intervals, search.pool, nominal, tests, apart, left)
-    kept = (*model.kept, *model.untold)
+    without_rest = widen_intervals(model.intervals, search.pool, nominal, tests, apart)
+    found = widen_intervals(model.intervals, search.pool, nominal, tests, apart, left)
+    kept = (*model.kept, *model.subthreshold)
     selected = search.named(looked.state.active)
-    grounds = Grounds(
+    grounds = VerdictInputs(
         search=search,
         lawful=model.lawful,
         considered=looked.state.vehicle,
@@ -207,12 +207,12 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
         intervals=found,
         kept=kept,
         order=[label for label, _ in told[1:]],
-        claims=claims(model.evidence, search.pool, nominal, found, tests, kept, without_rest),
+        claims=gather_claims(model.evidence, search.pool, nominal, found, tests, kept, without_rest),
         tests=tests,
         known=looked.known,
         included=inclusion(search, looked.state, basis.settings.seed) if search.of_kind(selected, Kind.TERM) else {},
         unseen=looked.unseen,
-        rests=rests,
+        persistent=rests,
     )
     questions = open_questions(model.evidence, model.kept, looked.known)
     advice = advise(*looked.forces, questions, looked.plausible, None if selected else looked.rehearsal)
@@ -221,26 +221,26 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
         findings = with_calibration(findings, looked.free, nominal, model.lawful, found)
     error = np.sqrt(model.state.fit.held_out)
     if not search.balance.forces:
-        error = np.sqrt((looked.forces[0].balance.balance(model.lawful.vehicle) ** 2).mean(axis=0))
+        error = np.sqrt((looked.forces[0].balance.residual(model.lawful.vehicle) ** 2).mean(axis=0))
         findings = too_short(findings, search.balance.blocks)
     certain = findings.verdict in ("missing", "nothing missing") and not findings.unnamed
     timing = record_errors(search, model.state.vehicle, model.state.active, found, certain)
     errors = (*told_of_sensors, *timing)
-    findings = beside(findings, errors)
+    findings = add_record_errors(findings, errors)
     notes = (*looked.notes, *(s.sentence for s in errors if s.verdict != "no evidence"))
     basis.forces.forget()
     noise = looked.forces[0].noise_error
     return Discovery(nominal, model.lawful.vehicle, told, findings, error, noise, basis, unseen, notes, hidden)
 
 
-def _fit(looked: Selected) -> _Fitted:
+def _fit(looked: SearchResult) -> LawfulFit:
     """Fit the names that stand, those beside them that unseen parts gain by, and all of it under the laws."""
     basis, search, state = looked.basis, looked.search, looked.state
     shooting, nominal = basis.settings.shooting, basis.nominal
-    evidence = in_step(looked.evidence, search.pool, nominal, state.vehicle, search.balance.motions)
+    evidence = with_clock_offset(looked.evidence, search.pool, nominal, state.vehicle, search.balance.motions)
     kept = tuple(e.key for e in evidence if e.stands)
-    final = settle(search, state, kept, shooting)
-    final = with_untold(search, final, looked.untold, shooting)
+    final = refit_kept(search, state, kept, shooting)
+    final = add_subthreshold(search, final, looked.subthreshold, shooting)
     untold = tuple(key for key in search.named(final.active) if key not in kept)
     about = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     linear, scores = about
@@ -251,32 +251,34 @@ def _fit(looked: Selected) -> _Fitted:
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         options = [far.options[key][0] for key in state.active]
         found = intervals(search.balance, wide, search.pool, options, state.vehicle, basis.settings.seed) | found
-    return _Fitted(evidence, final, kept, untold, about, lawful, as_timed(found, search.pool))
+    return LawfulFit(evidence, final, kept, untold, about, lawful, widen_delays(found, search.pool))
 
 
-def _test(looked: Selected, model: _Fitted, records: Sequence[SensorError]) -> tuple[Tests, tuple[LastingRest, ...]]:
+def _test(
+    looked: SearchResult, model: LawfulFit, records: Sequence[SensorError]
+) -> tuple[Tests, tuple[PersistentResidual, ...]]:
     """Ask every test of every name that was selected; and what lasts and is explained by nothing."""
     search, (forces, there), seed = looked.search, looked.forces, looked.basis.settings.seed
-    selected = (*search.named(looked.state.active), *model.untold)
-    with second_processor.beside(partial(other_forms, forces, there, selected, seed)) as formed:
-        rests = lasting_rests(forces, search.balance, looked.state.vehicle)
-        changes = own_changes(forces, there, selected, seed)
+    selected = (*search.named(looked.state.active), *model.subthreshold)
+    with second_processor.run_in_fork(partial(fit_unmodelled_forces, forces, there, selected, seed)) as formed:
+        rests = find_persistent_residuals(forces, search.balance, looked.state.vehicle)
+        changes = find_changing_forces(forces, there, selected, seed)
         forms = formed()
-    hand_back()
+    trim_memory()
     final, pool = model.state, search.pool
     tests = Tests(
         limits=_limits(looked, model),
         invariant=invariance(search, final, model.about),
         changes=changes,
         forms=forms,
-        accused=accused(model.evidence, pool, records),
+        accused=shares_of_sensor_errors(model.evidence, pool, records),
         rolls=not search.balance.forces,
-        several=judged_in_logs(search.balance),
+        several=rollouts_of_several_logs(search.balance),
     )
     return tests, rests
 
 
-def _limits(looked: Selected, model: _Fitted) -> dict[str, str]:
+def _limits(looked: SearchResult, model: LawfulFit) -> dict[str, str]:
     """Which names are at a limit: those that stand in the fitted model there, others in that of the search."""
     pool, nominal = looked.search.pool, looked.basis.nominal
     there = looked.search.named(model.state.active)

@@ -9,7 +9,7 @@ from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.motion import AXES
 from ..physics.presentation import Card, each, from_above, number, percent, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
-from .found_effects import Folds, FoundEffect, FoundTerm, told_probability
+from .effect_findings import EffectFinding, FittedTerm, Folds, rounded_probability
 from .identifiability.rehearsal import Identifiability
 from .lawful.price_of_law import Passivity
 from .search.estimation import Interval
@@ -39,8 +39,8 @@ class SensorError(Record):
     sentence : the finding in words
     confidence : probability that the sensor errs so, in worlds like those of the studies; None where nobody asked
     terms : its numbers
-    correction : name of the correction that was made for it, which `Inputs.leaving`, `HiddenErrors.leaving` or
-        `Basis.leaving` does without; empty where none was made
+    correction : name of the correction that was made for it, which `Inputs.leaving`, `HiddenErrors.keeping` or
+        `Basis.keeping_errors` does without; empty where none was made
     """
 
     error: Literal[
@@ -56,7 +56,7 @@ class SensorError(Record):
     verdict: Literal["present", "possible", "no evidence"]
     sentence: str = ""
     confidence: Number | None = absent()
-    terms: tuple[FoundTerm, ...] = ()
+    terms: tuple[FittedTerm, ...] = ()
     correction: str = Field(default="", exclude_if=lambda value: not value)
 
     @property
@@ -93,7 +93,7 @@ class Calibrated(Record):
         return self.ci95 is not None and not self.ci95.lower <= self.after <= self.ci95.upper
 
 
-class Left(Record):
+class NotCalibrated(Record):
     """A parameter that was to be calibrated and stays as it was, and why."""
 
     symbol: str
@@ -217,7 +217,7 @@ class Unexplained(Record):
     unit: str
 
 
-class LastingRest(Record):
+class PersistentResidual(Record):
     """Force on an axis that lasts for seconds, is material, and that nothing explains.
 
     Attributes
@@ -317,13 +317,13 @@ class Findings(Card, Record):
     reasons: tuple[str, ...] = ()
     missing: tuple[str, ...]
     likely: tuple[str, ...] = ()
-    candidates: tuple[FoundEffect, ...]
-    unnamed: tuple[FoundTerm, ...] = ()
+    candidates: tuple[EffectFinding, ...]
+    unnamed: tuple[FittedTerm, ...] = ()
     sensors: tuple[SensorError, ...] = ()
-    rests: tuple[LastingRest, ...] = ()
+    rests: tuple[PersistentResidual, ...] = ()
     other_forms: tuple[OtherForm, ...] = ()
     calibrated: tuple[Calibrated, ...] = ()
-    left: tuple[Left, ...] = ()
+    left: tuple[NotCalibrated, ...] = ()
     absorbed: tuple[str, ...] = ()
     steps: tuple[Step, ...] = ()
     folds: Folds | None = absent()
@@ -335,7 +335,7 @@ class Findings(Card, Record):
     data: LogFacts = LogFacts()
 
     @property
-    def added(self) -> tuple[FoundEffect, ...]:
+    def added(self) -> tuple[EffectFinding, ...]:
         """The effects that stand in the corrected model, sure or not."""
         return tuple(c for c in self.candidates if c.in_model)
 
@@ -346,14 +346,14 @@ class Findings(Card, Record):
         return drawn
 
     @property
-    def in_play(self) -> tuple[str, list[tuple[FoundTerm, float]]]:
+    def in_play(self) -> tuple[str, list[tuple[FittedTerm, float]]]:
         """The numbers that a card shows, each with the value at which nothing is missing, and their label.
 
         They are those of what is missing or likely. In an undecided log they are those of the corrected model, whose
         terms without a name are among them, or else of the best of what is possible.
         """
         label, effects = "values", [c for c in self.candidates if c.verdict in ("missing", "likely")]
-        unnamed: tuple[FoundTerm, ...] = ()
+        unnamed: tuple[FittedTerm, ...] = ()
         if not effects and self.verdict == "undecided":
             possible = [c for c in self.candidates if c.verdict == "possible" and c.terms and not c.cannot_tell]
             label, effects = "in play", list(self.added) or possible[:_IN_PLAY]
@@ -370,7 +370,9 @@ class Findings(Card, Record):
         """See `Card`."""
         label, terms = self.in_play
         likely = [
-            f"{c.effect} ({percent(told_probability(c.confidence))})" for c in self.candidates if c.verdict == "likely"
+            f"{c.effect} ({percent(rounded_probability(c.confidence))})"
+            for c in self.candidates
+            if c.verdict == "likely"
         ]
         possible = [c.effect for c in self.candidates if c.verdict == "possible" and not c.cannot_tell]
         return [

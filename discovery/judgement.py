@@ -13,7 +13,7 @@ from functools import cache
 from math import asinh, exp, log, sqrt
 from pathlib import Path
 
-from .found_effects import LIKELY, MISSING, Claim, Verdict
+from .effect_findings import LIKELY, MISSING, Claim, Verdict
 from .reason import Reason
 
 _LEAST = 0.05
@@ -105,7 +105,7 @@ def features(claim: Claim) -> dict[str, float]:
         "out_of_step": min(size.get("out_of_step", 0.0), 2.0),
         "remains": size.get("remains", 0.0),
         "accused": size.get("accused", 0.0),
-        "unexplained": log(1.0 + 10.0 * _left(claim)),
+        "unexplained": log(1.0 + 10.0 * _unexplained(claim)),
         SHARE: share(claim),
         "rolls": size.get("rolls", 0.0),
     }
@@ -116,7 +116,7 @@ def _unlike(margin: float | None) -> float:
     return _PLENTY["unlike"] if margin is None else log(1.0 + max(-margin, 0.0))
 
 
-def _left(claim: Claim) -> float:
+def _unexplained(claim: Claim) -> float:
     """Force that the model leaves beyond noise, as a multiple of what the name explains."""
     return claim.tests.get("unexplained", 0.0) / sqrt(max(claim.worth.force, 1e-12))
 

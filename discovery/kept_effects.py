@@ -5,25 +5,25 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import NamedTuple
 
-from ..measurements.statistics.processors import shared
+from ..measurements.statistics.processors import parallel_map
 from ..physics.effects import COMMAND_OFFSET
 from ..physics.motion import Motion
-from ..physics.possible_hulls import impossible
+from ..physics.plausibility import find_impossible
 from ..physics.vehicle import Vehicle
 from .balance.shooting import ShootingSettings
 from .basis import Basis
-from .calibration.before_calibration import Freed
+from .calibration.before_calibration import FreeParameters
 from .candidates.candidate import Candidate, Kind, limit_at
 from .evidence.weighing import Evidence
 from .findings import Findings
 from .identifiability.rehearsal import Identifiability, Rehearsal
 from .search.estimation import polish
 from .search.floating import Search, State
-from .search.record_errors_in_search import leaves_structure
+from .search.record_errors_in_search import has_residual_structure
 
 
 @dataclass(frozen=True, slots=True)
-class Selected:
+class SearchResult:
     """A finished selection, before the sure effects are kept.
 
     Attributes
@@ -38,7 +38,7 @@ class Selected:
     unseen : candidates that what judges the log cannot tell from others
     notes : how the log was judged, and what was done to it, in words
     free : what is calibrated in every model, if anything
-    untold : effects that earn something beside the model, but less than tells an effect from nothing
+    subthreshold : effects that earn something beside the model, but less than tells an effect from nothing
     """
 
     basis: Basis
@@ -52,12 +52,12 @@ class Selected:
     forces: tuple[Search, State]
     unseen: tuple[Candidate, ...] = ()
     notes: tuple[str, ...] = ()
-    free: Freed | None = None
-    untold: tuple[str, ...] = ()
+    free: FreeParameters | None = None
+    subthreshold: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Found:
+class ForceFit:
     """A model that a search of a force balance ended with, what judges it, and what is calibrated in every model.
 
     `rehearsal` is that of its candidates, where one was held.
@@ -66,16 +66,16 @@ class Found:
     basis: Basis
     search: Search
     state: State
-    free: Freed | None = None
+    free: FreeParameters | None = None
     rehearsal: Rehearsal | None = None
 
     @cached_property
     def explains(self) -> bool:
         """True when it leaves no structure of the log."""
-        return not leaves_structure(self.search, self.state)
+        return not has_residual_structure(self.search, self.state)
 
 
-class Unsettled(NamedTuple):
+class NeedsRollouts(NamedTuple):
     """The best model of a force balance that leaves more than white noise of it; `rolling` is how rollouts judge."""
 
     rolling: Basis
@@ -83,7 +83,7 @@ class Unsettled(NamedTuple):
     state: State
 
 
-def base(search: Search, state: State) -> Vehicle:
+def without_effects(search: Search, state: State) -> Vehicle:
     """The model without any effect: the nominal one, calibrated where its parameters are free."""
     return search.restrict(state, ()).vehicle if search.nuisances else search.nominal
 
@@ -105,7 +105,7 @@ def too_short(findings: Findings, blocks: int) -> Findings:
     return findings.but(verdict="undecided", headline=TOO_SHORT, reasons=(why,))
 
 
-def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
+def refit_kept(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
     """The model with the kept effects alone, polished where rollouts judge.
 
     Parameters
@@ -114,10 +114,10 @@ def settle(search: Search, state: State, kept: Sequence[str], shooting: Shooting
     kept : keys of the effects that stay
     shooting : of the rollouts on which they are polished
     """
-    return on_rollouts(search, search.restrict(state, kept), kept, shooting)
+    return polish_on_rollouts(search, search.restrict(state, kept), kept, shooting)
 
 
-def with_untold(search: Search, final: State, untold: Sequence[str], shooting: ShootingSettings) -> State:
+def add_subthreshold(search: Search, final: State, untold: Sequence[str], shooting: ShootingSettings) -> State:
     """The kept effects with those beside them that the log cannot tell from nothing, where its unseen parts gain by it.
 
     What is named needs certainty, what predicts only the better guess. Where nothing is kept nothing joins it, nor does
@@ -135,7 +135,7 @@ def with_untold(search: Search, final: State, untold: Sequence[str], shooting: S
     best = final
     for key in (key for key in untold if key not in final.active):
         active = (*best.active, key)
-        more = on_rollouts(search, search.evaluate(best.vehicle, active), active, shooting)
+        more = polish_on_rollouts(search, search.evaluate(best.vehicle, active), active, shooting)
         if more.score < best.score and _possible(search, best, more, key):
             best = more
     return best
@@ -147,11 +147,11 @@ def _possible(search: Search, before: State, after: State, key: str) -> bool:
     nominal, found = search.nominal, after.vehicle
     if any(limit_at(p, found.value(p.symbol), nominal.value(p.symbol)) is not None for p in candidate.parameters):
         return False
-    known, now = (impossible(vehicle.values, vehicle.thrusters) for vehicle in (before.vehicle, found))
+    known, now = (find_impossible(vehicle.values, vehicle.thrusters) for vehicle in (before.vehicle, found))
     return set(now) <= set(known)
 
 
-def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
+def polish_on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
     """A model polished on its rollouts, where that betters its score; the same on the force balance.
 
     Parameters
@@ -169,7 +169,9 @@ def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: Sho
     return min((state, search.evaluate(polished, kept)), key=lambda s: s.score)
 
 
-def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> tuple[tuple[str | None, Vehicle], ...]:
+def add_stepwise(
+    search: Search, final: State, corrected: Vehicle, calibrated: str
+) -> tuple[tuple[str | None, Vehicle], ...]:
     """Calibrate, where that is wanted, and add the kept effects one by one, the most valuable first, refitted.
 
     Parameters
@@ -181,13 +183,13 @@ def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> 
     found: list[tuple[str | None, Vehicle]] = [(None, search.nominal)]
     effects: Sequence[str] = search.named(final.active)
     if search.of_kind(search.nuisances, Kind.NUISANCE):
-        found.append((calibrated, base(search, final) if effects else corrected))
+        found.append((calibrated, without_effects(search, final) if effects else corrected))
     chosen: tuple[str, ...] = ()
     while len(chosen) < len(effects) - 1:
         rest = [key for key in effects if key not in chosen]
-        more = partial(_with_one_more, search, final, chosen)
+        more = partial(_add_one, search, final, chosen)
         # On the force balance a model is fitted before a process would be forked.
-        trials = [more(key) for key in rest] if search.balance.forces else shared(more, rest)
+        trials = [more(key) for key in rest] if search.balance.forces else parallel_map(more, rest)
         best, key = min(zip(trials, rest, strict=True), key=lambda pair: pair[0].score)
         chosen = (*chosen, key)
         found.append((key, best.vehicle))
@@ -195,7 +197,7 @@ def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> 
     return tuple((label, without_offset(vehicle)) for label, vehicle in found)
 
 
-def _with_one_more(search: Search, final: State, chosen: tuple[str, ...], key: str) -> State:
+def _add_one(search: Search, final: State, chosen: tuple[str, ...], key: str) -> State:
     return search.restrict(final, (*chosen, key))
 
 

@@ -1,6 +1,6 @@
 """The doubts that a name may meet: one word of a closed list each, which carries its sentence."""
 
-from ..physics.file_records import Worded
+from ..physics.file_records import DescribedEnum
 
 _IN = "Not certain: "
 _FORMER = {
@@ -22,7 +22,7 @@ _FORMER = {
 """Words of earlier versions, and what stands in their place."""
 
 
-class Reason(Worded):
+class Reason(DescribedEnum):
     """The largest doubt about an effect; the value is the word that `findings.json` writes.
 
     Those from `FILE_VALUE` to `WEAK` are tests of a claim: each has a size, relative to the claim, that lowers its

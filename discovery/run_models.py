@@ -8,19 +8,19 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..measurements.preparation.split import Fold
-from ..measurements.statistics.processors import shared
+from ..measurements.statistics.processors import parallel_map
 from ..physics.effects import BY_NAME
 from ..physics.laws.damping_power import Envelope
 from ..physics.motion import AXES, FORCE_UNITS
 from ..physics.vehicle import Vehicle
 from .candidates.candidate import CALIBRATED
 from .candidates.linearisation import Linearisation, Option
+from .effect_findings import FoldRecord, Folds
 from .findings import Findings, Step
-from .found_effects import FoldRecord, Folds
 from .kept_effects import without_offset
 from .lawful.refit import passive_refit
 from .search.estimation import Interval
-from .search.floating import Search, State, WithoutFold, held_where_silent
+from .search.floating import Search, State, WithoutFold, hold_unseen
 from .search.gram import GramScores
 
 
@@ -90,7 +90,7 @@ class RunModels:
         """True when the run's model has all of these."""
         return set(names) <= set(self.names)
 
-    def is_whole(self, names: Sequence[str]) -> bool:
+    def is_complete(self, names: Sequence[str]) -> bool:
         """True when these are all that the run's model has."""
         return set(names) == set(self.names)
 
@@ -116,7 +116,7 @@ class RunModels:
         return found | {f"{t.axis}:{t.form}": t.ci95 for t in self.findings.unnamed if t.ci95 is not None}
 
 
-def named_as_found(findings: Findings | None, effects: Sequence[str]) -> list[str]:
+def resolve_names(findings: Findings | None, effects: Sequence[str]) -> list[str]:
     """Effects by name, each on the thrusters on which a run found it where the name tells no thruster."""
     steps = [step for step in findings.steps if step.thruster] if findings else []
     found = [(name, [_label(step) for step in steps if step.added == name]) for name in effects]
@@ -209,7 +209,7 @@ def fold_models(
         sure = tuple(key for key in found if key not in unsure and key not in untold)
         return named, sure, _fitted(scores, kept, search.nominal, envelope)
 
-    selected = shared(anew, blind)
+    selected = parallel_map(anew, blind)
     named, sure = tuple(names for names, _, _ in selected), tuple(names for _, names, _ in selected)
     last = tuple(vehicle for _, _, vehicle in selected)
     between = _refitted(search, blind, steps[1:-1], envelope)
@@ -250,7 +250,7 @@ def _refitted(
     ----------
     before : what the steps before these added
     """
-    found, named = [], [key for key in before if key is not None]
+    result, named = [], [key for key in before if key is not None]
     known = {candidate.key: candidate for candidate in search.pool}
     for label, vehicle in steps:
         named += [label] if label in known else []
@@ -258,10 +258,10 @@ def _refitted(
         linear, whole = search.linearise(vehicle, active, pool=[known[key] for key in active], standing=True)
         chosen = [linear.options[key][0] for key in active]
         scores = [one.seen(linear, whole) for one in blind]
-        found.append(tuple(_fitted(one, chosen, search.nominal, envelope) for one in scores))
-    return found
+        result.append(tuple(_fitted(one, chosen, search.nominal, envelope) for one in scores))
+    return result
 
 
 def _fitted(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle, envelope: Envelope) -> Vehicle:
-    shown = held_where_silent(scores, chosen, nominal)
+    shown = hold_unseen(scores, chosen, nominal)
     return without_offset(nominal.with_values(passive_refit(scores, shown, nominal, envelope).values))

@@ -10,27 +10,27 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ..measurements.statistics.processors import shared
+from ..measurements.statistics.processors import parallel_map
 from ..physics.errors import RequestError
 from ..physics.motion import AXES
-from ..physics.stage import SEARCHING, WEIGHING, Say, Stage, hand_back
+from ..physics.stage import SEARCHING, WEIGHING, Say, Stage, trim_memory
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance
 from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
-from .basis import LEAVES, Basis, beside_few, plenty
-from .calibration.before_calibration import freed
+from .basis import LEAVES, Basis, has_enough_tests, residual_of_few_forces
+from .calibration.before_calibration import free_parameters
 from .candidates.candidate import Candidate, Kind
-from .candidates.unnamed_terms import shortlist, term_candidate, twins
-from .evidence.unexplained import with_faint
-from .evidence.weighing import TELL_APART, Evidence, modest, weigh
+from .candidates.unnamed_terms import find_twins, shortlist, term_candidate
+from .evidence.unexplained import add_faint_structure
+from .evidence.weighing import TELL_APART, Evidence, assess_candidates, limit_confidence
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import plausible_amounts, rehearse
-from .kept_effects import Found, Selected, Unsettled, base
+from .kept_effects import ForceFit, NeedsRollouts, SearchResult, without_effects
 from .search.estimation import polish
 from .search.floating import Search, State, static_effects
-from .search.record_errors_in_search import coarse_records, leaves_structure
-from .search.thruster_scales import in_plain_words
+from .search.record_errors_in_search import coarse_records, has_residual_structure
+from .search.thruster_scales import as_common_scale
 
 
 def disagreements(form: Balance, nominal: Vehicle, corrected: Vehicle) -> list[str]:
@@ -80,16 +80,16 @@ _ROUNDS = 3
 """Searches at most, each with weights about the model of the one before."""
 
 
-def on_rollouts(basis: Basis, say: Say) -> Selected:
+def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
     """Search with weights that follow the model that was found, and drop what cannot be told from nothing."""
     nominal, seed = basis.nominal, basis.settings.seed
     for note in basis.notes:
         say(note)
     pool, free = basis.pool, None
     if basis.settings.refit:
-        free = freed(basis.cleared_forces(), nominal, pool, basis.settings.search)
+        free = free_parameters(basis.cleared_forces(), nominal, pool, basis.settings.search)
         pool = free.pool
-    every = slender(pool, nominal)
+    every = limit_surge_added_mass(pool, nominal)
     seen = [c for c in every if basis.judges(c)]
     unseen = [c for c in every if not c.nuisance and not basis.judges(c)]
     if free is not None:
@@ -109,16 +109,16 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
         state = again
         if same:
             break
-    state, whole = lean(search, state), state
+    state, whole = prune_weak(search, state), state
     rehearsal = rehearse(search, nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
     say(Stage("weighing the evidence", WEIGHING))
-    evidence = modest(weigh(search, state, seed, known), form)
+    evidence = limit_confidence(assess_candidates(search, state, seed, known), form)
     nothing = np.zeros(3)
     evidence += [Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), unjudged=True) for c in unseen]
     forces = Search(basis.cleared_forces(), nominal, seen, replace(settings, refinements=0))
-    return Selected(
+    return SearchResult(
         basis,
         basis.motions,
         search,
@@ -129,7 +129,7 @@ def on_rollouts(basis: Basis, say: Say) -> Selected:
         rehearsal,
         (forces, forces.evaluate(state.vehicle, state.active)),
         tuple(unseen),
-        (*basis.told, *disagreements(form, nominal, state.vehicle)),
+        (*basis.remarks, *disagreements(form, nominal, state.vehicle)),
         free,
         tuple(key for key in search.named(whole.active) if key not in state.active),
     )
@@ -161,7 +161,7 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
             yield search.evaluate(begun.vehicle, tuple(c.key for c in group))
 
 
-def lean(search: Search, state: State) -> State:
+def prune_weak(search: Search, state: State) -> State:
     """The model without effects that earn less than it takes to tell two effects apart, the least of them first.
 
     A log cannot tell such an effect from nothing, and beside it others look less sure than they are.
@@ -175,16 +175,16 @@ def lean(search: Search, state: State) -> State:
     return state
 
 
-def slender(pool: Sequence[Candidate], nominal: Vehicle) -> list[Candidate]:
+def limit_surge_added_mass(pool: Sequence[Candidate], nominal: Vehicle) -> list[Candidate]:
     """Candidates with added mass in surge held to half the hull's mass: that of a sphere, and a hull is longer.
 
     Nothing else keeps a hull from growing heavy together with its thrusters (Lamb 1932, article 114: at most 1/2).
     """
-    found = []
+    result = []
     for c in pool:
         limited = tuple(replace(p, lower=-_SPHERE * nominal.mass) if p.symbol == "X_udot" else p for p in c.parameters)
-        found.append(replace(c, parameters=limited))
-    return found
+        result.append(replace(c, parameters=limited))
+    return result
 
 
 _FEW = 6
@@ -192,7 +192,7 @@ _FEW = 6
 effects, none was left structure by its first search and by these; a hundred columns explain nearly any log."""
 
 
-def select(basis: Basis, say: Say) -> Selected:
+def select(basis: Basis, say: Say) -> SearchResult:
     """Search the catalogue on the balance that judges a log, and weigh all candidates.
 
     Parameters
@@ -205,7 +205,7 @@ def select(basis: Basis, say: Say) -> Selected:
     RequestError
         when the log is too short for a few blocks of rollouts.
     """
-    return Selection(basis, say).selected
+    return Selection(basis, say).result
 
 
 class Selection:
@@ -226,12 +226,12 @@ class Selection:
         self.given, self.say, self._thorough = basis, say, thorough
 
     @cached_property
-    def first(self) -> Found | None:
+    def first(self) -> ForceFit | None:
         """The end of the first search of the catalogue on the force balance, where that is asked."""
-        return None if self.given.rolls else _searched(self.given, self.say)
+        return None if self.given.uses_rollouts else _search(self.given, self.say)
 
     @cached_property
-    def _searched_on(self) -> Found | Unsettled | None:
+    def _searched_on(self) -> ForceFit | NeedsRollouts | None:
         return self.first and _on_forces(self.first, self.say, self._thorough)
 
     def search_on(self) -> None:
@@ -239,71 +239,71 @@ class Selection:
         _ = self._searched_on
 
     @property
-    def settled(self) -> Found | None:
+    def force_fit(self) -> ForceFit | None:
         """The fit that settles the log on the force balance; None where it was not asked, or does not."""
-        return self._searched_on if isinstance(self._searched_on, Found) else None
+        return self._searched_on if isinstance(self._searched_on, ForceFit) else None
 
     @property
-    def unsettled(self) -> Unsettled | None:
+    def needs_rollouts(self) -> NeedsRollouts | None:
         """The same where it was asked and rollouts must judge."""
-        return self._searched_on if isinstance(self._searched_on, Unsettled) else None
+        return self._searched_on if isinstance(self._searched_on, NeedsRollouts) else None
 
     @property
     def basis(self) -> Basis:
         """The basis that judges in the end."""
-        return self.unsettled.rolling if self.unsettled else self.given
+        return self.needs_rollouts.rolling if self.needs_rollouts else self.given
 
     @cached_property
-    def selected(self) -> Selected:
+    def result(self) -> SearchResult:
         """By whichever judges, weighed."""
-        if self.settled:
-            return _weighed(self.settled, self.say)
-        if self.unsettled:
+        if self.force_fit:
+            return _assess(self.force_fit, self.say)
+        if self.needs_rollouts:
             self.say(self.basis.why)
-        return on_rollouts(self.basis, self.say)
+        return search_on_rollouts(self.basis, self.say)
 
     @property
-    def found(self) -> Found | Selected:
+    def outcome(self) -> ForceFit | SearchResult:
         """The same, weighed where that comes with it."""
-        return self.settled or self.selected
+        return self.force_fit or self.result
 
 
-def _searched(basis: Basis, say: Say) -> Found:
+def _search(basis: Basis, say: Say) -> ForceFit:
     """Search the catalogue on a force balance."""
-    weak, search, free = basis.forces, basis.instant, None
+    weak, search, free = basis.forces, basis.force_search, None
     if basis.settings.refit and not weak.claimed:
-        free = freed(weak, basis.nominal, basis.pool, basis.settings.search)
+        free = free_parameters(weak, basis.nominal, basis.pool, basis.settings.search)
         say(free.sentence)
         search = Search(weak, basis.nominal, free.pool, basis.settings.search)
     rehearsal = rehearse(search, basis.nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
     say(identify(search, basis.nominal, search.nuisances, plausible).sentence)
     say(Stage("searching the catalogue of effects", SEARCHING))
-    return Found(basis, search, search.run(progress=say), free, rehearsal)
+    return ForceFit(basis, search, search.run(progress=say), free, rehearsal)
 
 
-def _on_forces(first: Found, say: Say, thorough: bool) -> Found | Unsettled:
+def _on_forces(first: ForceFit, say: Say, thorough: bool) -> ForceFit | NeedsRollouts:
     """Search again without each name where a first search explains a log, and for terms where names leave structure.
 
     Of a log without noise, which rollouts never judge, names that leave structure are searched again, too, unless a few
     forces leave some. What leaves structure for all that, in a log that is long enough for rollouts, is not settled.
     """
     basis, search, state = first.basis, first.search, first.state
-    beyond = not thorough and _beyond_few(first)
-    unsettled = _unsettled(basis, search, state) if beyond else None
+    beyond = not thorough and _beyond_few_forces(first)
+    unsettled = _needs_rollouts(basis, search, state) if beyond else None
     if unsettled:
         return unsettled
-    if first.explains or not (beyond or basis.sensed):
+    if first.explains or not (beyond or basis.has_sensor_noise):
         state = search.again(state, say)
-    if leaves_structure(search, state):  # a model of fewer names may, where the first left none
+    if has_residual_structure(search, state):  # a model of fewer names may, where the first left none
         say(Stage("named effects leave structure: looking for terms that nobody has named"))
         search, state = _with_terms(basis.forces, search, state, say)
-    state = in_plain_words(search, state)
+    state = as_common_scale(search, state)
     rehearsal = first.rehearsal if search is first.search else None  # of terms, too, another is held
-    return _unsettled(basis, search, state) or Found(basis, search, state, first.free, rehearsal)
+    return _needs_rollouts(basis, search, state) or ForceFit(basis, search, state, first.free, rehearsal)
 
 
-def _weighed(found: Found, say: Say) -> Selected:
+def _assess(found: ForceFit, say: Say) -> SearchResult:
     """All candidates weighed beside what a force balance found."""
     basis, search, state = found.basis, found.search, found.state
     weak, nominal, seed = basis.forces, basis.nominal, basis.settings.seed
@@ -312,10 +312,10 @@ def _weighed(found: Found, say: Say) -> Selected:
     plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
     weak.forget()
-    hand_back()
-    evidence = with_faint(search, state, known, weigh(search, state, seed, known), seed)
-    hand_back()
-    return Selected(
+    trim_memory()
+    evidence = add_faint_structure(search, state, known, assess_candidates(search, state, seed, known), seed)
+    trim_memory()
+    return SearchResult(
         basis,
         weak.motions,
         search,
@@ -325,36 +325,36 @@ def _weighed(found: Found, say: Say) -> Selected:
         plausible,
         rehearsal,
         (search, state),
-        notes=basis.told,
+        notes=basis.remarks,
         free=found.free,
     )
 
 
-def _beyond_few(first: Found) -> bool:
+def _beyond_few_forces(first: ForceFit) -> bool:
     """True when the few forces that explain most of a log, free on each axis, would leave structure of it, too.
 
     Not asked of a log that is too short to say so, nor where a coarse record of the commands may leave it.
     """
     basis, search = first.basis, first.search
-    if not plenty(basis.forces) or coarse_records(basis.forces.motions) or first.explains:
+    if not has_enough_tests(basis.forces) or coarse_records(basis.forces.motions) or first.explains:
         return False
-    return search.leaves_structure(beside_few(basis.forces, search, _FEW))
+    return search.has_residual_structure(residual_of_few_forces(basis.forces, search, _FEW))
 
 
-def _unsettled(basis: Basis, search: Search, state: State) -> Unsettled | None:
+def _needs_rollouts(basis: Basis, search: Search, state: State) -> NeedsRollouts | None:
     """A model that explains no log of sensors, where that has rollouts enough to judge by; else None.
 
     What no model explains is no white noise, and the names of such a model are those of stand-ins.
     """
-    if not basis.sensed or not leaves_structure(search, state):
+    if not basis.has_sensor_noise or not has_residual_structure(search, state):
         return None
     basis.forces.forget()
-    rolling = basis.rolling(LEAVES)
+    rolling = basis.with_rollouts(LEAVES)
     try:
         rolling.balance()
     except RequestError:
         return None
-    return Unsettled(rolling, search, state)
+    return NeedsRollouts(rolling, search, state)
 
 
 def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[Search, State]:
@@ -369,11 +369,11 @@ def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[
         terms = [term_candidate(s, nominal) for s in dict.fromkeys(symbols) if s not in taken]
         return Search(weak, nominal, (*named.pool, *terms), named.settings)
 
-    before, after = shared(partial(shortlist, weak), (base(named, state), state.vehicle))
+    before, after = parallel_map(partial(shortlist, weak), (without_effects(named, state), state.vehicle))
     symbols = [*before, *after]
     search = widened(symbols)
     best = search.best_of((state, None), say)
-    alike = [s for s in twins(weak, best.vehicle, search.of_kind(best.active, Kind.TERM)) if s not in taken]
+    alike = [s for s in find_twins(weak, best.vehicle, search.of_kind(best.active, Kind.TERM)) if s not in taken]
     if not alike:
         return search, best
     search = widened([*symbols, *alike])

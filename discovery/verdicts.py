@@ -12,9 +12,9 @@ from ..physics.vehicle import Vehicle
 from .balance.shooting import WHOLE_HORIZON
 from .candidates.candidate import Candidate, Kind, measurable
 from .claims import Tests
+from .effect_findings import LIKELY, MISSING, Claim, EffectFinding, FittedTerm, Verdict, rounded_probability
 from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
-from .findings import NOTHING, Advice, Criterion, Findings, LastingRest
-from .found_effects import LIKELY, MISSING, Claim, FoundEffect, FoundTerm, Verdict, told_probability
+from .findings import NOTHING, Advice, Criterion, Findings, PersistentResidual
 from .identifiability.rehearsal import Identifiability
 from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
@@ -37,7 +37,7 @@ _TRIFLE = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Grounds:
+class VerdictInputs:
     """Inputs of a verdict.
 
     Attributes
@@ -54,9 +54,9 @@ class Grounds:
     known : what the log can show and tell apart
     included : share of block ensembles in which a term without a name is selected, by symbol
     unseen : candidates that the search could not judge
-    asked : effects that somebody added by name, and what a search said of them, by key
+    added_by_name : effects that somebody added by name, and what a search said of them, by key
     sure : the probability that a search gave to others that somebody added by name, by key
-    rests : what lasts and is explained by nothing
+    persistent : what lasts and is explained by nothing
     """
 
     search: Search
@@ -71,12 +71,12 @@ class Grounds:
     known: Identifiability | None = None
     included: Mapping[str, float] = field(default_factory=dict)
     unseen: Sequence[Candidate] = ()
-    asked: Mapping[str, str] = field(default_factory=dict)
+    added_by_name: Mapping[str, str] = field(default_factory=dict)
     sure: Mapping[str, float] = field(default_factory=dict)
-    rests: Sequence[LastingRest] = ()
+    persistent: Sequence[PersistentResidual] = ()
 
 
-def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence[FoundEffect] = ()) -> Findings:
+def conclude(grounds: VerdictInputs, advice: tuple[Advice, ...] = (), others: Sequence[EffectFinding] = ()) -> Findings:
     """Write the findings.
 
     Parameters
@@ -103,7 +103,7 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
     in_play = [f for f in found if f.verdict == "possible" and _in_play(f)]
     in_play = [f for f in in_play if f.in_model] or in_play
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
-    unsure = bool(in_play) or bool(unnamed) or still or bool(g.rests)
+    unsure = bool(in_play) or bool(unnamed) or still or bool(g.persistent)
     verdict = "missing" if missing else "likely" if likely else "undecided" if unsure else "nothing missing"
     headline, reasons = (_STILL, ()) if still and not (missing or likely) else _headline(g, found, unnamed, in_play)
     reasons = (*([thrust] if thrust and ONE in (*missing, *likely) else []), *reasons)
@@ -119,12 +119,12 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
         advice=advice,
         identifiability=g.known,
         passivity=lawful.passivity,
-        rests=tuple(g.rests),
-        other_forms=g.tests.forms.found,
+        rests=tuple(g.persistent),
+        other_forms=g.tests.forms.selected,
     )
 
 
-def _in_play(effect: FoundEffect) -> bool:
+def _in_play(effect: EffectFinding) -> bool:
     """True when an effect that is only possible leaves a question open: it is no trifle, or moves a quiet axis."""
     if effect.claim is None:
         return effect.reason is Reason.FAINT
@@ -134,19 +134,19 @@ def _in_play(effect: FoundEffect) -> bool:
 
 def _shared_odds(claims: Mapping[str, Claim], evidence: Sequence[Evidence]) -> dict[str, float]:
     """The probability of each name: of claims their own; what is left of it is shared by their look-alikes."""
-    found = {key: probability(claim) for key, claim in claims.items()}
+    result = {key: probability(claim) for key, claim in claims.items()}
     for e in (e for e in evidence if e.key in claims and e.indistinguishable_from):
         others = [key for key in e.indistinguishable_from if key not in claims]
         for key in others:
-            share = min((1.0 - found[e.key]) / len(others), found[e.key])
-            found[key] = max(found.get(key, 0.0), share)
-    return found
+            share = min((1.0 - result[e.key]) / len(others), result[e.key])
+            result[key] = max(result.get(key, 0.0), share)
+    return result
 
 
-def unmeasured(motions: Sequence[Motion]) -> tuple[FoundEffect, ...]:
+def unmeasured(motions: Sequence[Motion]) -> tuple[EffectFinding, ...]:
     """The effects that no log without further channels can show, and which channels those are."""
     return tuple(
-        FoundEffect(
+        EffectFinding(
             effect=effect.name,
             sentence=Reason.NEEDS_CHANNELS.tell(effect.meaning, " and ".join(effect.channels)),
             family=effect.family,
@@ -173,7 +173,9 @@ def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate], kept:
     return entries
 
 
-def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, float], thrust: str) -> FoundEffect:
+def _effect(
+    g: VerdictInputs, candidate: Candidate, e: Evidence, shared: Mapping[str, float], thrust: str
+) -> EffectFinding:
     """One candidate in words and numbers, those of the corrected model where the effect is kept."""
     effect, nominal, kept, claim = candidate.effect, g.search.nominal, e.key in g.kept, g.claims.get(e.key)
     meaning = thrust if thrust and kept and effect.name == ONE else _meaning(candidate, nominal)
@@ -182,9 +184,9 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, 
     reason = None if said == "missing" else largest_doubt(claim) if claim else e.reason
     if claim is None and not _open(e, e.reason):
         said = "no evidence"
-    if e.key in g.asked:
+    if e.key in g.added_by_name:
         said, reason = "possible", Reason.UNFOUND
-    terms: tuple[FoundTerm, ...] = ()
+    terms: tuple[FittedTerm, ...] = ()
     if claim is not None or kept:
         terms = found_terms(candidate, nominal, g.lawful.unconstrained if kept else g.considered, g.intervals)
     if kept:
@@ -195,10 +197,10 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, 
         sentence += f" {g.tests.changes[e.key]}" if e.key in g.tests.changes else ""
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
-        sentence = reason.tell(meaning, _told(g, e, reason, terms))
-    same, beside = g.tests.invariant.get(e.key), g.tests.forms.beside.get(e.key)
+        sentence = reason.tell(meaning, _explanation(g, e, reason, terms))
+    same, beside = g.tests.invariant.get(e.key), g.tests.forms.refits.get(e.key)
     rivals_by_name = tuple(name.split("[")[0] for name in e.indistinguishable_from)
-    return FoundEffect(
+    return EffectFinding(
         effect=effect.name,
         sentence=sentence,
         family=effect.family,
@@ -211,7 +213,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, shared: Mapping[str, 
         chance=e.chance,
         parts=same.parts if same else (),
         agrees=same.gap <= _AGREES if same and same.parts else None,
-        changes=beside.change if beside and g.tests.forms.found else None,
+        changes=beside.change if beside and g.tests.forms.selected else None,
         indistinguishable_from=tuple(dict.fromkeys(rivals_by_name)),
         terms=terms,
     )
@@ -238,7 +240,7 @@ def _open(e: Evidence, reason: Reason) -> bool:
     return hidden or reason is Reason.WEAK or e.confidence >= PERHAPS
 
 
-def _told(g: Grounds, e: Evidence, reason: Reason, terms: Sequence[FoundTerm]) -> str:
+def _explanation(g: VerdictInputs, e: Evidence, reason: Reason, terms: Sequence[FittedTerm]) -> str:
     """What the evidence adds to the sentence of a reason."""
     rivals = ", ".join(map(words, e.indistinguishable_from))
     if reason is Reason.FAINT:
@@ -246,7 +248,7 @@ def _told(g: Grounds, e: Evidence, reason: Reason, terms: Sequence[FoundTerm]) -
     if reason is Reason.FILE_VALUE:
         where = "near" if g.claims[e.key].null_excluded else "within"
         return f"what the vehicle file says lies {where} the 95 % interval of {listing([t.symbol for t in terms])}"
-    return g.asked.get(e.key) or g.tests.told(e).get(reason, rivals)
+    return g.added_by_name.get(e.key) or g.tests.explanations(e).get(reason, rivals)
 
 
 def _alone(candidate: Candidate, share: Array, what: str) -> str:
@@ -269,12 +271,12 @@ def _percent(share: float) -> str:
 
 
 def _headline(
-    g: Grounds, found: Sequence[FoundEffect], unnamed: Sequence[FoundTerm], in_play: Sequence[FoundEffect]
+    g: VerdictInputs, found: Sequence[EffectFinding], unnamed: Sequence[FittedTerm], in_play: Sequence[EffectFinding]
 ) -> tuple[str, tuple[str, ...]]:
     """The verdict in a short sentence, and what else is to be known in others."""
     missing, likely = ([f for f in found if f.verdict == word] for word in _SAID)
-    rests = [f"{rest.in_words[0].upper()}{rest.in_words[1:]}." for rest in g.rests]
-    for form in g.tests.forms.found[:1]:
+    rests = [f"{rest.in_words[0].upper()}{rest.in_words[1:]}." for rest in g.persistent]
+    for form in g.tests.forms.selected[:1]:
         if form.share >= g.search.settings.materiality:
             share = f"{100.0 * form.share:.0f} % of the force at work"
             rests.append(f"{form.in_words[0].upper()}{form.in_words[1:]} stays unexplained, {share}.")
@@ -285,19 +287,19 @@ def _headline(
     if in_play:
         where = f"It may be {_listed(f.key for f in in_play)}."
         return f"Undecided: {_at_best(in_play[0], found)}.", (where, *rests)
-    if g.rests:
-        where = _listed(dict.fromkeys(rest.axis for rest in g.rests))
+    if g.persistent:
+        where = _listed(dict.fromkeys(rest.axis for rest in g.persistent))
         return f"Undecided: part of the force in {where} has no name.", tuple(rests)
     if unnamed:
         return f"No named effect is missing for sure, but the log asks for {terms}.", tuple(rests)
     unjudged = [axis for axis, scale in zip(AXES, g.search.force_scale, strict=True) if scale <= NOTHING]
     if unjudged:
-        told = f"Nothing material is missing that this log can show; {listing(unjudged)} could not be judged."
-        return told, tuple(rests)
+        text = f"Nothing material is missing that this log can show; {listing(unjudged)} could not be judged."
+        return text, tuple(rests)
     return "Nothing material is missing: the model explains this log.", tuple(rests)
 
 
-def _what_is_wrong(said: Sequence[FoundEffect], nominal: Vehicle, terms: str, probably: str) -> str:
+def _what_is_wrong(said: Sequence[EffectFinding], nominal: Vehicle, terms: str, probably: str) -> str:
     """What the model is missing, and which numbers of the file are off: about what they are, and what it says."""
     off = {f.key: _file_numbers(f, nominal) for f in said}
     new = [*(words(f.key) for f in said if not off[f.key]), *([terms] if terms else [])]
@@ -308,7 +310,7 @@ def _what_is_wrong(said: Sequence[FoundEffect], nominal: Vehicle, terms: str, pr
     return f"The model is {probably}missing {listing(new)}" + (f", and the {wrong}" if numbers else "")
 
 
-def _file_numbers(found: FoundEffect, nominal: Vehicle) -> list[tuple[str, float, float]]:
+def _file_numbers(found: EffectFinding, nominal: Vehicle) -> list[tuple[str, float, float]]:
     """Of an effect whose numbers the vehicle file has: symbol, what the log asks for in all, and what the file says."""
     if not BY_NAME[found.effect].added:
         return []
@@ -318,14 +320,16 @@ def _file_numbers(found: FoundEffect, nominal: Vehicle) -> list[tuple[str, float
     return [(term.symbol, filed + term.value, filed) for term, filed in own]
 
 
-def _at_best(first: FoundEffect, found: Sequence[FoundEffect]) -> str:
+def _at_best(first: EffectFinding, found: Sequence[EffectFinding]) -> str:
     """What is most probably missing: an effect or one that looks just like it, where that much is known, or perhaps."""
     alike = [f for f in found if f.effect in first.indistinguishable_from and f.effect != first.effect]
     together = first.confidence / share(first.claim) if first.claim else 0.0  # what its look-alikes share with it
     if alike and together >= LIKELY:
         either = " or ".join(words(f.key) for f in (first, *alike))
-        return f"{either} is missing ({_percent(told_probability(together))} together), and this log cannot tell which"
-    return f"something is missing; perhaps {_listed([first.key])} ({_percent(told_probability(first.confidence))})"
+        return (
+            f"{either} is missing ({_percent(rounded_probability(together))} together), and this log cannot tell which"
+        )
+    return f"something is missing; perhaps {_listed([first.key])} ({_percent(rounded_probability(first.confidence))})"
 
 
 def _listed(names: Iterable[str]) -> str:

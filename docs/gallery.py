@@ -79,7 +79,7 @@ def weak_form() -> Figure:
     bell = (1.0 - ((around - centre) / half) ** 2) ** settings.power
     above.fill_between(around, bell, color="tab:orange", alpha=0.5, label="one test function")
     below.plot(time, balance[:, 0], color="0.75", linewidth=0.7, label="by differences of the speed")
-    below.plot(weak.time, weak.balance(nominal)[:, 0], color="tab:orange", label="in weak form")
+    below.plot(weak.time, weak.residual(nominal)[:, 0], color="tab:orange", label="in weak form")
     below.plot(time, true, color="black", linewidth=1.0, linestyle="--", label="the drag that is missing")
     below.set(xlabel="time [s]", ylabel="surge force [N]", xlim=(5.0, 35.0), ylim=(-45.0, 35.0))
     for axes in (above, below):

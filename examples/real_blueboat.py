@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from undertow.discovery.balance.long_logs import nuisances
+from undertow.discovery.balance.long_logs import correct_compass
 from undertow.discovery.balance.shooting import ShootingSettings
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.search.estimation import polish
@@ -116,7 +116,7 @@ def divisions(names: Sequence[str], splits: int) -> list[list[str]]:
 
 def model(train: Sequence[Motion], start: Vehicle) -> tuple[Vehicle, Discovery]:
     """The linear model fitted to rollouts, and what discovery makes of it."""
-    clear = nuisances(train)
+    clear = correct_compass(train)
     linear = polish(clear.motions, start, FITTED, ShootingSettings(turned=clear.turned)).vehicle
     return linear, find_missing(train, linear)
 

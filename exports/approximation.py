@@ -11,7 +11,15 @@ import numpy as np
 
 from ..physics.effects import EFFECTS, PARAMETERS
 from ..physics.errors import RequestError
-from ..physics.forces import ForceEquation, at_beginning, calm, current_at, held_thrust, relative_velocity, thrust_left
+from ..physics.forces import (
+    ForceEquation,
+    at_beginning,
+    calm,
+    current_at,
+    held_thrust,
+    relative_velocity,
+    remaining_thrust,
+)
 from ..physics.integration import Legs, rollouts
 from ..physics.laws.damping_power import Envelope
 from ..physics.momentum_balance import push_of, stated, values_of
@@ -29,7 +37,7 @@ _NOTHING = 1e-9
 """Share of the largest force below which a difference is rounding."""
 
 
-def told(vehicle: Vehicle, envelope: Envelope, instead: Mapping[str, float]) -> list[str]:
+def missing_forces(vehicle: Vehicle, envelope: Envelope, instead: Mapping[str, float]) -> list[str]:
     """A sentence for each effect that has other values in a format, with the force that is missing.
 
     Parameters
@@ -100,7 +108,7 @@ def forces(vehicle: Vehicle, drawn: _Drawn) -> Array:
     u, v, r = drawn.velocity
     relative = relative_velocity(vehicle, drawn.heading, (u, v, r), _MINUTES)
     thrust, load = held_thrust(vehicle, commands_of(vehicle, drawn.share))
-    left = np.array([thrust_left(t, np.full(_STATES, _MINUTES)) for t in vehicle.thrusters])
+    left = np.array([remaining_thrust(t, np.full(_STATES, _MINUTES)) for t in vehicle.thrusters])
     wake = (relative[1], relative[2])
     force = ForceEquation(vehicle).force(relative, drawn.heading, left * thrust, left * load, wake, drawn.air, _MINUTES)
     return np.array(force)
@@ -148,10 +156,10 @@ class Sides:
         return self.vehicle.thrusters[self.port], self.vehicle.thrusters[self.starboard]
 
 
-def not_there(vehicle: Vehicle, envelope: Envelope, written: Collection[str] = ()) -> list[str]:
+def missing_surroundings(vehicle: Vehicle, envelope: Envelope, written: Collection[str] = ()) -> list[str]:
     """A sentence for all that surrounds a vehicle or changes by the minute, but for symbols that are written."""
     stated = (p for p in PARAMETERS.values() if p.section == "environment" or p.unit.endswith("/min"))
-    return told(vehicle, envelope, {p.symbol: p.null for p in stated if p.symbol not in written})
+    return missing_forces(vehicle, envelope, {p.symbol: p.null for p in stated if p.symbol not in written})
 
 
 def sides_of(vehicle: Vehicle, to: str) -> Sides:
@@ -166,9 +174,9 @@ def sides_of(vehicle: Vehicle, to: str) -> Sides:
     port = [k for k, (ahead, _, turn) in enumerate(pushes) if ahead > 0.5 and turn > 0.0]
     starboard = [k for k, (ahead, _, turn) in enumerate(pushes) if ahead > 0.5 and turn < 0.0]
     if len(vehicle.thrusters) != 2 or len(port) != 1 or len(starboard) != 1:
-        told = ", ".join(f"{t.name} at y = {t.y:g} m" for t in vehicle.thrusters)
+        text = ", ".join(f"{t.name} at y = {t.y:g} m" for t in vehicle.thrusters)
         raise RequestError(
-            f"export --to {to}: expected one thruster at port and one at starboard that push ahead, got {told}; the "
+            f"export --to {to}: expected one thruster at port and one at starboard that push ahead, got {text}; the "
             f"parameters of {to} that steer by thrust are for such boats"
         )
     return Sides(vehicle, port[0], starboard[0])

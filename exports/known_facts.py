@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from ..physics.errors import one_line
 from ..physics.forces import CURRENT
 from ..physics.laws.damping_power import Envelope
-from ..physics.momentum_balance import DENSITY, STRIPS, balances, beside_the_balance, stated
+from ..physics.momentum_balance import DENSITY, STRIPS, balances, factor_symbols, stated
 from ..physics.presentation import listing
 from ..physics.thrusters import Thruster
 from ..physics.vehicle import Vehicle, hull_of
@@ -36,7 +36,7 @@ class KnownNumber:
     sure: str = ""
 
     @property
-    def told(self) -> str:
+    def line(self) -> str:
         """All of it in a line."""
         interval = f", 95 % interval {self.interval}" * bool(self.interval)
         return f"{self.symbol} = {self.amount}{interval}" + f"; {self.remark}" * bool(self.remark)
@@ -84,7 +84,7 @@ class KnownFacts:
         return f"Model of {self.name}, made by undertow {self.version} from {self.source}."
 
     @property
-    def envelope_told(self) -> str:
+    def envelope_sentence(self) -> str:
         """The envelope in a sentence."""
         ends = zip("uvr", self.envelope.lower, self.envelope.upper, ("m/s", "m/s", "rad/s"), strict=True)
         box = ", ".join(f"{name} {low:g} to {high:g} {unit}" for name, low, high, unit in ends)
@@ -98,11 +98,11 @@ class KnownFacts:
             CONVENTIONS,
             "",
             *([f"Found. {self.found}"] if self.found else []),
-            f"Envelope. {self.envelope_told} Beyond it nobody has looked.",
+            f"Envelope. {self.envelope_sentence} Beyond it nobody has looked.",
             f"Audit. {self.audit[0]}",
             *(f"- {each}" for each in self.audit[1:]),
             "Numbers.",
-            *(f"- {each.told}" for each in self.numbers),
+            *(f"- {each.line}" for each in self.numbers),
             *(f"- {each}" for each in self.notes),
             "Not expressed here." if self.left_out else "",
             *left,
@@ -147,37 +147,37 @@ def letters(vehicle: Vehicle) -> str:
     """What the letters of the balances mean, as far as they stand there."""
     factors = {name for line in balances(vehicle) for term in line.force for name in term.factors}
     moving = any(vehicle.value(symbol) for symbol in CURRENT)
-    told = ["u, v: surge and sway speed" + " relative to the water" * bool(moving) + " [m/s]", "r: yaw rate [rad/s]"]
+    texts = ["u, v: surge and sway speed" + " relative to the water" * bool(moving) + " [m/s]", "r: yaw rate [rad/s]"]
     if any(name.startswith("T:") for name in factors):
-        told.append("T: force of a thruster [N]")
+        texts.append("T: force of a thruster [N]")
     if any(name.endswith("psi") for name in factors):
-        told.append("\N{GREEK SMALL LETTER PSI}: heading [rad]")
+        texts.append("\N{GREEK SMALL LETTER PSI}: heading [rad]")
     if "t" in factors:
-        told.append("t: time since the beginning of the log [min]")
+        texts.append("t: time since the beginning of the log [min]")
     if factors & {"u_a", "v_a"}:
-        told.append("u_a, v_a, V_a: apparent wind [m/s]")
+        texts.append("u_a, v_a, V_a: apparent wind [m/s]")
     if factors & {"q_v", "q_r"}:
-        told.append("q: a velocity as the water remembers it")
+        texts.append("q: a velocity as the water remembers it")
     if factors & {"F_Y", "F_N"}:
         hull = hull_of(vehicle)
-        told.append(
+        texts.append(
             f"F_Y, F_N: half of {DENSITY:g} kg/m^3 times the draught of {hull.draught:.12g} m, times |w| w dx, and x "
             f"|w| w dx, with w = v + x r, summed over {STRIPS} strips of the length of {hull.length:.12g} m, each of "
             "width dx, at their middles x [N, N m]"
         )
-    return f"{'; '.join(told)}. Coefficients are in SI units."
+    return f"{'; '.join(texts)}. Coefficients are in SI units."
 
 
 def within_factors(vehicle: Vehicle) -> str:
     """What acts within a factor: on the thrust, the water, or the memory; empty where nothing does."""
-    symbols = beside_the_balance(vehicle)
+    symbols = factor_symbols(vehicle)
     found = [stated(vehicle, symbol, _DIGITS, vehicle.parameter(symbol).unit) for symbol in symbols]
     return f"Within the factors act {listing(found)}." if found else ""
 
 
 def judged(facts: KnownFacts) -> str:
     """Envelope and audit in a line."""
-    return f"{facts.envelope_told} Audit: {' '.join(facts.audit)}"
+    return f"{facts.envelope_sentence} Audit: {' '.join(facts.audit)}"
 
 
 def thrust_curve(thruster: Thruster) -> str:

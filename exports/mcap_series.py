@@ -282,7 +282,7 @@ def _topics(
     flat = _flat(names, table[[_IN_TABLE.get(name, name) for name in names]])
     parts = (f'{text[:-1]},"part":"{part}"}}' for text, part in zip(flat, table["part"], strict=True))
     place = _place(table, "")
-    found = [
+    result = [
         _Topic("/measured", "undertow.Measured", parts),
         _Topic("/measured/pose", "foxglove.PoseInFrame", _stamped(POSE_IN_FRAME_TEXT, place, clock)),
         _Topic("/measured/path", "foxglove.PosesInFrame", iter([way])),
@@ -294,7 +294,7 @@ def _topics(
         states = _flat((*STATE, *RATES), table[columns])
         pose = _stamped(POSE_IN_FRAME_TEXT, _place(table, f"_{model.suffix}"), clock)
         left = _flat(FORCES, _residual(model, table))
-        found += [
+        result += [
             _Topic(f"/predicted/{name}", "undertow.Predicted", states),
             _Topic(f"/predicted/{name}/pose", "foxglove.PoseInFrame", pose),
             _Topic(f"/residual/{name}", "undertow.Force", left),
@@ -303,8 +303,8 @@ def _topics(
             effect = BY_NAME.get(topic.split("/")[-1].split("[")[0])
             about = {} if effect is None else {"equation": effect.equation, "meaning": effect.meaning}
             texts = _flat(FORCES, forces.rows(rows)[FORCES])
-            found.append(_Topic(effect_topic(topic), "undertow.Force", texts, about))
-    return found
+            result.append(_Topic(effect_topic(topic), "undertow.Force", texts, about))
+    return result
 
 
 def _residual(model: Prediction, table: SeriesTable) -> Array:

@@ -342,9 +342,9 @@ class CorrectedProgram:
     def _whole(self) -> Group:
         """State of the simulation: of the program, the memory, and what was said of this state and the one before."""
         body = self.program.step.inputs[0]
-        told = f"{body.about}; then what the network remembers, what it says now, and what it said a step ago"
+        text = f"{body.about}; then what the network remembers, what it says now, and what it said a step ago"
         last = tuple(f"{name}_before" for name in ACCELERATIONS)
-        return Group("state", told, (*body.members, *self._memory.members, *ACCELERATIONS, *last))
+        return Group("state", text, (*body.members, *self._memory.members, *ACCELERATIONS, *last))
 
     def _inputs(self, function: Function) -> list[Group]:
         """Groups of a function beside state and correction, and the time where the network needs it."""

@@ -90,13 +90,13 @@ def scales(fleet: Fleet) -> Array:
     A drag has the sign of damping, so that more drag is a larger share.
     """
     values = np.array([estimate.values for estimate in fleet.estimates]).reshape(-1, len(fleet.parameters))
-    found = np.array(fleet.nominal, dtype=float)
-    for k in np.flatnonzero(found == 0.0):
+    result = np.array(fleet.nominal, dtype=float)
+    for k in np.flatnonzero(result == 0.0):
         seen = values[np.isfinite(values[:, k]), k]
         usual = float(np.median(np.abs(seen))) if seen.size else 0.0
         drag = part_of(fleet.parameters[k]) in (Part.DRAG_AHEAD, Part.DRAG_ASIDE)
-        found[k] = (usual or 1.0) * (-1.0 if drag else 1.0)
-    return found
+        result[k] = (usual or 1.0) * (-1.0 if drag else 1.0)
+    return result
 
 
 def boat_days(fleet: Fleet) -> tuple[BoatDays, ...]:

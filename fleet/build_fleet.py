@@ -14,7 +14,7 @@ from ..measurements.collection import log_digests
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import LogError, RequestError, VehicleError, expect
-from ..physics.folders import held
+from ..physics.folders import hold_folder
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.progress import SHOWN, Pace, showing
@@ -27,7 +27,7 @@ from .fleet_folder import (
     SkippedLog,
     check_fleet_target,
     clear_factors,
-    fleet_there,
+    existing_index,
     has_factors,
     index_of,
     iso,
@@ -196,8 +196,8 @@ def build_fleet(
     folder = Path(out)
     check_fleet_target(folder, [s.place for s in sources], force=force)
     (folder / FACTORS).mkdir(parents=True, exist_ok=True)
-    with held(folder, "writes"):
-        earlier = fleet_there(folder)
+    with hold_folder(folder, "writes"):
+        earlier = existing_index(folder)
         write_index(folder, earlier)  # so that an interrupted call leaves a fleet, which another goes on with
         at = str(folder.resolve())
         tasks = [LogTask(s.place, vehicles[s.vehicle], tuple(follow), reading, at) for s in sources]

@@ -170,7 +170,7 @@ class HullChange:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Told:
+class _StoryFit:
     """How well a story explains the days: evidence of each first day (n - 1,), and the fit at the best of them."""
 
     story: Story
@@ -271,7 +271,7 @@ def _sums(days: Array, values: Array, inverse: Array, *, slope: bool) -> tuple[A
     return square - drive @ level @ drive, product - begins[:, None] * seen - drive @ level @ all_seen
 
 
-def _tell(story: Story, information: Array, score: Array, gap: Array) -> _Told:
+def _tell(story: Story, information: Array, score: Array, gap: Array) -> _StoryFit:
     """Weigh a story by the marginal likelihood of a normal change, of the sign that it must have."""
     root = np.linalg.cholesky(story.covariance)
     inner = np.eye(root.shape[0]) + root.T @ information @ root
@@ -288,4 +288,6 @@ def _tell(story: Story, information: Array, score: Array, gap: Array) -> _Told:
     row = int(np.argmax(evidence))
     ridge = 1e-9 * np.eye(root.shape[0])
     whole = score[row] @ np.linalg.solve(information[row] + ridge, score[row])
-    return _Told(story, evidence, float(whole - gained[row]), float(abs(place[row]) if story.either else place[row]))
+    return _StoryFit(
+        story, evidence, float(whole - gained[row]), float(abs(place[row]) if story.either else place[row])
+    )

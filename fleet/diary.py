@@ -25,7 +25,7 @@ from ..reports.hull_diary import (
 )
 from .boat_days import BoatDays, DayScatter, Part, Pooled, boat_days, day_scatter, levels, odd, part_of, pool, scales
 from .causes import HullChange, changes, rays, stories
-from .hull_changes import OddDay, WatchSettings, alarms, odd_day, rehearsed_widening, taken_back, watched
+from .hull_changes import OddDay, WatchSettings, alarms, calibrate_scatter, odd_day, taken_back, watched
 from .parameter_estimates import Fleet
 
 
@@ -52,7 +52,7 @@ def fleet_changes(boats: Sequence[BoatDays], parameters: Sequence[str], settings
     """Watch every boat from its first day to its last."""
     scatter = day_scatter(boats)
     directions, laws = rays(parameters), stories(parameters)
-    widening = rehearsed_widening(boats, scatter, directions, settings)
+    widening = calibrate_scatter(boats, scatter, directions, settings)
     taken = replace(scatter, covariance=widening * scatter.covariance)
     found, strange = {}, {}
     for boat in boats:

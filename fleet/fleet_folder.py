@@ -9,7 +9,7 @@ from typing import ClassVar
 from ..physics.errors import RequestError
 from ..physics.file_records import Number, Record
 from ..physics.files import write_bytes, write_json
-from ..physics.folders import held
+from ..physics.folders import hold_folder
 from ..physics.reading import read_bytes, read_json, reason
 from ..workflows.run_folder.run_files import check_target_folder
 from .hull_factors import HullFactors, from_bytes
@@ -129,7 +129,7 @@ def own_fleet(folder: Path) -> Collection[str]:
     return (INDEX, FACTORS)
 
 
-def fleet_there(folder: Path) -> FleetIndex:
+def existing_index(folder: Path) -> FleetIndex:
     """The index of a folder, an empty one where it is no fleet yet."""
     return read_index(folder) if own_fleet(folder) else FleetIndex()
 
@@ -222,7 +222,7 @@ def merge_fleets(fleets: Sequence[PathLike], out: PathLike, *, force: bool = Fal
     indices = [read_index(one) for one in folders]
     check_fleet_target(folder, folders, force=force)
     logs = _joined(indices)
-    if not force and (lost := sorted(log.log for log in fleet_there(folder).logs if log.sha256 not in logs)):
+    if not force and (lost := sorted(log.log for log in existing_index(folder).logs if log.sha256 not in logs)):
         raise RequestError(
             f"cannot write {folder}: it is a fleet with {len(lost)} logs that are in none of the others ({lost[0]}); "
             "merge it, too, into a new folder, or --force to replace it"
@@ -230,7 +230,7 @@ def merge_fleets(fleets: Sequence[PathLike], out: PathLike, *, force: bool = Fal
     places = {log.log for log in logs.values()}
     skipped = {(s.log, s.problem): s for index in indices for s in index.skipped if s.log not in places}
     (folder / FACTORS).mkdir(parents=True, exist_ok=True)
-    with held(folder, "writes"):
+    with hold_folder(folder, "writes"):
         for one, index in zip(folders, indices, strict=True):
             for log in index.logs:
                 if not has_factors(folder, log.factors):

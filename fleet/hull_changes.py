@@ -124,7 +124,7 @@ def detector(watch: Watch, start: int = 0) -> Array:
     best = np.full(last.size, -np.inf)
     for kind, deviation in ((False, STEP), (True, SLOPE)):
         of_kind = slope == kind
-        information, score = _told(days, series[:, of_kind], precision[:, of_kind], last, first, kind)
+        information, score = _precision(days, series[:, of_kind], precision[:, of_kind], last, first, kind)
         weighed = prior[of_kind] + _ratio(information, score, deviation)
         best = np.logaddexp(best, np.logaddexp.reduce(weighed, axis=1))
     total = np.full(size, -np.inf)
@@ -143,7 +143,7 @@ def _pairs(size: int) -> tuple[np.ndarray, np.ndarray]:
     return last[kept], first[kept]
 
 
-def _told(
+def _precision(
     days: Array, series: Array, precision: Array, last: np.ndarray, first: np.ndarray, slope: bool
 ) -> tuple[Array, Array]:
     """Information on the size of a change, and its score, where the level before is not known (pairs, rays)."""
@@ -249,7 +249,7 @@ WIDENINGS = tuple(float(1.25**k) for k in range(13))
 """Of the covariance, up to fifteen times; a step costs an eighth of the evidence at most."""
 
 
-def rehearsed_widening(
+def calibrate_scatter(
     boats: Sequence[BoatDays], scatter: DayScatter, rays: Sequence[Ray], settings: WatchSettings
 ) -> float:
     """The least widening of the scatter's covariance that keeps the budget of false alarms; 1 for too few days."""

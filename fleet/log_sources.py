@@ -55,8 +55,8 @@ def objects_below(url: str, suffixes: Collection[str]) -> list[tuple[str, str]]:
     else:
         found = [p for p in sorted(known) if p == key or p.lower().endswith(endings)]
     if not found:
-        told = "meets the pattern" if pattern else "is a log"
-        raise LogError(f"{url}: expected logs at this address, got {len(known)} objects and none that {told}")
+        text = "meets the pattern" if pattern else "is a log"
+        raise LogError(f"{url}: expected logs at this address, got {len(known)} objects and none that {text}")
     return [(f"{root}/{p}", known[p]) for p in found]
 
 
@@ -204,12 +204,12 @@ def _below(folder: Path) -> list[str]:
 
     Links to folders are followed, each folder once; one that cannot be opened stands among the logs, to be named.
     """
-    found: list[str] = []
+    result: list[str] = []
     told = ""
     seen: set[str] = set()
 
     def shut(error: OSError) -> None:
-        found.append(error.filename)
+        result.append(error.filename)
 
     for here, inner, files in os.walk(folder, followlinks=True, onerror=shut):
         inner[:] = sorted(name for name in inner if not name.startswith(".") and not (Path(here, name, INDEX)).exists())
@@ -222,16 +222,16 @@ def _below(folder: Path) -> list[str]:
         except LogError as error:
             told = told or error.typed
             logs = ()
-        found += logs
+        result += logs
         if logs == (here,):
             inner[:] = []
             continue
         inner[:] = [name for name in inner if str(Path(here, name)) not in logs]
         others = [str(Path(here, name)) for name in files if name.lower().endswith(_SURE) and not name.startswith(".")]
-        found += sorted(set(others) - set(logs))
-    if not found:
+        result += sorted(set(others) - set(logs))
+    if not result:
         raise LogError(told or f"{folder}: expected a folder of logs, got a fleet; give the folder of its logs")
-    return found
+    return result
 
 
 def _of(place: str, boat: str) -> LogSource:

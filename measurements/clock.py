@@ -87,9 +87,9 @@ def _step(time: Array) -> float:
 
 def _astray(time: Array) -> Rows:
     """Rows whose stamp is no number, or that one to three in a row are out of order with those around them."""
-    found = ~np.isfinite(time) | (np.abs(time) > _LATEST)
+    result = ~np.isfinite(time) | (np.abs(time) > _LATEST)
     for width in range(1, _WIDEST + 1):
-        rows = np.flatnonzero(~found)
+        rows = np.flatnonzero(~result)
         t = time[rows]
         if t.size <= 2 * (_WIDEST + 1):
             break
@@ -106,8 +106,8 @@ def _astray(time: Array) -> Rows:
             wrong |= set(range(width))
         if not -far <= t[-width] - t[-width - 1] < DAY:
             wrong |= set(range(t.size - width, t.size))
-        found[rows[sorted(wrong)]] = True
-    return found
+        result[rows[sorted(wrong)]] = True
+    return result
 
 
 def _runs(time: Array, rows: NDArray[np.int64]) -> list[NDArray[np.int64]]:
@@ -134,13 +134,13 @@ def _apart(pieces: Sequence[Array]) -> bool:
 
 def _matched(time: Array, runs: Sequence[NDArray[np.int64]], pieces: Sequence[tuple[float, float]]) -> list[int]:
     """The piece that each run of a stream lies in; each a later one than the run before."""
-    found: list[int] = []
+    result: list[int] = []
     for place, rows in enumerate(runs):
         low, high = (float(bound) for bound in (time[rows].min(), time[rows].max())) if rows.size else (0.0, 0.0)
-        least = found[-1] + 1 if found else 0
+        least = result[-1] + 1 if result else 0
         rest = range(least, len(pieces) - (len(runs) - 1 - place))
-        found.append(min(rest, key=lambda p: max(pieces[p][0] - low, high - pieces[p][1], 0.0)))
-    return found
+        result.append(min(rest, key=lambda p: max(pieces[p][0] - low, high - pieces[p][1], 0.0)))
+    return result
 
 
 LEAST_CORRELATION = 0.7
@@ -228,14 +228,14 @@ def band_passed(values: Array, step: float, band: tuple[float, float]) -> Array:
     band : its ends [Hz]
     """
     padding = min(values.shape[0] - 1, round(5.0 / step))
-    found = np.empty(values.shape)
+    result = np.empty(values.shape)
     # Long records one after the other: the filter makes several copies of what it is given.
     columns, mean = values.reshape(values.shape[0], -1), np.atleast_1d(values.mean(axis=0))
-    passed, width = found.reshape(columns.shape), max(1, _AT_ONCE // values.shape[0])
+    passed, width = result.reshape(columns.shape), max(1, _AT_ONCE // values.shape[0])
     for begin in range(0, columns.shape[1], width):
         few = slice(begin, begin + width)
         passed[:, few] = band_pass(columns[:, few] - mean[few], step, band, 2, padding)
-    return found
+    return result
 
 
 def _correlation(a: Array, b: Array, lag: int) -> float:

@@ -150,7 +150,7 @@ class GrowingTable:
 
     Attributes
     ----------
-    notes : what was assumed and skipped, and not asked for yet; see `told`
+    notes : what was assumed and skipped, and not asked for yet; see `take_notes`
     skipped : rows that could not be read
     newest : latest stamp of all streams [s]
     start_ns : the file's own stamp of time zero [ns]; 0 where its time is that of the file
@@ -185,18 +185,18 @@ class GrowingTable:
 
     def streams(self) -> list[Stream]:
         """The latest values of every stream that has some."""
-        found: list[Stream] = []
+        result: list[Stream] = []
         for name, column in sorted(self._columns.items()):
             if column.time:
-                found.append(column.stream(*name, found[-1] if found else None))
-        return found
+                result.append(column.stream(*name, result[-1] if result else None))
+        return result
 
     def cut(self, before: float) -> None:
         """Forget what is older [s], but for the last value of it of each stream."""
         for column in self._columns.values():
             column.cut(before)
 
-    def told(self) -> list[str]:
+    def take_notes(self) -> list[str]:
         """The notes since the last time."""
         notes, self.notes = self.notes, []
         return notes
@@ -351,7 +351,7 @@ class GrowingLog:
         frame, namespace = self._reading.frame, self._reading.namespace
         channels = map_channels(streams, frame, self._entries, self._where, (), namespace).channels
         self.log = log = Log(Path(self._where), channels, entries=self._entries)
-        found = []
+        result = []
         for start, end in usable_spans(log, self._vehicle, WEAK)[0]:
             ready = end if ended else end - self._step
             goes_on = self._last is not None and start <= self._last + 0.5 * self._step
@@ -365,10 +365,10 @@ class GrowingLog:
             if grid.size < 2:
                 continue
             motion = motion_on(log, self._vehicle, WEAK, (start, end), grid, self._step)
-            found.append(replace(motion, minutes=(grid - self._begin) / 60.0))
+            result.append(replace(motion, minutes=(grid - self._begin) / 60.0))
             self._last = float(grid[-1])
-        self._forget(bool(found))
-        return found
+        self._forget(bool(result))
+        return result
 
     def _forget(self, grown: bool) -> None:
         """Keep what the next rows need; of a channel that is silent, tell once."""

@@ -108,7 +108,7 @@ class Inspection(Card, Record):
         return [
             ("log", self.path),
             ("verdict", self.verdict),
-            *(line for one in worst[:_TOLD] for line in each(one.verdict, _told(one))),
+            *(line for one in worst[:_TOLD] for line in each(one.verdict, _sentences(one))),
             ("more", f"{len(worst) - _TOLD} more in .quality" if len(worst) > _TOLD else ""),
             ("channels", ", ".join(channel.name for channel in self.channels)),
             ("missing", "; ".join(self.plan.missing)),
@@ -153,7 +153,7 @@ class Inspections(Card, Record):
         return [inspection.to_dict() for inspection in logs]
 
 
-def _told(finding: Finding) -> list[str]:
+def _sentences(finding: Finding) -> list[str]:
     """What was found and what follows, and what to do about it."""
     by_itself = " ('undertow inspect LOG --fix OUT.csv' does it)" if finding.fix else ""
     return [finding.told, *([f"> {finding.cure}{by_itself}."] if finding.cure else [])]
@@ -191,7 +191,7 @@ def inspect_log(
         alignment=_alignment(log, longest) if longest else (),
         excitation=excitation_of([s.motion for s in seen], [s.portion.weight for s in seen]) if seen else None,
         plan=plan,
-        notes=(*log.notes, *_told_of_part(examination)),
+        notes=(*log.notes, *_sentence_of_part(examination)),
         map=map_dict(log.entries),
         curable=curable,
     )
@@ -219,7 +219,7 @@ def inspect_logs(logs: Sequence[Log], vehicle: Vehicle | None = None, recipe: Re
     return Inspections(verdict=told, usable=usable, quality=quality, logs=each)
 
 
-def _told_of_part(examination: Examination) -> tuple[str, ...]:
+def _sentence_of_part(examination: Examination) -> tuple[str, ...]:
     """Say what part of a long log the checks of motion looked at."""
     record = examination.repaired
     if not any(stretch.portion.cut for stretch in record.stretches):

@@ -217,7 +217,9 @@ def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = _ALL) -
         for name in wrong:
             total[name] = values[name][0]
         if "compass_sine" in wrong or "compass_cosine" in wrong:
-            body = speeds and _left(motions, {**total, "body_speeds": 1.0}) < _left(motions, total)
+            body = speeds and _unexplained_share(motions, {**total, "body_speeds": 1.0}) < _unexplained_share(
+                motions, total
+            )
         flags = {"body_speeds": 1.0} if body else {}
         here = tuple(corrected_for(motion, {**total, **flags}) for motion in motions)
     return Kinematics({}, agree=False)
@@ -252,7 +254,7 @@ def gyro_lateness(motions: Sequence[Motion]) -> float:
     return late if abs(late) > 0.5 * max(motion.time_step for motion in seen) else 0.0
 
 
-def _left(motions: Sequence[Motion], errors: Mapping[str, float]) -> float:
+def _unexplained_share(motions: Sequence[Motion], errors: Mapping[str, float]) -> float:
     """Share of the way over ground that speeds do not explain beside errors."""
     fit = _fit([_moving(corrected_for(m, errors)) for m in motions if not any(m.derived[:2])])
     return 1.0 if fit is None else 1.0 - fit.explained

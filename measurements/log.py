@@ -23,7 +23,7 @@ from .formats.base import Name, Request, Stream
 from .formats.registry import read_recording
 from .formats.time_columns import TimeColumn, find_time
 from .log_options import AS_GUESSED, Reading
-from .vehicle_types import CraftTold
+from .vehicle_types import CraftEvidence
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -172,7 +172,7 @@ class Log(Card):
     out_of_step: float = 0.0
     idle: tuple[str, ...] = ()
     lacks: tuple[str, ...] = ()
-    craft: CraftTold | None = None
+    craft: CraftEvidence | None = None
     clock: str = ""
     auxiliary: dict[str, Channel] = field(default_factory=dict)
 
@@ -383,8 +383,8 @@ def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Call
 
 def _kept(channels: Mapping[str, Channel]) -> tuple[str, ...]:
     """A note on the auxiliary channels."""
-    told = ", ".join(f"{name} ({channel.origin})" for name, channel in channels.items())
-    return (f"kept beside motion and commands: {told}",) if channels else ()
+    text = ", ".join(f"{name} ({channel.origin})" for name, channel in channels.items())
+    return (f"kept beside motion and commands: {text}",) if channels else ()
 
 
 def _check_map_of_repaired(path: Path, entries: Mapping[str, Entry | None], names: Container[str]) -> None:

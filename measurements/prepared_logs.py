@@ -151,8 +151,8 @@ class Parts:
 
     def data(self, part: str) -> DataSet:
         """A part by name: train, validation or test."""
-        found: DataSet = getattr(self.split, part)
-        return found
+        result: DataSet = getattr(self.split, part)
+        return result
 
     @property
     def judged(self) -> DataSet:

@@ -33,7 +33,7 @@ _LAGS = (0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class FoundThruster:
+class DetectedThruster:
     """A thruster as a log shows it.
 
     Attributes
@@ -67,7 +67,7 @@ class FoundThruster:
         """Name of the thruster."""
         return (command_kind(self.channel) or ("", self.channel))[1]
 
-    def unlike(self, asymmetry: float) -> "FoundThruster":
+    def unlike(self, asymmetry: float) -> "DetectedThruster":
         """The same with another full thrust ahead over that astern."""
         return replace(self, output=replace(self.output, asymmetry=asymmetry))
 
@@ -102,9 +102,9 @@ class SurgeAnswer:
     left: float = 1.0
 
 
-def thrusters_in(records: Sequence[Record]) -> list[FoundThruster]:
+def thrusters_in(records: Sequence[Record]) -> list[DetectedThruster]:
     """The thrusters whose commands are in every one of some logs of one boat, port ones first; see `left_out`."""
-    still = left_out(records)
+    still = idle_commands(records)
     names = _nearest_to_thrust([name for name in _in_all(records) if name not in still])
     told = placed(records)
     right = _right_names(names, told)
@@ -112,7 +112,7 @@ def thrusters_in(records: Sequence[Record]) -> list[FoundThruster]:
     return sorted(found, key=lambda one: (("port", "starboard", "").index(one.side), one.channel))
 
 
-def left_out(records: Sequence[Record]) -> list[str]:
+def idle_commands(records: Sequence[Record]) -> list[str]:
     """Commands that never move, so that nothing shows a thruster behind them: a pilot logs every output that it has.
 
     One that the autopilot's parameters call a thruster's is none of them, nor is any where no command moves.
@@ -161,7 +161,7 @@ def _right_names(names: Sequence[str], told: dict[str, Placed]) -> dict[str, str
     return {name: in_vehicle_file(name) for name in names}
 
 
-def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | None) -> FoundThruster:
+def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | None) -> DetectedThruster:
     turned = told is not None and told.ahead < 0
     output = _output(records, name)
     if turned:
@@ -177,7 +177,7 @@ def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | N
         or (command_kind(name) or ("",))[0] in ("newton", "tau")
         or output.astern >= output.neutral
     )
-    return FoundThruster(right, name, output, side_of(right), turned, by_log, rested, shaped)
+    return DetectedThruster(right, name, output, side_of(right), turned, by_log, rested, shaped)
 
 
 def _output(records: Sequence[Record], name: str) -> Output:
@@ -205,7 +205,7 @@ def _output(records: Sequence[Record], name: str) -> Output:
     return Output(neutral, astern, max(high, _PULSES[2]), source, expo=1.0)
 
 
-def surge_at_full(records: Sequence[Record], thrusters: Sequence[FoundThruster]) -> SurgeAnswer:
+def surge_at_full(records: Sequence[Record], thrusters: Sequence[DetectedThruster]) -> SurgeAnswer:
     """Surge acceleration with which the boat answers full thrust of all thrusters, ahead and astern.
 
     Over windows of a few seconds the change of surge speed is the integral of thrust ahead and astern, of linear and
@@ -229,7 +229,7 @@ def surge_at_full(records: Sequence[Record], thrusters: Sequence[FoundThruster])
     return SurgeAnswer(ahead, astern, share)
 
 
-def _windows(records: Sequence[Record], thrusters: Sequence[FoundThruster], lag: float) -> Array:
+def _windows(records: Sequence[Record], thrusters: Sequence[DetectedThruster], lag: float) -> Array:
     """Integrals over windows (m, 6): thrust ahead, astern, u, u|u|, v r; and the change of surge speed."""
     rows = []
     for record in records:
@@ -254,7 +254,7 @@ def _pushes(table: Array) -> Array:
     return np.asarray(np.linalg.lstsq(table[:, :-1], table[:, -1], rcond=None)[0][:2], dtype=float)
 
 
-def _push(record: Record, stretch: Stretch, thrusters: Sequence[FoundThruster], weights: Array) -> Array:
+def _push(record: Record, stretch: Stretch, thrusters: Sequence[DetectedThruster], weights: Array) -> Array:
     """Weighted sum (n,) of the shares of thrust that the commands of a stretch ask for; NaN where one is not known."""
     push = np.zeros(stretch.motion.time.size)
     for one, weight in zip(thrusters, weights, strict=True):
@@ -264,7 +264,7 @@ def _push(record: Record, stretch: Stretch, thrusters: Sequence[FoundThruster], 
 
 
 def drag_at_speed(
-    records: Sequence[Record], thrusters: Sequence[FoundThruster], arms: Sequence[float], axis: int
+    records: Sequence[Record], thrusters: Sequence[DetectedThruster], arms: Sequence[float], axis: int
 ) -> float | None:
     """Linear drag per newton of full thrust that balances thrust in the log's fastest rows, positive; or None.
 
@@ -293,7 +293,7 @@ def drag_at_speed(
     return pushed / float(speed[fast].mean()) if pushed > _PUSHES * np.abs(weights).sum() else None
 
 
-def _weight(one: FoundThruster, arm: float, axis: int, among: Sequence[FoundThruster]) -> float:
+def _weight(one: DetectedThruster, arm: float, axis: int, among: Sequence[DetectedThruster]) -> float:
     """What full command does in surge (axis 0) or yaw (2), over the full thrust of the strongest [1 or m]."""
     if one.kind == "tau":
         most = max(other.output.ahead for other in among)

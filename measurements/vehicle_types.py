@@ -24,7 +24,7 @@ class Craft(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class CraftTold:
+class CraftEvidence:
     """A kind of vehicle, and the words of the log that tell it."""
 
     craft: Craft
@@ -62,7 +62,7 @@ _PX4 = {1: Craft.COPTER, 2: Craft.PLANE, 3: Craft.ROVER, 4: Craft.AIRSHIP}
 """`vehicle_status.vehicle_type` of PX4 (VehicleStatus.msg); 0 is unknown."""
 
 
-def by_firmware(texts: Iterable[str], where: str) -> CraftTold | None:
+def by_firmware(texts: Iterable[str], where: str) -> CraftEvidence | None:
     """The kind that the first text tells in which an ArduPilot firmware names itself; `where` the texts stand.
 
     >>> by_firmware(["Frame: UNSUPPORTED", "ArduSub V4.1.0 (f2af3c7e)"], "MSG").craft
@@ -72,20 +72,20 @@ def by_firmware(texts: Iterable[str], where: str) -> CraftTold | None:
         found = _FIRMWARE.match(text.strip())
         craft = _CALLED.get((found[1] or found[0]).lower()) if found else None
         if craft is not None:
-            return CraftTold(craft, f"{where}: {' '.join(text.split()[:2])}")
+            return CraftEvidence(craft, f"{where}: {' '.join(text.split()[:2])}")
     return None
 
 
-def by_mav_type(number: int, where: str) -> CraftTold | None:
+def by_mav_type(number: int, where: str) -> CraftEvidence | None:
     """The kind of a MAV_TYPE; None for one that says nothing, or is no vehicle's.
 
     >>> by_mav_type(12, "HEARTBEAT").sentence
     'the log is of a submarine, which is no surface vessel (HEARTBEAT: MAV_TYPE 12)'
     """
     craft = next((craft for craft, numbers in _MAV_TYPES.items() if number in numbers), None)
-    return craft and CraftTold(craft, f"{where}: MAV_TYPE {number}")
+    return craft and CraftEvidence(craft, f"{where}: MAV_TYPE {number}")
 
 
-def by_px4_status(number: int) -> CraftTold | None:
+def by_px4_status(number: int) -> CraftEvidence | None:
     """The kind of PX4's `vehicle_status.vehicle_type`; None for one that says nothing."""
-    return CraftTold(_PX4[number], f"vehicle_status: vehicle_type {number}") if number in _PX4 else None
+    return CraftEvidence(_PX4[number], f"vehicle_status: vehicle_type {number}") if number in _PX4 else None

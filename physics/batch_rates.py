@@ -174,10 +174,10 @@ class Flattened:
 
 def _merged(crowd: Sequence[tuple[Terms, int]]) -> list[tuple[Terms, int]]:
     """A crowd with rollouts of one vehicle that follow one another taken as one: each is a product of matrices less."""
-    found: list[tuple[Terms, int]] = []
+    result: list[tuple[Terms, int]] = []
     for terms, width in crowd:
-        if found and found[-1][0] is terms:
-            found[-1] = (terms, found[-1][1] + width)
+        if result and result[-1][0] is terms:
+            result[-1] = (terms, result[-1][1] + width)
         else:
-            found.append((terms, width))
-    return found
+            result.append((terms, width))
+    return result

@@ -156,12 +156,12 @@ def _place(names: tuple[str | int, ...]) -> str:
     return text
 
 
-class Worded(Enum):
+class DescribedEnum(Enum):
     """A list whose members are given as a word, which is their value, and a sentence."""
 
     sentence: str
 
-    def __new__(cls, word: str, *_: Any) -> "Worded":
+    def __new__(cls, word: str, *_: Any) -> "DescribedEnum":
         """A member whose value is the word."""
         member = object.__new__(cls)
         member._value_ = word

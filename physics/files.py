@@ -68,7 +68,7 @@ def writing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
                 yield stream
             return
         place = real(target)
-        clear_left(place)
+        remove_unfinished(place)
         with _unfinished(place) as (stream, temporary):
             yield stream
             stream.flush()
@@ -91,7 +91,7 @@ def try_out(path: str | os.PathLike[str], size: int = _TRIED) -> None:
         if handle is not None or is_device(target):
             _try_device(target, handle)
             return
-        clear_left(real(target))
+        remove_unfinished(real(target))
         with _unfinished(real(target)) as (stream, _):
             stream.write(bytes(size))
             stream.flush()
@@ -119,9 +119,9 @@ def is_device(path: Path) -> bool:
         return False
 
 
-def clear_left(place: Path) -> None:
+def remove_unfinished(place: Path) -> None:
     """Take away the files that killed processes left unfinished beside a file; those of living ones are locked."""
-    for path in left_beside(place):
+    for path in unfinished_files(place):
         if path.is_file() and not path.is_symlink():
             with suppress(OSError), path.open("rb") as stream:
                 if lock(stream.fileno()):
@@ -148,7 +148,7 @@ def name_unfinished(place: Path) -> Path:
     return place.with_name(f"{_stem(place)}{secrets.token_hex(4)}")
 
 
-def left_beside(place: Path) -> list[Path]:
+def unfinished_files(place: Path) -> list[Path]:
     """Unfinished files beside a path, of living and of killed processes."""
     pattern = re.compile(re.escape(_stem(place)) + "[0-9a-f]{8}")
     try:

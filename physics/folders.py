@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import RequestError
-from .files import LEFT, left_beside, lock, name_unfinished, real, try_out, write_text
+from .files import LEFT, lock, name_unfinished, real, try_out, unfinished_files, write_text
 from .reading import read_json
 
 _EXCHANGE = 2
@@ -71,13 +71,13 @@ def same(one: Path, other: Path) -> bool:
     return one.is_file() and other.is_file() and (one.samefile(other) or filecmp.cmp(one, other, shallow=False))
 
 
-def take_away(path: Path) -> None:
+def remove(path: Path) -> None:
     """Remove a file, a link, or a folder with all that is in it."""
     shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
 
 
 @contextmanager
-def at_rest(place: Path) -> Iterator[None]:
+def lock_settled(place: Path) -> Iterator[None]:
     """Lock the folder that bears this name, once others that replace it are done.
 
     Raises
@@ -136,7 +136,7 @@ _TRIED = 1 << 20
 """Bytes that are written to see whether a folder can be [B]: those of a run of a few minutes."""
 
 
-def carried(target: Path, new: Collection[str], own: Own, *, force: bool = False) -> list[str]:
+def foreign_entries(target: Path, new: Collection[str], own: Own, *, force: bool = False) -> list[str]:
     """Names of the files and folders in a folder that are not undertow's, and stay in it when it is replaced.
 
     Parameters
@@ -151,7 +151,7 @@ def carried(target: Path, new: Collection[str], own: Own, *, force: bool = False
     """
     if not target.is_dir():
         return []
-    names = [path.name for path in target.iterdir() if not _is_left(path.name)]
+    names = [path.name for path in target.iterdir() if not _is_unfinished(path.name)]
     mine = set(own(target))
     others = sorted(set(names) - mine)
     lost = [name for name in others if name in new]
@@ -190,9 +190,9 @@ def check_folder(target: Path, new: Collection[str], own: Own, *, force: bool = 
         when the folder cannot be written.
     """
     place = real(target)
-    put_right(place, own)
-    with at_rest(place):
-        carried(target, new, own, force=force)
+    recover(place, own)
+    with lock_settled(place):
+        foreign_entries(target, new, own, force=force)
     if place.exists() and not place.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, "it is a file", str(target))
     if _stays(place):
@@ -229,44 +229,44 @@ def replace_folder(target: Path, build: Callable[[Path], Collection[str]], own: 
         when the folder cannot be written; nothing is changed then.
     """
     place = real(target)
-    put_right(place, own)
+    recover(place, own)
     with _staged(place) as work:
         new = {name for name in build(work) if name != _UNFINISHED}
         theirs = place.is_dir() and any(place.iterdir()) and not own(place)
         if not theirs and not _stays(place) and _exchanged(work, place, new, own, force):
             return
         place.mkdir(exist_ok=True)
-        with at_rest(place):
-            others = carried(place, new, own, force=force)
-            there = {path.name for path in place.iterdir() if not _is_left(path.name)}
+        with lock_settled(place):
+            others = foreign_entries(place, new, own, force=force)
+            there = {path.name for path in place.iterdir() if not _is_unfinished(path.name)}
             _move_in(work, place, sorted(there - {*others, *new, *(path.name for path in work.iterdir())}))
 
 
-def put_right(target: Path, own: Own) -> None:
+def recover(target: Path, own: Own) -> None:
     """Finish or take away what a killed process left in and beside a folder; what a living one has is left alone."""
     place = real(target)
-    finish(place)
-    for path in left_beside(place):
+    finish_move(place)
+    for path in unfinished_files(place):
         with suppress(OSError), locked(path) as free:
             if free and not path.is_symlink():
-                take_away(path) if (path / _UNFINISHED).is_file() else _retire(path, place, own)
+                remove(path) if (path / _UNFINISHED).is_file() else _retire(path, place, own)
 
 
-def finish(target: Path) -> None:
+def finish_move(target: Path) -> None:
     """Move into a folder what a killed process had completed but not moved; nothing where there is nothing."""
     place = real(target)
     with suppress(OSError):
-        inside = [p for p in place.iterdir() if _is_left(p.name) and p.name not in (_UNFINISHED, _STALE)]
+        inside = [p for p in place.iterdir() if _is_unfinished(p.name) and p.name not in (_UNFINISHED, _STALE)]
         for path in inside:
             with locked(path) as free:
                 if free and (path.is_file() or (path / _UNFINISHED).is_file()):
-                    take_away(path)
+                    remove(path)
                 elif free and path.name == _COMMIT:
                     _roll_forward(place)
 
 
 @contextmanager
-def held(folder: Path, what: str) -> Iterator[None]:
+def hold_folder(folder: Path, what: str) -> Iterator[None]:
     """Keep a folder to this process while it works in it.
 
     Raises
@@ -295,8 +295,8 @@ def _exchanged(work: Path, place: Path, new: Collection[str], own: Own, force: b
                 if place.exists():
                     return False
                 raise
-    with at_rest(place):  # nobody takes the old one for left over while it is looked through
-        others = carried(place, new, own, force=force)
+    with lock_settled(place):  # nobody takes the old one for left over while it is looked through
+        others = foreign_entries(place, new, own, force=force)
         if any(cannot_link(place / name) for name in others):
             return False
         others = [name for name in others if not os.path.lexists(work / name)]
@@ -310,7 +310,7 @@ def _exchanged(work: Path, place: Path, new: Collection[str], own: Own, force: b
             return True
         (work / _UNFINISHED).touch()
         for name in others:
-            take_away(work / name)
+            remove(work / name)
     return False
 
 
@@ -320,10 +320,10 @@ def _retire(old: Path, place: Path, own: Own, given_up: Collection[str] = ()) ->
     write_text(old / _STALE, json.dumps(sorted(mine)))  # own() may know nothing more when half of the files are gone
     for path in sorted(old.iterdir(), key=lambda path: (path.name == _STALE, path.name)):
         there = place / path.name
-        if path.name not in mine and not _is_left(path.name) and not os.path.lexists(there):
+        if path.name not in mine and not _is_unfinished(path.name) and not os.path.lexists(there):
             os.rename(path, there)  # it came while the folders changed names
-        elif path.name in mine or _is_left(path.name) or same(path, there):
-            take_away(path)
+        elif path.name in mine or _is_unfinished(path.name) or same(path, there):
+            remove(path)
     with suppress(OSError):  # what is left is somebody's, and stays
         old.rmdir()
 
@@ -397,7 +397,7 @@ def _stays(place: Path) -> bool:
     return os.path.ismount(place) or here.is_relative_to(place) or not os.access(place.parent, os.W_OK | os.X_OK)
 
 
-def _is_left(name: str) -> bool:
+def _is_unfinished(name: str) -> bool:
     return _LEFT.fullmatch(name) is not None
 
 

@@ -55,7 +55,7 @@ def thruster_response(motion: Motion, index: int, thruster: Thruster) -> tuple[A
     force, load = force[past:], load[past:]
     if thruster.thrust_rate == 0.0:
         return force, load
-    left = thrust_left(thruster, motion.minutes)
+    left = remaining_thrust(thruster, motion.minutes)
     return left * force, left * load
 
 
@@ -66,7 +66,7 @@ def commands_known(motion: Motion, index: int) -> tuple[Array, int]:
     return np.concatenate([motion.run_up[:, index], motion.commands[:, index]]), motion.run_up.shape[0]
 
 
-def thrust_left(thruster: Thruster, minutes: Array) -> Array:
+def remaining_thrust(thruster: Thruster, minutes: Array) -> Array:
     """Share of its force that a thruster still has, minutes after a log begins: it wears, or its battery does."""
     return np.maximum(1.0 + thruster.thrust_rate * minutes, 0.0)
 

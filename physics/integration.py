@@ -192,11 +192,11 @@ def _joined(parts: Sequence[Array]) -> Array:
     """Series (axes, steps + 1, batch) side by side, the longest first; zero after their ends."""
     if len(parts) == 1:
         return parts[0]
-    found, begin = np.zeros((*parts[0].shape[:2], sum(part.shape[2] for part in parts))), 0
+    result, begin = np.zeros((*parts[0].shape[:2], sum(part.shape[2] for part in parts))), 0
     for part in parts:
-        found[:, : part.shape[1], begin : begin + part.shape[2]] = part
+        result[:, : part.shape[1], begin : begin + part.shape[2]] = part
         begin += part.shape[2]
-    return found
+    return result
 
 
 def _first(series: Array | None, width: int) -> Array | None:
@@ -392,12 +392,12 @@ def check_starts(motion: Motion, starts: np.ndarray, steps: int) -> np.ndarray:
     RequestError
         when a start leaves fewer than `steps` rows.
     """
-    found = np.asarray(starts, dtype=int)
-    if found.size == 0 or found.min() < 0 or found.max() + steps >= motion.time.size:
+    result = np.asarray(starts, dtype=int)
+    if result.size == 0 or result.min() < 0 or result.max() + steps >= motion.time.size:
         raise RequestError(
-            f"rollout of {steps} steps: starts must lie in 0..{motion.time.size - steps - 1}, got {found.tolist()[:5]}"
+            f"rollout of {steps} steps: starts must lie in 0..{motion.time.size - steps - 1}, got {result.tolist()[:5]}"
         )
-    return found
+    return result
 
 
 def simulate_motion(vehicle: Vehicle, motion: Motion) -> Motion:

@@ -349,7 +349,7 @@ def _added(vehicle: Vehicle) -> list[list[BalanceTerm]]:
     return force
 
 
-def beside_the_balance(vehicle: Vehicle) -> tuple[str, ...]:
+def factor_symbols(vehicle: Vehicle) -> tuple[str, ...]:
     """Symbols that have another value than null and act within a factor: on the thrust, the water, or the memory.
 
     Of what every thruster has, it is enough that one of them has another value.

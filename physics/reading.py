@@ -364,5 +364,5 @@ def unknown_key(key: Any, known: Iterable[str], where: str = "") -> str:
     names = sorted(k for k in known if "{" not in k)
     meant = _MEANT.get(str(key).lower(), str(key))
     near = [meant] if meant in names else get_close_matches(meant[:_NAME], names, n=1, cutoff=_NEAR)
-    told = f"unknown key {shown(key, _NAME)}{where and ' in '}{where}"
-    return f"{told}: did you mean {near[0]!r}?" if near else f"{told}; there are {shortened(', '.join(names))}"
+    text = f"unknown key {shown(key, _NAME)}{where and ' in '}{where}"
+    return f"{text}: did you mean {near[0]!r}?" if near else f"{text}; there are {shortened(', '.join(names))}"

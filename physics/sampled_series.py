@@ -125,7 +125,7 @@ def binned_means(values: Array, series: Array, least: int = 1) -> tuple[Array, A
     return 0.5 * (edges[1:] + edges[:-1])[enough], np.bincount(part, series, BINS)[enough] / count[enough]
 
 
-def told_by(values: Array, series: Array) -> float:
+def explained_share(values: Array, series: Array) -> float:
     """Share of the variance of `series` (n,) that its means over parts of the range of `values` (n,) take.
 
     0 where the values do not differ.
@@ -162,9 +162,9 @@ class Switches(NamedTuple):
         """
         if not self.rows.size:
             return force
-        found = force.copy()
-        found[..., self.rows] = (1.0 - self.share) * force[..., self.rows - 1] + self.share * force[..., self.rows + 1]
-        return found
+        result = force.copy()
+        result[..., self.rows] = (1.0 - self.share) * force[..., self.rows - 1] + self.share * force[..., self.rows + 1]
+        return result
 
 
 def switches(command: Array) -> Switches:

@@ -97,18 +97,18 @@ def stale_sources(vehicle: Vehicle) -> list[str]:
     >>> print(*stale_sources(load_vehicle("otter").with_values({"mass": 100.0})))
     mass is 100 kg, but its source says 55 + 25 kg = 80 kg. Correct the source, or the number.
     """
-    found = []
+    result = []
     for symbol, source in _of_one_number(vehicle):
         unit = vehicle.parameter(symbol).unit
         stated = re.findall(rf"({_SUM}) ?{re.escape(unit)}{_ALONE}", source.partition(EARLIER)[0])
         value = vehicle.value(symbol)
         if len(stated) == 1 and not math.isclose(number := _worth(stated[0]), value, rel_tol=_SAME):
             equals = "" if re.fullmatch(rf"-?{_NUMBER}", stated[0]) else f" = {number:g} {unit}"
-            found.append(
+            result.append(
                 f"{symbol} is {value:g} {unit}, but its source says {stated[0]} {unit}{equals}. Correct the source, or "
                 "the number."
             )
-    return found
+    return result
 
 
 def _of_one_number(vehicle: Vehicle) -> Iterator[tuple[str, str]]:

@@ -71,10 +71,10 @@ class Course:
     --------
     >>> course = Course()
     >>> course.begin(Stage("scoring", 0.75), 9.0)
-    >>> course.share(9.0), course.left(9.0)
+    >>> course.share(9.0), course.time_left(9.0)
     (0.75, 3.0)
     >>> course.begin(Stage("searching again", 0.3), 9.0)
-    >>> course.share(9.0), round(course.left(9.0), 1)
+    >>> course.share(9.0), round(course.time_left(9.0), 1)
     (0.75, 8.4)
     """
 
@@ -102,7 +102,7 @@ class Course:
         shown, behind = self._from
         return shown + (1.0 - shown) * (self._passed(now) - behind) / (1.0 - behind)
 
-    def left(self, now: float) -> float:
+    def time_left(self, now: float) -> float:
         """Time that is left [s]; 0 where nobody knows."""
         passed = self._passed(now)
         return (now - self._before) * (1.0 - passed) / passed if passed else 0.0
@@ -112,7 +112,7 @@ class Course:
         return self._stage.share(self._then, now - self._before)
 
 
-def hand_back() -> None:
+def trim_memory() -> None:
     """Hand back all that is free; where the C library is another than GNU's, it does as it likes."""
     try:
         ctypes.CDLL(None).malloc_trim(0)
@@ -130,12 +130,12 @@ def collect_seldom() -> None:
     gc.set_threshold(_PACE)
 
 
-def pass_over_what_is_loaded() -> None:
+def freeze_loaded_objects() -> None:
     """Look no more at what there is now, modules most of all; nor does a look then copy their pages in a fork."""
     gc.freeze()
 
 
-def clear_up() -> None:
+def collect_and_freeze() -> None:
     """Take away the cycles that there are, and look no more at what is left.
 
     Who must answer within milliseconds does so before: a look at all that is loaded takes 50 to 150 of them.

@@ -24,7 +24,7 @@ from .effects import COMMAND_OFFSET, EFFECTS, PARAMETERS, Effect, Parameter
 from .errors import VehicleError, shown
 from .files import on_top, write_text, yaml_text
 from .motion import AXES
-from .possible_hulls import impossible, insistable
+from .plausibility import find_impossible, insistable
 from .reading import (
     Number,
     Plain,
@@ -109,7 +109,7 @@ class Vehicle(BaseModel):
     about the body origin, `x_g` and `y_g` [m] ahead and to starboard of the origin, `hull` what of it is in the water,
     which only some effects ask for. Sections hold the symbols of the effects catalogue; an absent symbol has its null
     value. What no hull has, such as positive damping, is refused unless `insist` names it (see
-    `possible_hulls.impossible`).
+    `plausibility.find_impossible`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -192,7 +192,9 @@ class Vehicle(BaseModel):
         for key in self.insist:
             if key not in known:
                 raise ValueError(unknown_key(key, known, "insist"))
-        refused = {key: why for key, why in impossible(self.values, self.thrusters).items() if key not in self.insist}
+        refused = {
+            key: why for key, why in find_impossible(self.values, self.thrusters).items() if key not in self.insist
+        }
         if refused and not _to_be_judged(info):
             whole = ", ".join(dict.fromkeys((*self.insist, *refused)))
             raise ValueError(f"{'; '.join(refused.values())}; or say so in the vehicle file with 'insist: [{whole}]'")
@@ -270,7 +272,7 @@ class Vehicle(BaseModel):
     @property
     def _insisted(self) -> list[str]:
         """What it insists on, and what `with_values` made of it that no hull has: undertow reads what it wrote."""
-        return list(dict.fromkeys((*self.insist, *impossible(self.values, self.thrusters))))
+        return list(dict.fromkeys((*self.insist, *find_impossible(self.values, self.thrusters))))
 
     def parameter(self, symbol: str) -> Parameter:
         """The catalogue's description of a symbol; a `<thruster>_scale` or an extra term has one of its own.
@@ -333,8 +335,8 @@ _HOW_TO_STATE = {"hull": "hull: {length, draught}, in metres"}
 def lacking(vehicle: Vehicle, effect: Effect) -> str:
     """Numbers that a vehicle file lacks before it can have an effect, in words behind its name; empty for none."""
     absent = [key for key in effect.requires if getattr(vehicle, key) is None]
-    told = " and ".join(_HOW_TO_STATE[key] for key in absent)
-    return told and f"needs the size of the hull: give {told}, in the vehicle file"
+    text = " and ".join(_HOW_TO_STATE[key] for key in absent)
+    return text and f"needs the size of the hull: give {text}, in the vehicle file"
 
 
 def hull_of(vehicle: Vehicle) -> Hull:

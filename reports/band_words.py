@@ -32,8 +32,8 @@ def held_words(held: "HeldPredictions | None", name: str) -> str:
     """How many predictions end within the band of the run that a model comes from; empty where none was asked."""
     if held is None or not held.predictions + held.beyond:
         return ""
-    told = f"Of {held.predictions} predictions on these rows, {percent(held.position)} end within the band of {name}."
+    text = f"Of {held.predictions} predictions on these rows, {percent(held.position)} end within the band of {name}."
     if not held.beyond:
-        return told
+        return text
     beyond = f"{held.beyond} go far beyond the speeds of its run, where its band says nothing"
-    return f"{told[:-1]}; {beyond}." if held.predictions else f"All {beyond}."
+    return f"{text[:-1]}; {beyond}." if held.predictions else f"All {beyond}."

@@ -37,14 +37,14 @@ def alarm_sentence(alarm: Alarm, unit: str) -> str:
     when = f"t = {alarm.since:.1f} s"
     if alarm.earliest < alarm.latest:
         when += f" ({alarm.earliest:.1f} to {alarm.latest:.1f} s)"
-    told = (
+    text = (
         f"{plain(alarm.symbol)} ({alarm.symbol}) went from {number(alarm.before)} to {number(alarm.after)}{unit} "
         f"(± {number(alarm.half, 2)}), since {when}; known at t = {alarm.time:.1f} s"
     )
     if alarm.alike:
         others = listing([f"{plain(symbol)} ({symbol})" for symbol in alarm.alike])
-        told += f". The rows so far tell no less of {others}"
-    return f"{told}."
+        text += f". The rows so far tell no less of {others}"
+    return f"{text}."
 
 
 def table_row(update: Update) -> str:

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
-from ..physics.file_records import Flag, Number, Record, Whole, Worded
+from ..physics.file_records import DescribedEnum, Flag, Number, Record, Whole
 from ..physics.presentation import MINUS, NARROW, Card, counted, each, listing, number, percent
 
 
-class Cause(Worded):
+class Cause(DescribedEnum):
     """What happened to a hull; `sentence` says how that shows."""
 
     FOULING = "fouling", "the drag of the hull grows over weeks, as weed and barnacles make it"
@@ -144,12 +144,12 @@ class DiaryFacts(Card, Record):
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
-        told = [
+        texts = [
             f"{one.boat}: {' or '.join(c.value for c in change.causes)}, {change.first}"
             for one in self.changed
             for change in one.changes
         ]
-        return [("fleet", self.fleet), ("boats", str(len(self.boats))), *each("changes", told)]
+        return [("fleet", self.fleet), ("boats", str(len(self.boats))), *each("changes", texts)]
 
 
 PART = {Cause.FOULING: "drag ahead", Cause.CLEANING: "drag ahead", Cause.PAYLOAD: "mass", Cause.BATTERY: "thrust"}
@@ -201,11 +201,11 @@ def change_sentence(change: ChangeRecord) -> str:
     known = f"known on {change.alarm}"
     if change.goes_on:
         went = f"{'grew' if more == 'more' else 'fell'} to {size} {more} ({span})"
-        told = f"{what} {went} in {round(change.days)} days, from about {first} on; {known}"
+        text = f"{what} {went} in {round(change.days)} days, from about {first} on; {known}"
     else:
-        told = f"{what} {size} {more} ({span}) from {first} on; {known}"
+        text = f"{what} {size} {more} ({span}) from {first} on; {known}"
     both = " The logs do not tell these apart." if len(change.causes) > 1 else ""
-    return f"{told[0].upper()}{told[1:]}.{both}"
+    return f"{text[0].upper()}{text[1:]}.{both}"
 
 
 def _sized(moved: Moved) -> tuple[str, str, str, str]:
@@ -290,7 +290,7 @@ def signed(share: float) -> str:
     return f"{'+' if share > 0 else ''}{_percent(share, MINUS)}"
 
 
-def first_told(boats: Sequence[BoatRecord]) -> list[BoatRecord]:
+def in_telling_order(boats: Sequence[BoatRecord]) -> list[BoatRecord]:
     """Boats with changes first, the latest on top; then the others by name."""
     changed = sorted((b for b in boats if b.changes), key=lambda b: b.changes[-1].alarm, reverse=True)
     return [*changed, *(b for b in boats if not b.changes)]

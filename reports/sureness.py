@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..discovery.effect_findings import LIKELY, EffectFinding, rounded_probability
 from ..discovery.findings import Findings
-from ..discovery.found_effects import LIKELY, FoundEffect, told_probability
 from ..physics.effects import BY_NAME, PARAMETERS
 from ..physics.errors import VehicleError
 from ..physics.presentation import MINUS, NARROW, finite, number, percent, share_removed, unit_text
@@ -29,7 +29,7 @@ COMES_BACK = (
 """What that is."""
 
 
-def odds(found: FoundEffect) -> str:
+def odds(found: EffectFinding) -> str:
     """How sure a name is, such as "87 %"; empty where nobody knows.
 
     Nothing is told of what the log cannot show, nor of a number that contradicts its own verdict: a name that is merely
@@ -37,10 +37,10 @@ def odds(found: FoundEffect) -> str:
 
     Examples
     --------
-    >>> from undertow.discovery.found_effects import FoundEffect
+    >>> from undertow.discovery.effect_findings import EffectFinding
     >>> from undertow.physics.presentation import NARROW
     >>> def sure(verdict, confidence):
-    ...     found = FoundEffect(effect="munk_moment", verdict=verdict, confidence=confidence, error_drop=0.1)
+    ...     found = EffectFinding(effect="munk_moment", verdict=verdict, confidence=confidence, error_drop=0.1)
     ...     return odds(found).replace(NARROW, " ")
     >>> sure("likely", 0.871), sure("missing", 1.0), sure("possible", 0.999), sure("possible", 0.4)
     ('87 %', '> 99 %', '', '40 %')
@@ -48,56 +48,56 @@ def odds(found: FoundEffect) -> str:
     known = finite(found.confidence)
     if math.isnan(known) or found.cannot_tell or (known >= LIKELY and found.verdict in ("possible", "no evidence")):
         return ""
-    return percent(told_probability(known))
+    return percent(rounded_probability(known))
 
 
-def sure_caption(candidates: Iterable[FoundEffect]) -> str:
+def sure_caption(candidates: Iterable[EffectFinding]) -> str:
     """What "sure" is, in a phrase."""
     known = [item for item in candidates if not math.isnan(item.confidence)]
     return f"sure: {SURE if known else UNCALIBRATED}"
 
 
-def with_odds(found: FoundEffect) -> str:
+def with_odds(found: EffectFinding) -> str:
     """An effect in words, and how sure it is."""
     known = odds(found)
     return f"{effect_words(found)} ({known})" if known else effect_words(found)
 
 
-def verdict_word(found: FoundEffect) -> str:
+def verdict_word(found: EffectFinding) -> str:
     """The verdict, or that the log cannot tell."""
     return "cannot tell" if found.cannot_tell else found.verdict
 
 
-def marked(found: FoundEffect) -> str:
+def marked(found: EffectFinding) -> str:
     """The verdict and how sure it is, such as "likely (87 %)"."""
     known = odds(found)
     return f"{verdict_word(found)} ({known})" if known else verdict_word(found)
 
 
-def worth(found: FoundEffect) -> float:
+def worth(found: EffectFinding) -> float:
     """Share of the nominal model's squared force error on unseen rows that comes back without an effect."""
     return finite(found.error_drop if found.claim is None else found.claim.worth.force)
 
 
-def comes_back(found: FoundEffect) -> str:
+def comes_back(found: EffectFinding) -> str:
     """The same in words; empty where the log cannot show it."""
     return "" if found.cannot_tell else share_removed(worth(found))
 
 
-def in_order(candidates: Iterable[FoundEffect]) -> list[FoundEffect]:
+def in_order(candidates: Iterable[EffectFinding]) -> list[EffectFinding]:
     """Candidates by verdict, those of one verdict by the odds that are shown, then by what comes back without them.
 
     What the log cannot show stands after what it can.
     """
 
-    def place(item: FoundEffect) -> tuple[int, bool, float, float]:
+    def place(item: EffectFinding) -> tuple[int, bool, float, float]:
         shown = finite(item.confidence) if odds(item) else 0.0
         return item.rank, item.cannot_tell, -shown, -worth(item)
 
     return sorted(candidates, key=place)
 
 
-def named(findings: Findings, *verdicts: str) -> list[FoundEffect]:
+def named(findings: Findings, *verdicts: str) -> list[EffectFinding]:
     """The candidates of some verdicts that stand in the corrected model, the surest first."""
     return [item for item in in_order(findings.added) if item.verdict in verdicts]
 
@@ -142,7 +142,7 @@ class FileNumber:
         return f" (95{NARROW}%: {interval(self.ci95, minus=minus)})" if self.ci95 else ""
 
 
-def file_numbers(found: FoundEffect, nominal: Vehicle) -> list[FileNumber]:
+def file_numbers(found: EffectFinding, nominal: Vehicle) -> list[FileNumber]:
     """The numbers of an effect as a corrected file has them, beside what the nominal file says.
 
     An effect of drag, coupling, mass or trim is found as an amount to add; a reader compares it with his file.
@@ -173,7 +173,7 @@ def source_marks(findings: Findings) -> dict[str, str]:
     A vehicle file takes them into its `sources`, see `physics.sources.with_sources`.
     """
 
-    def mark(item: FoundEffect) -> str:
+    def mark(item: EffectFinding) -> str:
         return marked(item).replace(NARROW, " ")  # a file is typed and searched
 
     marks = {item.symbol: "calibrated" for item in findings.calibrated}
@@ -193,7 +193,7 @@ class CoefficientRow:
 
 
 def coefficient_rows(
-    candidates: Sequence[FoundEffect], names: Sequence[str], nominal: Vehicle, corrected: Vehicle
+    candidates: Sequence[EffectFinding], names: Sequence[str], nominal: Vehicle, corrected: Vehicle
 ) -> list[CoefficientRow]:
     """The coefficients of some effects; an interval of an added amount is shifted by the nominal value."""
     rows = []

@@ -8,7 +8,7 @@ import numpy as np
 from ..comparison.facts import ComparedModel
 from ..physics.motion import AXES
 from ..physics.presentation import counted, listing, percent, unit_text
-from ..residuals.left_to_learn import Left
+from ..residuals.learnable_residual import LearnableResidual
 from ..residuals.scores import ACCELERATION_UNITS
 
 if TYPE_CHECKING:
@@ -106,14 +106,14 @@ def _price_of_the_law(found: "Trained") -> list[str]:
     ]
 
 
-def why_declined(left: Left) -> str:
+def why_declined(left: LearnableResidual) -> str:
     """Of a vehicle that is not worth a network, what decides so; see `Left.worth_it`."""
     if not left.learnable.any():
         return "that errs on no axis by more than noise and the preparation of the log"
     return f"of which a perfect network could not halve the error over {left.horizon:g} s that is not noise"
 
 
-def left_in_words(left: Left) -> str:
+def say_learnable(left: LearnableResidual) -> str:
     """What a vehicle leaves to learn on each axis and in rollouts, and how much of that no model explains."""
     told = []
     for axis, error, floor, learnable in zip(AXES, left.error, left.floor, left.learnable, strict=True):

@@ -6,15 +6,15 @@ from typing import Any
 
 from ..comparison.facts import ComparedModel, Held
 from ..comparison.failing.failures import Structure
+from ..discovery.effect_findings import EffectFinding
 from ..discovery.findings import Step
-from ..discovery.found_effects import FoundEffect
 from ..discovery.lawful.price_of_law import Passivity
 from ..measurements.prepared_logs import FOLDS
 from ..physics.motion import AXES
 from ..physics.presentation import MINUS, NARROW, finite, listing, number, words
 
 
-def effect_words(candidate: FoundEffect) -> str:
+def effect_words(candidate: EffectFinding) -> str:
     """The effect of a candidate in words, with the thruster that is meant where it concerns one."""
     name, meant = words(candidate.effect), candidate.thrusters
     return f"{name} ({', '.join(meant)})" if meant else name
@@ -46,7 +46,7 @@ def held_shares(found: Held | None) -> str:
     return f"{', '.join(f'{100.0 * found.share.of(axis):.0f}' for axis in AXES)} %"
 
 
-def twins(candidate: FoundEffect) -> list[str]:
+def twins(candidate: EffectFinding) -> list[str]:
     """What would explain the log as well as the candidate, in words."""
     names = candidate.indistinguishable_from
     return ["another thruster" if name == candidate.effect else words(name) for name in names]
@@ -164,7 +164,7 @@ def step_words(step: Step) -> str:
     return OWN_NUMBERS if added == CALIBRATED else f"+ {words(added)}{which}"
 
 
-def risen(steps: Sequence[Step], horizon: str, found: FoundEffect | None = None) -> list[str]:
+def risen(steps: Sequence[Step], horizon: str, found: EffectFinding | None = None) -> list[str]:
     """What errs more with a step than without it, in the acceleration and in predictions over a horizon [s].
 
     Parameters
@@ -202,7 +202,7 @@ def energy_verdict(passivity: Passivity) -> str:
     return "the damping takes energy out" if passivity.verdict == "pass" else "the damping creates energy"
 
 
-def told_of(models: Sequence[ComparedModel], structure: Sequence[Structure]) -> str:
+def models_sentence(models: Sequence[ComparedModel], structure: Sequence[Structure]) -> str:
     """The models whose failures are shown, and those that were not looked at, as a sentence; empty where none say."""
     shown = [one.model for one in structure]
     others = [m.name for m in models if m.kind != "baseline" and m.name not in shown]

@@ -103,8 +103,8 @@ class ByAxis(Record):
 
     def of(self, name: str) -> float:
         """The error by the name of its axis, or what else the record holds a number of."""
-        found: float = getattr(self, name)
-        return found
+        result: float = getattr(self, name)
+        return result
 
 
 class AccelerationRecord(Record):
@@ -347,7 +347,7 @@ class _Rolled:
 
     def errors(self, motions: Sequence[Motion], spacing: float) -> Mapping[str, RolloutErrors]:
         """The squared errors by horizon, the starts in the order of time."""
-        found: dict[str, RolloutErrors] = {}
+        result: dict[str, RolloutErrors] = {}
         for name, lost in self._lost.items():
             inside = {(name, id(motion)): motion for motion in motions if (name, id(motion)) in self._squares}
             if inside:
@@ -355,8 +355,8 @@ class _Rolled:
                 order = (np.argsort(np.concatenate(self._begun[key])) for key in inside)
                 ordered = tuple(square[places] for square, places in zip(squares, order, strict=True))
                 apart = tuple(_every(motion, spacing) * motion.time_step for motion in inside.values())
-                found[name] = RolloutErrors(ordered, apart, lost)
-        return found
+                result[name] = RolloutErrors(ordered, apart, lost)
+        return result
 
 
 def _every(motion: Motion, spacing: float) -> int:

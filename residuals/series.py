@@ -190,12 +190,12 @@ def spread_of(states: Array, moved: Sequence[Array]) -> Array:
 
 def _legs(data: DataSet) -> list[Legs]:
     """Predictions over the longest horizon, spread over the data."""
-    spacing, found = _FEWER * max(SPACING, data.seconds / MOST_STARTS), []
+    spacing, result = _FEWER * max(SPACING, data.seconds / MOST_STARTS), []
     for motion in data.motions:
         steps = round(PREDICTED_SECONDS[-1] / motion.time_step)
         starts = np.arange(0, motion.time.size - steps, max(1, round(spacing / motion.time_step)))
-        found += [Legs(motion, starts, steps)] * bool(starts.size)
-    return found
+        result += [Legs(motion, starts, steps)] * bool(starts.size)
+    return result
 
 
 def _with(asked: Sequence[Legs], state: int, by: float) -> list[Legs]:
@@ -391,11 +391,11 @@ def half_widths(model: Model, band: PredictionBand, motions: Sequence[Motion]) -
     """
     [states] = restarted([model], motions)
     moved = [restarted([model], versions)[0] for versions in zip(*map(band.moved, motions), strict=True)]
-    found = []
+    result = []
     for motion, own, *others in zip(motions, states, *moved, strict=True):
         row, every = np.arange(motion.time.size), round(RESTART / motion.time_step)
         beyond = ~band.knows(own[:, 3:])
         before = (np.cumsum(beyond) - beyond)[row - row % every]
         widths = band.half_widths(spread_of(own, others), row % every * motion.time_step)
-        found.append(np.where((np.cumsum(beyond) > before)[:, None], np.nan, widths))
-    return found
+        result.append(np.where((np.cumsum(beyond) > before)[:, None], np.nan, widths))
+    return result

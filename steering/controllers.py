@@ -17,7 +17,7 @@ from .known_model import PERIOD, Belief, KnownModel, Observer, numbers
 from .tracks import Pace, Track
 
 
-class Asked(NamedTuple):
+class ControlRequest(NamedTuple):
     """What a controller asks for, to be reached at the end of the period.
 
     Attributes
@@ -51,7 +51,7 @@ class Controller(ABC):
         self.known, self.track = known, track
 
     @abstractmethod
-    def ask(self, observer: Observer) -> Asked:
+    def ask(self, observer: Observer) -> ControlRequest:
         """Forces for what is believed now."""
 
 
@@ -138,7 +138,7 @@ class FeedForward(Controller):
 
     name: ClassVar[str] = "los"
 
-    def ask(self, observer: Observer) -> Asked:
+    def ask(self, observer: Observer) -> ControlRequest:
         """See `Controller.ask`."""
         belief = observer.belief
         state, late = self._when_it_acts(belief)
@@ -153,7 +153,7 @@ class FeedForward(Controller):
         own = self.known.program.vehicle
         u, v, r = state[3:6]
         through, _, _ = relative_velocity(own, state[2], (u, v, r), minutes)
-        return Asked(force, float(through))
+        return ControlRequest(force, float(through))
 
     def _when_it_acts(self, belief: Belief) -> tuple[Array, int]:
         """The state at which what is asked for now acts, and in how many periods that is."""
@@ -244,7 +244,7 @@ class PredictiveControl(Controller):
 
         return lined(-most, inverse.lower / self._full), lined(most, inverse.upper / self._full)
 
-    def ask(self, observer: Observer) -> Asked:
+    def ask(self, observer: Observer) -> ControlRequest:
         """See `Controller.ask`."""
         belief, known = observer.belief, self.known
         states, shares = self._shifted(observer)
@@ -269,7 +269,7 @@ class PredictiveControl(Controller):
             table = values[: HORIZON * (size + count)].reshape(HORIZON, size + count)
             states, shares = np.vstack([table[:, :size], values[-size:]]), table[:, size:]
         self._plan = states, shares
-        return Asked(shares[0] * self._full, solved=solved)
+        return ControlRequest(shares[0] * self._full, solved=solved)
 
     def _within(self, state: Array) -> bool:
         """True when a state is one that a plan may have."""

@@ -10,7 +10,7 @@ from ..exports.formats.to_casadi import casadi_function, casadi_module
 from ..exports.program.model_program import Program, network_inputs, program_of
 from ..exports.program.symbols import Function
 from ..physics.errors import RequestError
-from ..physics.forces import at_beginning, calm, held_acceleration, thrust_left
+from ..physics.forces import at_beginning, calm, held_acceleration, remaining_thrust
 from ..physics.motion import Array, wrap_angle
 from ..physics.thrusters import TableCurve, Thruster, command_of, neutral_command
 from ..physics.vehicle import Vehicle
@@ -62,7 +62,7 @@ class ThrustInverse:
         """
         found = []
         for k, thruster in enumerate(self.vehicle.thrusters):
-            left = float(thrust_left(thruster, np.array(minutes))) if thruster.thrust_rate else 1.0
+            left = float(remaining_thrust(thruster, np.array(minutes))) if thruster.thrust_rate else 1.0
             made = left * (self.forces[k] - advance * self.losses[k])
             rising = np.maximum.accumulate(made if made[-1] >= made[0] else made[::-1])
             order = self.commands[k] if made[-1] >= made[0] else self.commands[k][::-1]
@@ -74,7 +74,7 @@ class ThrustInverse:
         found = np.array(
             [float(t.lasting(np.array([c]))[0][0]) for t, c in zip(self.vehicle.thrusters, command, strict=True)]
         )
-        return found * [float(thrust_left(t, np.array(minutes))) for t in self.vehicle.thrusters]
+        return found * [float(remaining_thrust(t, np.array(minutes))) for t in self.vehicle.thrusters]
 
     def share(self, command: Array) -> Array:
         """Commands (n, thrusters) as shares of full command."""

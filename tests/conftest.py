@@ -32,7 +32,7 @@ LONG = (
     "tests/workflows/test_repaired_in_memory.py",
     "tests/discovery/candidates/test_command_timing.py",
     "tests/exports/formats/test_to_onnx.py",
-    "tests/discovery/evidence/test_other_forms.py",
+    "tests/discovery/evidence/test_unmodelled_forces.py",
     "tests/cli/test_plan_verb.py",
     "tests/workflows/test_broken_logs.py",
     "tests/cli/test_demo_verb.py",

@@ -25,9 +25,9 @@ FLOORS = (
 """The house from the ground floor up: a file imports its own floor and those below."""
 DISCOVERY = (
     *("balance", "factors", "candidates", "search", "identifiability", "lawful", "reason"),
-    *("found_effects", "findings", "evidence", "judgement", "claims", "verdicts", "experiment"),
-    *("settings", "basis", "calibration", "kept_effects", "selection", "hidden_sensors", "run_models"),
-    *("discover", "in_order", "add_effects", "distillation"),
+    *("effect_findings", "findings", "evidence", "judgement", "claims", "verdicts", "experiment"),
+    *("settings", "basis", "calibration", "kept_effects", "selection", "sensor_error_search", "run_models"),
+    *("discover", "sequential_fit", "add_effects", "distillation"),
 )
 """The rooms of discovery, and the files beside them, in the order in which one may use the other."""
 OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}

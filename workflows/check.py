@@ -121,8 +121,8 @@ def _without_log(model: Model, path: str | None) -> tuple[Envelope, str, Array |
         return stored, "the run folder: the speeds of its log", None
     commands = possible_commands(model.vehicle)
     if model.seen is not None:
-        told = "all that its training has seen" if model.fades else "2 deviations about the mean of its training"
-        return _trained_on(model.vehicle, *model.seen, commands, f"the network: {told}")
+        text = "all that its training has seen" if model.fades else "2 deviations about the mean of its training"
+        return _trained_on(model.vehicle, *model.seen, commands, f"the network: {text}")
     return *reachable(model.vehicle, commands), commands  # the same, whatever the seed of the search
 
 

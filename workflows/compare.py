@@ -68,13 +68,13 @@ def compare(
     if page is None:
         return _compared(inputs, (), models, series_file, progress=progress)[0]
     check_page(page, (inputs.paths, inputs.reading.channel_map, models), force=force)
-    found, inputs, (first, after) = _compared(inputs, (), models, series_file, progress=progress)
+    result, inputs, (first, after) = _compared(inputs, (), models, series_file, progress=progress)
     if progress is not None:
         progress(Stage("writing the page"))
-    band = next((model.band for model in found.models if model.band is not None), None)
+    band = next((model.band for model in result.models if model.band is not None), None)
     table = series(first, after, inputs.parts, inputs.channels, band)
-    write_comparison(found, table, inputs, page, force=force)
-    return found
+    write_comparison(result, table, inputs, page, force=force)
+    return result
 
 
 @showing
@@ -132,7 +132,7 @@ def _compared(
     loaded = [_comparable(path, inputs) for path in given]  # before the fits, which take seconds
     nominal = VehicleModel(inputs.vehicle, NOMINAL, "physics")
     sources = fitted_to([("", nominal), *zip(given, loaded, strict=True)], inputs.paths)
-    if any(one.path and one.apart for one in sources):
+    if any(one.path and one.known_disjoint for one in sources):
         inputs = inputs.whole(ALL)  # every row of a log that a model has not seen tells what it is worth
     if progress is not None:
         progress(Stage("calibrating the model of the vehicle file, to compare with"))

@@ -55,8 +55,8 @@ class ControlRun(Card):
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
-        told = [f"{r.model} on {r.track}: {r.merit.rmse:.2f} m" for r in self.record.results]
-        return [("true boat", self.record.vehicle), ("controller", self.record.controller), ("error", "; ".join(told))]
+        texts = [f"{r.model} on {r.track}: {r.merit.rmse:.2f} m" for r in self.record.results]
+        return [("true boat", self.record.vehicle), ("controller", self.record.controller), ("error", "; ".join(texts))]
 
     def draw(self, out: PathLike, *, force: bool = False) -> Path:
         """Write the figure: the tracks of all models over each other.

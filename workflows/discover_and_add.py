@@ -20,23 +20,23 @@ from ..comparison.comparison import (
 from ..comparison.facts import CALIBRATED, CORRECTED
 from ..comparison.recommendation import share_of_error
 from ..discovery.add_effects import add_effects
-from ..discovery.basis import Basis, choose
+from ..discovery.basis import Basis, choose_balance
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.record_errors import sensor_errors
 from ..discovery.findings import Findings, LogFacts, SensorError, Step, Unexplained
-from ..discovery.hidden_sensors import HiddenErrors
-from ..discovery.in_order import chosen_for
 from ..discovery.judgement import odds
-from ..discovery.run_models import named_as_found, values_of_step
+from ..discovery.run_models import resolve_names, values_of_step
+from ..discovery.sensor_error_search import HiddenErrors
+from ..discovery.sequential_fit import basis_for
 from ..discovery.settings import DiscoverySettings
 from ..measurements.preparation.prepare import DataSet
 from ..measurements.preparation.split import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
-from ..measurements.statistics.processors import beside, single_threaded
+from ..measurements.statistics.processors import run_in_fork, single_threaded
 from ..physics.errors import RequestError, expect
 from ..physics.motion import AXES, FORCE_UNITS
 from ..physics.sources import WHOLE, with_sources
-from ..physics.stage import COMPARING, SCORING, Say, Stage, hand_back
+from ..physics.stage import COMPARING, SCORING, Say, Stage, trim_memory
 from ..reports.page.outcome import headline as verdict_in_words
 from ..reports.sureness import source_marks
 from ..reports.terminal.progress import SHOWN, showing
@@ -77,17 +77,17 @@ def discover(
     chosen = settings or DiscoverySettings()
     expect("discover: inputs", inputs, Inputs, INPUTS_CURE)
     expect("discover: settings", chosen, DiscoverySettings, "undertow.DiscoverySettings(...) makes them")
-    hand_back()
+    trim_memory()
     inputs = inputs.whole()
-    basis = basis or choose(inputs.fitting, inputs.vehicle, chosen)
+    basis = basis or choose_balance(inputs.fitting, inputs.vehicle, chosen)
     chosen = basis.settings
     inputs, folds = _in_folds(inputs, basis)
-    with beside(partial(references, inputs, basis, folds)) as known:
+    with run_in_fork(partial(references, inputs, basis, folds)) as known:
         found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress, basis)
-        hand_back()
-        if found.basis.rolls == basis.rolls:
+        trim_memory()
+        if found.basis.uses_rollouts == basis.uses_rollouts:
             return assess(inputs, found, chosen, known, progress, earned=True)
-    with beside(partial(references, inputs, found.basis, folds)) as known:  # calibrated on rollouts, too
+    with run_in_fork(partial(references, inputs, found.basis, folds)) as known:  # calibrated on rollouts, too
         return assess(inputs, found, chosen, known, progress, earned=True)
 
 
@@ -99,7 +99,7 @@ def chosen_ahead(inputs: Inputs, settings: DiscoverySettings) -> Basis | None:
     """
     inputs = inputs.whole()
     try:
-        return choose(inputs.fitting, inputs.vehicle, settings)
+        return choose_balance(inputs.fitting, inputs.vehicle, settings)
     except Exception:  # whatever comes of a broken log
         return None
 
@@ -136,11 +136,11 @@ def add(
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     inputs = inputs.whole()
     findings = _of_these_logs(findings, inputs)
-    hidden = HiddenErrors.told(findings.sensors) if findings is not None else None
+    hidden = HiddenErrors.of_findings(findings.sensors) if findings is not None else None
     fitting = [hidden.corrected(motion) for motion in inputs.fitting] if hidden is not None else inputs.fitting
-    basis = chosen_for(fitting, inputs.vehicle, chosen, findings)
+    basis = basis_for(fitting, inputs.vehicle, chosen, findings)
     inputs, folds = _in_folds(inputs, basis)
-    names = named_as_found(findings, effects)
+    names = resolve_names(findings, effects)
     found = add_effects(fitting, inputs.vehicle, names, chosen, basis, findings)
     if hidden is not None:
         told = {sensor.correction for sensor in found.findings.sensors}
@@ -226,20 +226,20 @@ def assess(
     def apart() -> tuple[list[Judged], list[Errors]]:
         return judge_all(corrects, inputs.parts), evaluate_all(there, inputs.parts.judged)
 
-    with beside(apart) as judged_apart:
+    with run_in_fork(apart) as judged_apart:
         band = band_of(models[-1], inputs.parts)
         table = series(models[0], models[-1], inputs.parts, inputs.channels, band)
         fails = where_ends_fail(table, models[0], last, inputs.parts)
         errors = dict(zip(here, evaluate_all(here, inputs.parts.judged), strict=True))
         own, found_there = judged_apart()
     errors |= zip(there, found_there, strict=True)
-    hand_back()
+    trim_memory()
     if progress is not None:
         progress(
             Stage("comparing with the calibrated model and baselines, and judging by the laws of a hull", COMPARING)
         )
     (nominal, *others), notes = known()
-    hand_back()
+    trim_memory()
     named = bool(found.findings.missing or found.findings.likely) or not corrects
     better = _predicts_better(own[0] if own else nominal, nominal, others, inputs, named) if earned else None
     if better is not None:

@@ -161,14 +161,14 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
     broken = [law for law in laws if law.verdict == "fail" and law.counts]
     kept = sum(law.verdict == "pass" for law in laws)
     numbers, notes = _numbers(model, intervals, sure)
-    told = f"{verdict}: of {len(laws)} laws of a hull in water {kept} are kept and {len(broken)} broken."
+    text = f"{verdict}: of {len(laws)} laws of a hull in water {kept} are kept and {len(broken)} broken."
     return KnownFacts(
         name=one_line(model.vehicle.name),
         source=f"{one_line(path.name) if path else model.name} (vehicle {model.vehicle.digest})",
         version=version("undertow"),
         envelope=envelope,
         envelope_from=whence,
-        audit=(told, *(f"{law.law}: {law.sentence}" for law in broken)),
+        audit=(text, *(f"{law.law}: {law.sentence}" for law in broken)),
         numbers=numbers,
         notes=(*notes, *_learnt(model)),
         found=one_line(" ".join(said)),

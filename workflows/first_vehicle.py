@@ -13,7 +13,7 @@ from ..measurements.log import read_log
 from ..measurements.log_options import Reading
 from ..measurements.quality.record import Record
 from ..measurements.statistics.quantiles import weighed
-from ..measurements.thrusters_in_log import FoundThruster, drag_at_speed, surge_at_full, top_speed
+from ..measurements.thrusters_in_log import DetectedThruster, drag_at_speed, surge_at_full, top_speed
 from ..physics.errors import RequestError
 from ..physics.files import write_text
 from ..physics.motion import AXES, Array
@@ -79,7 +79,7 @@ class Hull:
                 )
 
 
-def on_typical_hull(records: Sequence[Record], thrusters: Sequence[FoundThruster], hull: Hull, name: str) -> Vehicle:
+def on_typical_hull(records: Sequence[Record], thrusters: Sequence[DetectedThruster], hull: Hull, name: str) -> Vehicle:
     """The vehicle of these thrusters on a hull of which only some numbers are known.
 
     Parameters
@@ -151,7 +151,7 @@ def _straight(typical: Estimate, yaw: float, totals: tuple[float, float, float],
     return Estimate(float(f"{-min(needed, most):.3g}"), words)
 
 
-def like_another(base: Vehicle, thrusters: Sequence[FoundThruster], hull: Hull, name: str) -> Vehicle:
+def like_another(base: Vehicle, thrusters: Sequence[DetectedThruster], hull: Hull, name: str) -> Vehicle:
     """The hull of another vehicle under these thrusters, which sit and push as that vehicle's on the same side do.
 
     Parameters
@@ -200,7 +200,7 @@ def _told(given: float | None, typical: Estimate) -> Estimate:
     return typical if given is None else Estimate(given, _GIVEN)
 
 
-def _arms(thrusters: Sequence[FoundThruster], spacing: float) -> list[float]:
+def _arms(thrusters: Sequence[DetectedThruster], spacing: float) -> list[float]:
     """Places to starboard [m]: by the sides, or two of unknown side one to each."""
     if any(one.kind == "tau" for one in thrusters):
         return [0.0] * len(thrusters)
@@ -210,7 +210,7 @@ def _arms(thrusters: Sequence[FoundThruster], spacing: float) -> list[float]:
 
 
 def _thrust(
-    records: Sequence[Record], thrusters: Sequence[FoundThruster], hull: Hull, mass: float, moved: float
+    records: Sequence[Record], thrusters: Sequence[DetectedThruster], hull: Hull, mass: float, moved: float
 ) -> Estimate:
     """Full thrust ahead of each thruster [N]."""
     if all(one.kind in ("newton", "tau") for one in thrusters):
@@ -237,7 +237,7 @@ def _thrust(
     return Estimate(float(f"{size:.3g}"), words)
 
 
-def _thruster(one: FoundThruster, place: tuple[float, float, float], thrust: float) -> Plain:
+def _thruster(one: DetectedThruster, place: tuple[float, float, float], thrust: float) -> Plain:
     command, force = one.curve(thrust)
     if one.kind in ("newton", "tau"):
         force = command
@@ -246,7 +246,7 @@ def _thruster(one: FoundThruster, place: tuple[float, float, float], thrust: flo
     return {"name": one.name, "x": x, "y": y, "angle": angle, "command": one.kind, "curve": curve}
 
 
-def _shape(one: FoundThruster) -> str:
+def _shape(one: DetectedThruster) -> str:
     if one.kind in ("newton", "tau"):
         return "the command is the force"
     astern = "" if one.output.asymmetry == 1.0 else f", astern its {1.0 / one.output.asymmetry:.2g}-fold"
@@ -289,7 +289,7 @@ def placed(vehicle: Vehicle, places: Sequence[Place]) -> Vehicle:
     return vehicle.model_copy(update={"thrusters": tuple(thrusters)})
 
 
-def put_right(vehicle: Vehicle, changed: Mapping[str, float], places: Sequence[Place]) -> Vehicle:
+def with_corrections(vehicle: Vehicle, changed: Mapping[str, float], places: Sequence[Place]) -> Vehicle:
     """The vehicle with numbers and thrusters as a person says, checked as a vehicle file is.
 
     Parameters
@@ -336,13 +336,13 @@ def rewired(entries: Mapping[str, Entry | None], vehicle: Vehicle, wires: Sequen
         as `check_wires` does, and for a command that the map does not have.
     """
     check_wires(vehicle, wires)
-    thrusters, found = {t.channel: t for t in vehicle.thrusters}, dict(entries)
+    thrusters, result = {t.channel: t for t in vehicle.thrusters}, dict(entries)
     for wire in wires_of(vehicle, wires):
         entry = entries.get(wire.by)
         if entry is None:
             raise RequestError(f"no stream of the log is {wire.by}: expected one of {', '.join(sorted(entries))}")
-        found[wire.channel] = _turned(entry, thrusters[wire.channel]) if wire.turned else entry
-    return found
+        result[wire.channel] = _turned(entry, thrusters[wire.channel]) if wire.turned else entry
+    return result
 
 
 def write_rewired(path: Path, logs: Sequence[str], reading: Reading, vehicle: Vehicle, wires: Sequence[Wire]) -> Path:

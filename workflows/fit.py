@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ..comparison.comparison import score_step
 from ..discovery.calibration.calibrate import Calibration, calibrate
-from ..discovery.findings import Left, Step
+from ..discovery.findings import NotCalibrated, Step
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import expect
@@ -57,10 +57,10 @@ class FitRun(Card):
     def sentences(self) -> list[str]:
         """Sentences on the fit, and what to think of it."""
         found, count = self.calibration, len(self.calibration.parameters)
-        told = [f"Calibrated {count} parameter{'s' * (count > 1)} of {found.nominal.name} ({found.method})."]
-        told += [f"{note[0].upper()}{note[1:]}." for note in found.notes]
+        texts = [f"Calibrated {count} parameter{'s' * (count > 1)} of {found.nominal.name} ({found.method})."]
+        texts += [f"{note[0].upper()}{note[1:]}." for note in found.notes]
         if found.worse:
-            told.append("Predictions on held-out parts of the log get worse: the model lacks something else.")
+            texts.append("Predictions on held-out parts of the log get worse: the model lacks something else.")
         left = [
             f"{axis} ({f:.2g} {unit}, of it {n:.2g} {unit} sensor noise)"
             for axis, f, n, s, unit in zip(
@@ -69,16 +69,16 @@ class FitRun(Card):
             if f > max(_UNEXPLAINED[0] * n, _UNEXPLAINED[1] * s)
         ]
         if left:
-            told.append(
+            texts.append(
                 f"Force stays unexplained in {listing(left)}: no values of these parameters explain it, and they may "
                 "have absorbed a part of it. See what is missing with discover --refit."
             )
-        return told
+        return texts
 
     @property
-    def left(self) -> tuple[Left, ...]:
+    def left(self) -> tuple[NotCalibrated, ...]:
         """Parameters that stay as they were, and why."""
-        return tuple(Left(symbol=symbol, why=why) for symbol, why in self.calibration.reasons.items())
+        return tuple(NotCalibrated(symbol=symbol, why=why) for symbol, why in self.calibration.reasons.items())
 
     def to_dict(self) -> Plain:
         """As `fit --json` prints it (schema `undertow.fit/1`)."""

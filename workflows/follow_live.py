@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 
 from ..discovery.calibration.change_watch import AlarmSettings
 from ..discovery.calibration.following import (
-    Beforehand,
+    AdaptationPrior,
     Follower,
     Update,
-    followed,
+    candidates_to_follow,
     followed_by_default,
-    known_beforehand,
-    watch_from,
+    learn_prior,
+    rehearsed_watch,
 )
 from ..discovery.calibration.forgetting_fit import AdaptSettings
 from ..measurements.growing_log import STDIN, GrowingLog, growing_lines
@@ -24,7 +24,7 @@ from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import LogError, RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .inputs import read_motions, sound
+from .inputs import read_motions, refuse_broken_logs
 
 LEAST_RUN_IN = 20.0
 """Shortest run-in [s]: what any verb asks of a log."""
@@ -122,7 +122,7 @@ def follow_live(
     if reading.fix:
         raise RequestError("adapt: a log that grows cannot be repaired in memory; 'inspect --fix' repairs a whole one")
     settings, names = settings or LiveSettings(), tuple(effects) or followed_by_default(vehicle)
-    followed(vehicle, names)  # before the log is waited for
+    candidates_to_follow(vehicle, names)  # before the log is waited for
     lines = growing_lines(log, settings.follow, settings.idle)
     growing = GrowingLog("standard input" if log == STDIN else log, vehicle, reading, settings.adapt.weak.stride)
     past = None if like is None else read_motions(like, vehicle, reading)[1]
@@ -139,7 +139,7 @@ def follow_live(
             if growing.log is not None:
                 yield from map(Note, _warnings(growing.log, vehicle, reading.as_is))
         motions = growing.motions(ended)
-        yield from map(Note, growing.table.told())
+        yield from map(Note, growing.table.take_notes())
         if follower is None:
             gathered += motions
             seconds = sum(motion.duration for motion in past or gathered)
@@ -175,9 +175,9 @@ def _made(
     motions: Sequence[Motion], vehicle: Vehicle, names: Sequence[str], settings: LiveSettings
 ) -> tuple[Follower, Begun] | None:
     """A follower that knows what a run-in tells; None where the boat was hardly under way."""
-    pool = followed(vehicle, names, motions)
-    known: Beforehand = known_beforehand(motions, vehicle, pool, settings.adapt)
-    watch = watch_from(motions, vehicle, pool, known, settings.adapt, settings.alarm)
+    pool = candidates_to_follow(vehicle, names, motions)
+    known: AdaptationPrior = learn_prior(motions, vehicle, pool, settings.adapt)
+    watch = rehearsed_watch(motions, vehicle, pool, known, settings.adapt, settings.alarm)
     if watch is None:
         return None
     follower = Follower(vehicle, pool, known, settings.adapt, watch)
@@ -188,4 +188,4 @@ def _made(
 def _warnings(log: Log, vehicle: Vehicle, as_is: bool) -> tuple[str, ...]:
     """What is wrong with the beginning of a log; see `soundness.sound`."""
     inspection = inspect_log(log, vehicle, examination=examine(log, vehicle))
-    return sound((inspection,), (), vehicle, as_is)
+    return refuse_broken_logs((inspection,), (), vehicle, as_is)

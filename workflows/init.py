@@ -19,7 +19,7 @@ from ..measurements.quality.examination import Examination, examine, pool
 from ..measurements.quality.quick_motion import stands_still
 from ..measurements.quality.record import Record
 from ..measurements.statistics.quantiles import weighed
-from ..measurements.thrusters_in_log import FoundThruster, left_out, surge_at_full, thrusters_in
+from ..measurements.thrusters_in_log import DetectedThruster, idle_commands, surge_at_full, thrusters_in
 from ..physics.errors import LogError
 from ..physics.files import on_top, write_text
 from ..physics.presentation import Card, each, listing
@@ -84,7 +84,7 @@ class Draft(Card):
     """
 
     vehicle: Vehicle
-    thrusters: tuple[FoundThruster, ...]
+    thrusters: tuple[DetectedThruster, ...]
     entries: Mapping[str, Entry | None]
     unused: tuple[str, ...]
     likely: tuple[str, ...]
@@ -179,7 +179,7 @@ def init(
         if base is None
         else like_another(base, thrusters, known, called)
     )
-    still = left_out(records)
+    still = idle_commands(records)
     entries = _entries(read[0], thrusters, still)
     unused = (*read[0].unused, *(read[0].channels[name].origin for name in still))
     likely = tuple(_likely(examined, thrusters))
@@ -188,7 +188,7 @@ def init(
     return Draft(vehicle, tuple(thrusters), entries, unused, likely, remarks, doubts, tuple(log.path for log in read))
 
 
-def _with_astern(records: Sequence[Record], thrusters: list[FoundThruster]) -> tuple[list[FoundThruster], bool]:
+def _with_astern(records: Sequence[Record], thrusters: list[DetectedThruster]) -> tuple[list[DetectedThruster], bool]:
     """The thrusters with thrust astern as the boat answers it, where no parameter tells it; and whether it is told."""
     if all(one.shaped for one in thrusters):
         return thrusters, True
@@ -209,16 +209,16 @@ def _moving(log: Log, examined: Examination) -> Record:
     return Record.of(replace(log, channels={**examined.clean.channels, **commands}))
 
 
-def _likely(examined: Sequence[Examination], thrusters: Sequence[FoundThruster]) -> list[str]:
+def _likely(examined: Sequence[Examination], thrusters: Sequence[DetectedThruster]) -> list[str]:
     """What is likely wrong with thrusters of which the logs show nothing for certain, as `inspect` says it."""
     findings = pool(examined, (Sides.name,)) if len(examined) > 1 else examined[0].findings
     settled = {one.read_as for one in thrusters if one.by_log}
     return likely_misplaced([finding for finding in findings if not settled.issuperset(finding.channels)])
 
 
-def _of_still(records: Sequence[Record], thrusters: Sequence[FoundThruster], still: Sequence[str]) -> list[str]:
+def _of_still(records: Sequence[Record], thrusters: Sequence[DetectedThruster], still: Sequence[str]) -> list[str]:
     """What becomes of commands that never move."""
-    told = [
+    texts = [
         f"{name} never moves: left out, in the channel map as '{name}: null'. If it drives a thruster, give a log in "
         "which it moves, too."
         for name in still
@@ -226,8 +226,8 @@ def _of_still(records: Sequence[Record], thrusters: Sequence[FoundThruster], sti
     kept = [one for one in thrusters if stands_still(records, one.read_as)]
     if len(kept) == len(thrusters):
         names = listing([one.read_as for one in kept])
-        return [*told, f"{names} never move{'s' * (len(kept) == 1)}: nothing in the log shows what they do."]
-    return told + [
+        return [*texts, f"{names} never move{'s' * (len(kept) == 1)}: nothing in the log shows what they do."]
+    return texts + [
         f"{one.read_as} never moves, but it is a thruster by the autopilot's parameters ({one.output.source}): kept, "
         "and nothing in the log shows its side and thrust."
         for one in kept
@@ -267,7 +267,7 @@ def _check_commands(logs: Sequence[Log], records: Sequence[Record]) -> None:
         raise LogError("init: the logs have no thruster command in common; give logs of one boat")
 
 
-def _entries(log: Log, thrusters: Sequence[FoundThruster], still: Sequence[str]) -> dict[str, Entry | None]:
+def _entries(log: Log, thrusters: Sequence[DetectedThruster], still: Sequence[str]) -> dict[str, Entry | None]:
     """The channel map of the log, with its commands called and turned as the vehicle has them."""
     entries = {**log.entries, **dict.fromkeys(still)}
     moved = {one.channel: (one, found) for one in thrusters if (found := entries.get(one.read_as)) is not None}
@@ -278,12 +278,12 @@ def _entries(log: Log, thrusters: Sequence[FoundThruster], still: Sequence[str])
     return entries
 
 
-def _turned(entry: Entry | None, one: FoundThruster) -> Entry | None:
+def _turned(entry: Entry | None, one: DetectedThruster) -> Entry | None:
     """A line of the channel map that turns a thruster's command round about its neutral."""
     return entry and replace(entry, scale=-entry.scale, offset=2.0 * one.output.neutral - entry.offset)
 
 
-def _doubts(thrusters: Sequence[FoundThruster], hull: Hull, like: bool, astern: bool) -> tuple[Doubt, ...]:
+def _doubts(thrusters: Sequence[DetectedThruster], hull: Hull, like: bool, astern: bool) -> tuple[Doubt, ...]:
     found, sided = [], [one for one in thrusters if one.kind != "tau"]
     if len(sided) > 1 and not any(one.side for one in sided):
         found.append(Doubt.SIDES)

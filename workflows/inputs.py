@@ -35,7 +35,7 @@ from ..measurements.quality.finding import Finding, Reach
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.motion import Motion
-from ..physics.stage import Say, hand_back
+from ..physics.stage import Say, trim_memory
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.progress import SHOWN, Pace, megabytes, showing
 
@@ -49,7 +49,7 @@ UNPROVEN = (
 _HOW = "inspect --fix does so in a new file, discover --fix in memory"
 
 
-def sound(
+def refuse_broken_logs(
     inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle, as_is: bool
 ) -> tuple[str, ...]:
     """Refuse logs whose defects make every finding meaningless, or give these defects as warnings.
@@ -94,12 +94,12 @@ def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) ->
 def likely_misplaced(findings: Sequence[Finding]) -> list[str]:
     """Likely errors of the thrusters' places and directions, with their odds and the lines to try, once."""
     likely = [finding for finding in findings if finding.check in _PLACES and finding.verdict == "warning"]
-    found = []
+    result = []
     for cure in dict.fromkeys(finding.cure for finding in likely):
         first, *others = [finding for finding in likely if finding.cure == cure]
         also = [f"{one.short[0].upper()}{one.short[1:]}, too." for one in others]
-        found.append(" ".join([first.told, *also, f"{cure}."]))
-    return found
+        result.append(" ".join([first.told, *also, f"{cure}."]))
+    return result
 
 
 def defects(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:
@@ -128,12 +128,12 @@ def _sentence(name: str, finding: Finding) -> str:
 
 def _repairable(inspections: Sequence[Inspection]) -> list[str]:
     """What is wrong with each log, not so much that it is refused, and has a safe repair."""
-    found = []
+    result = []
     for inspection in inspections:
         some = [f for f in inspection.quality if f.fix and f.verdict in ("defect", "warning") and not f.refused]
-        told = "; ".join(f"{f.short or f.sentence}: {f.fix.sentence}" for f in some if f.fix)
-        found += [f"{Path(inspection.path).name} has what a repair puts right: {told} ({_HOW})."] * bool(some)
-    return found
+        text = "; ".join(f"{f.short or f.sentence}: {f.fix.sentence}" for f in some if f.fix)
+        result += [f"{Path(inspection.path).name} has what a repair puts right: {text} ({_HOW})."] * bool(some)
+    return result
 
 
 def _matters(finding: Finding, vehicle: Vehicle) -> bool:
@@ -223,7 +223,7 @@ def read_in_steps(
     told_bytes = megabytes(progress)
     digests = (*(one["sha256"] for one in log_digests(names)), *map(channels_digest, ready))
     read = (*(read_log(name, reading, progress=told_bytes, mend=reading.fix) for name in names), *ready)
-    hand_back()
+    trim_memory()
     read, repairs = _repaired(read, model, progress) if reading.fix else (read, ())
     checks = partial(_checked, read, model, reading, progress)
     try:
@@ -254,7 +254,7 @@ def _checked(read: Sequence[Log], model: Vehicle, reading: Reading, progress: Sa
     together = pool(examinations) if len(read) > 1 else ()
     return Checks(
         notes=tuple(note for notes, _ in told_of for note in notes),
-        warnings=(*opposed, *sound(inspections, together, model, reading.as_is)),
+        warnings=(*opposed, *refuse_broken_logs(inspections, together, model, reading.as_is)),
         broken=bool(defects(inspections, together, model)),
         inspections=inspections,
     )

@@ -10,7 +10,7 @@ from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import check_target, write_clean
 from ..measurements.quality.examination import examine
 from ..physics.errors import RequestError
-from ..physics.stage import Say, hand_back
+from ..physics.stage import Say, trim_memory
 from ..physics.vehicle import Vehicle
 from ..reports.terminal.progress import SHOWN, Pace, megabytes, showing
 
@@ -72,7 +72,7 @@ def look_over(
         check_target(fix, logs)
     told_bytes = megabytes(progress)
     read = [read_log(log, reading, progress=told_bytes, mend=True) for log in logs]
-    hand_back()
+    trim_memory()
     if len(read) > 1:
         return inspect_logs(read, vehicle).but(notes=notes), read[0]
     checked = Pace(progress, "checks of the log", even=False).told
@@ -81,7 +81,7 @@ def look_over(
     inspection = inspection.but(notes=(*inspection.notes, *notes))
     if fix is None:
         return inspection, read[0]
-    done, left = examination.fixes, examination.left
+    done, left = examination.fixes, examination.still_wrong
     write_clean(examination.clean, done, left, fix)
     fixed = Fixed(path=str(fix), done=done, left=left, usable=inspection.repaired)
     return inspection.but(fixed=fixed), read[0]

@@ -10,12 +10,12 @@ from math import degrees, inf, isfinite, radians
 from pathlib import Path
 from typing import ClassVar
 
-from ..discovery.basis import choose
+from ..discovery.basis import choose_balance
 from ..discovery.experiment.advice import open_questions
-from ..discovery.experiment.optimal_manoeuvre import LEAST_SECONDS, Bounds, Driven, Manoeuvre, shortest
-from ..discovery.experiment.separation import MOST_RIVALS, OpenQuestion, ask
-from ..discovery.hidden_sensors import beside_sensors
-from ..discovery.kept_effects import Selected
+from ..discovery.experiment.optimal_manoeuvre import LEAST_SECONDS, Bounds, Driven, Manoeuvre, find_shortest
+from ..discovery.experiment.separation import MOST_RIVALS, OpenQuestion, open_question
+from ..discovery.kept_effects import SearchResult
+from ..discovery.sensor_error_search import search_with_sensor_errors
 from ..exports.missions.base import Mission, MissionFormat, Place
 from ..exports.missions.registry import mission_formats
 from ..measurements.prepared_logs import PathLike
@@ -199,33 +199,33 @@ class Plan(Card):
         best, fixed, bounds = self.manoeuvre.best, self.manoeuvre.fixed, self.manoeuvre.bounds
         if self.manoeuvre.tells:
             size = " and the effect is of a plausible size" if self.question.supposed else ""
-            told = [
+            texts = [
                 f"To {self.purpose}, drive from rest: {best.trial.words}.",
                 f"That is {best.seconds:g} s, {self.minutes:.1f} minutes on the water with the rest before and after. "
                 f"The boat gets {best.reach:.0f} m away and up to {best.speed:.1f} m/s fast, as the models have it.",
                 f"It tells with a probability of {_percent(best.probability)}, if the sensors are as in the log{size}.",
             ]
         else:
-            named = listing([f"{limit.value} ({bounds.told(limit)})" for limit in self.manoeuvre.binding])
+            named = listing([f"{limit.value} ({bounds.in_words(limit)})" for limit in self.manoeuvre.binding])
             why = f"what forbids it is the limit of {named}" if named else "no single limit is what forbids it"
-            told = [
+            texts = [
                 f"Within the limits no manoeuvre that was tried would {self.purpose}: the best would with a "
                 f"probability of {_percent(best.probability)}. As far as was tried, {why}."
             ]
-        told += [
+        texts += [
             f"Were it {words(key)}, nothing that was tried would tell it from all the others."
             for key in self.manoeuvre.hopeless
             if len(self.question.effects) > 1
         ]
         often = len(fixed.trial.headings)
         what = f"{fixed.trial.name.replace('_', ' ')}{f', {often} runs' if often > 1 else ''}, {fixed.seconds:.0f} s"
-        told.append(
+        texts.append(
             f"Of the fixed manoeuvres the best for this is {what}"
             + ("." if fixed.probability > 0.9 else f", with a probability of {_percent(fixed.probability)}.")
         )
         if self.left_out:
-            told.append(f"{self.left_out} more look-alikes are left for the plan after it.")
-        return tuple(told)
+            texts.append(f"{self.left_out} more look-alikes are left for the plan after it.")
+        return tuple(texts)
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -288,14 +288,14 @@ def plan(
     record = read_run_inputs(run, moved)
     inputs = read_inputs(record.logs, record.vehicle, record.reading, progress=progress)
     say = progress or (lambda text: None)
-    looked = beside_sensors(choose(inputs.fitting, inputs.vehicle, record.settings), say).looked
+    looked = search_with_sensor_errors(choose_balance(inputs.fitting, inputs.vehicle, record.settings), say).result
     named = tuple(effects) or first_question(looked)
     if not named:
         return None
     named, left_out = named[: 1 + MOST_RIVALS], len(named[1 + MOST_RIVALS :])
     say(f"looking for the shortest manoeuvre that parts {', '.join(named)}")
-    question = asked(looked, named, None if heading is None else radians(heading))
-    manoeuvre = shortest(question, bounds, record.settings.seed)
+    question = question_of(looked, named, None if heading is None else radians(heading))
+    manoeuvre = find_shortest(question, bounds, record.settings.seed)
     best = manoeuvre.best
     fence = bounds.space if isfinite(bounds.space) else max(_FENCE_LEAST, _FENCE_SHARE * best.reach)
     at = None if place is None else Place(*place, degrees(question.heading))
@@ -305,7 +305,7 @@ def plan(
     return replace(found, mission=replace(mission, about=about))
 
 
-def first_question(looked: Selected) -> tuple[str, ...]:
+def first_question(looked: SearchResult) -> tuple[str, ...]:
     """The first question that a selection leaves open: its names and look-alikes, else what it doubts or cannot see."""
     sure = [e.key for e in looked.evidence if e.sure]
     questions = open_questions(looked.evidence, sure, looked.known)
@@ -313,7 +313,7 @@ def first_question(looked: Selected) -> tuple[str, ...]:
     return (ranked[0], *questions[ranked[0]]) if ranked else ()
 
 
-def asked(looked: Selected, effects: Sequence[str], heading: float | None = None) -> OpenQuestion:
+def question_of(looked: SearchResult, effects: Sequence[str], heading: float | None = None) -> OpenQuestion:
     """The question which of some effects is there, after a selection; `heading` in rad.
 
     Parameters
@@ -323,7 +323,7 @@ def asked(looked: Selected, effects: Sequence[str], heading: float | None = None
     heading : at the start [rad]; None for any
     """
     search, state = looked.forces
-    return ask(search, state, effects, looked.plausible, heading)
+    return open_question(search, state, effects, looked.plausible, heading)
 
 
 def write_plan(plan: Plan, out: PathLike, *, force: bool = False) -> Path:

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..comparison.facts import Comparison
 from ..physics.errors import RequestError, expect
 from ..physics.files import write_json, write_text
-from ..physics.folders import at_rest, check_folder, identity, link, replace_folder
+from ..physics.folders import check_folder, identity, link, lock_settled, replace_folder
 from ..physics.stage import Say
 from ..reports.page.fleet_page import fleet_page
 from ..reports.page.pdf import find_browser, print_pdf
@@ -130,7 +130,7 @@ def _rewrite(folder: Path) -> None:
         while True:
             seen = identity(folder)
             text = page_of(folder)
-            with at_rest(folder):
+            with lock_settled(folder):
                 if identity(folder) == seen:
                     write_text(folder / PAGE, text)
                     return
@@ -181,10 +181,10 @@ def _compared(
         return {}
     from .compare import compare_run  # reads logs and models, which a page alone does not need
 
-    found = {}
+    result = {}
     for folder in folders:
-        found[folder] = compare_run(folder, models, replace(moved, of_several=len(folders) > 1), progress=progress)
-    return found
+        result[folder] = compare_run(folder, models, replace(moved, of_several=len(folders) > 1), progress=progress)
+    return result
 
 
 def _written(path: Path, text: str) -> Path:

@@ -16,22 +16,22 @@ from ..measurements.collection import log_digests
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json
-from ..physics.folders import held, put_right
+from ..physics.folders import hold_folder, recover
 from ..physics.forces import at_beginning
 from ..physics.presentation import percent
 from ..physics.reading import Plain
 from ..physics.stage import Say, Stage
-from ..reports.terminal.progress import SHOWN, epochs_told, showing
+from ..reports.terminal.progress import SHOWN, epoch_lines, showing
 from ..reports.training_words import (
     broken_laws,
     kinds_in_words,
-    left_in_words,
+    say_learnable,
     trust_in_words,
     what_it_holds,
     what_laws_took,
     why_declined,
 )
-from ..residuals.left_to_learn import Left, left_to_learn
+from ..residuals.learnable_residual import LearnableResidual, measure_learnable_residual
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, load_network, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
@@ -73,7 +73,7 @@ class TrainRun:
 
     inputs: Inputs
     trained: "Trained"
-    left: Left | None
+    left: LearnableResidual | None
     models: tuple[ComparedModel, ...]
     distilled: "Distilled | None" = None
     kinds: "tuple[Candidate, ...]" = ()
@@ -100,7 +100,7 @@ class TrainRun:
                 if model.network.grown
                 else [f"Kept epoch {found.best_epoch} of {found.epochs[-1].number}: {found.stopped}."]
             ),
-            *([] if self.left is None else [f"Without it, {left_in_words(self.left)}."]),
+            *([] if self.left is None else [f"Without it, {say_learnable(self.left)}."]),
             *([kinds_in_words(self.kinds)] if self.kinds else []),
         ]
         if found.best_epoch == 0:
@@ -151,7 +151,7 @@ class TrainRun:
         }
 
 
-def _left(inputs: Inputs, settings: TrainingSettings) -> Left:
+def _left(inputs: Inputs, settings: TrainingSettings) -> LearnableResidual:
     """What there is to learn beside the vehicle on the rows that do not judge.
 
     Raises
@@ -160,10 +160,10 @@ def _left(inputs: Inputs, settings: TrainingSettings) -> Left:
         where nothing is, and the settings say to decline then.
     """
     split = inputs.parts.split
-    left = left_to_learn(at_beginning(inputs.vehicle), (split.train, split.validation))
+    left = measure_learnable_residual(at_beginning(inputs.vehicle), (split.train, split.validation))
     if settings.decline and not left.worth_it:
         raise NothingToLearnError(
-            f"Nothing is left for a network to learn beside a vehicle {why_declined(left)}: {left_in_words(left)}. Use "
+            f"Nothing is left for a network to learn beside a vehicle {why_declined(left)}: {say_learnable(left)}. Use "
             "the vehicle as it is; train all the same with --set decline=0"
         )
     return left
@@ -230,7 +230,7 @@ def train(
         kinds = tuple(candidates(inputs.parts.split, alone, recipe, progress=_trying(progress)))
         chosen = replace(kinds[0].choice, probes=kinds[0].probes)
     grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
-    told = epochs_told(1 if grown else recipe.epochs, progress)
+    told = epoch_lines(1 if grown else recipe.epochs, progress)
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
     with nullcontext() if target is None else _at_work(target):
         found = train_network(
@@ -337,7 +337,7 @@ def _at_work(target: Path) -> Iterator[None]:
     place = real(target)
     place.mkdir(exist_ok=True)
     try:
-        with held(place, "trains in"):
+        with hold_folder(place, "trains in"):
             yield
     except BaseException:
         with suppress(OSError):
@@ -361,8 +361,8 @@ def check_folder(out: str | os.PathLike[str], resume: bool, reads: Iterable[Any]
     """
     target = Path(out)
     if target.is_dir():
-        put_right(target, own_network)
-        with held(real(target), "trains in"):
+        recover(target, own_network)
+        with hold_folder(real(target), "trains in"):
             pass
     interrupted = (target / CHECKPOINT).exists()
     if interrupted and not resume:

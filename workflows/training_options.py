@@ -51,15 +51,15 @@ def parsed_options(texts: Sequence[str]) -> dict[str, int | float]:
 
 
 def _pairs(what: str, texts: Sequence[str]) -> dict[str, str]:
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals or not name or not value:
             raise RequestError(f"{what} {text}: expected NAME=VALUE, for example {_FOR_EXAMPLE[what]}")
-        if name in found:
+        if name in result:
             raise RequestError(f"{what} {text}: {name} is given twice; give it once")
-        found[name] = value
-    return found
+        result[name] = value
+    return result
 
 
 def _number(text: str, value: str) -> int | float:

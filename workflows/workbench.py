@@ -6,7 +6,7 @@ from dataclasses import replace
 from ..comparison.facts import ComparedModel, Comparison
 from ..discovery.candidates.candidate import CALIBRATED
 from ..discovery.findings import Findings
-from ..discovery.hidden_sensors import HiddenErrors
+from ..discovery.sensor_error_search import HiddenErrors
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import Inputs, PathLike
 from ..measurements.statistics.processors import single_threaded
@@ -18,11 +18,11 @@ from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
 from ..reports.page.outcome import headline, opening, section_title
 from ..reports.sureness import source_marks, sure_caption
+from .bench_session import BenchSession, effect_cards, sensor_cards, weighed
 from .discover_and_add import add, discover
-from .log_on_bench import LogOnBench, effect_cards, sensor_cards, weighed
-from .opened_log import HORIZON, OpenedLog, TriedLog
+from .log_view import HORIZON, LogView, TriedLog
 from .run_folder.write import Run, write_run
-from .workbench_facts import OWN_NUMBERS, Card, Fit, Opened, Rival, Searched, Stand, Way
+from .workbench_facts import OWN_NUMBERS, Card, Fit, ModelChoice, Opened, Rival, Searched, Way
 
 _READINGS = 4
 """Readings of a log that are kept, that of the search among them: with and without a correction or two."""
@@ -37,15 +37,15 @@ class Workbench:
     settings : of the search
     """
 
-    def __init__(self, log: OpenedLog, settings: DiscoverySettings | None = None) -> None:
+    def __init__(self, log: LogView, settings: DiscoverySettings | None = None) -> None:
         self._settings = settings or DiscoverySettings()
         self._run: Run | None = None
         self._findings: Findings | None = None
         self._found: tuple[str, ...] | None = None
         self._hidden: HiddenErrors | None = None
         self._whole = log.whole
-        self._weighed: dict[tuple[Stand, str], Card] = {}
-        self._readings: dict[tuple[str, ...], LogOnBench] = {(): LogOnBench(log, self._settings)}
+        self._weighed: dict[tuple[ModelChoice, str], Card] = {}
+        self._readings: dict[tuple[str, ...], BenchSession] = {(): BenchSession(log, self._settings)}
 
     def opened(self, left: tuple[str, ...] = ()) -> Opened:
         """Facts of what is measured, without some corrections of the sensors, and of the nominal model on it."""
@@ -91,11 +91,11 @@ class Workbench:
         if searched.hidden is not None:
             self._hidden = HiddenErrors(*searched.hidden)
         if searched.hidden is not None or searched.findings is not None:
-            opened = OpenedLog(self.inputs(())) if searched.hidden is not None else self._readings[()].log
-            self._readings = {(): LogOnBench(opened, self._settings, searched=searched.findings)}
+            opened = LogView(self.inputs(())) if searched.hidden is not None else self._readings[()].log
+            self._readings = {(): BenchSession(opened, self._settings, searched=searched.findings)}
 
     @single_threaded
-    def fit(self, stand: Stand) -> Fit:
+    def fit(self, stand: ModelChoice) -> Fit:
         """A model, fitted and judged, or with some of its numbers moved by hand.
 
         Raises
@@ -106,22 +106,22 @@ class Workbench:
         return self._read(stand.left).fit(stand)
 
     @single_threaded
-    def weigh(self, stand: Stand, name: str) -> Card:
+    def weigh(self, stand: ModelChoice, name: str) -> Card:
         """The card of something in a model that no search has weighed, see `weighed`."""
         if (stand, name) not in self._weighed:
             self._weighed[stand, name] = weighed(self._read(stand.left), stand, name)
         return self._weighed[stand, name]
 
-    def way(self, stand: Stand, time: float) -> Way:
-        """See `LogOnBench.way`."""
+    def way(self, stand: ModelChoice, time: float) -> Way:
+        """See `BenchSession.way`."""
         return self._read(stand.left).way(stand, time)
 
-    def fit_on(self, other: TriedLog, stand: Stand) -> Fit:
+    def fit_on(self, other: TriedLog, stand: ModelChoice) -> Fit:
         """A model as it is fitted to this log, or moved by hand, judged on another log; see `fit`."""
         return other.fit(self.fit(stand), self._read(stand.left).model(stand).vehicle)
 
-    def way_on(self, other: TriedLog, stand: Stand, time: float) -> Way:
-        """See `LogOnBench.way`, along another log.
+    def way_on(self, other: TriedLog, stand: ModelChoice, time: float) -> Way:
+        """See `BenchSession.way`, along another log.
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class Workbench:
         """
         return other.way(self._read(stand.left).model(stand).vehicle, time)
 
-    def no_run(self, stand: Stand) -> str:
+    def no_run(self, stand: ModelChoice) -> str:
         """The reason why no verb makes a run of a model, and what to do; empty where one does."""
         names = stand.names
         if stand.moved:
@@ -155,7 +155,7 @@ class Workbench:
             )
         return ""
 
-    def run(self, stand: Stand, progress: Say | None = None) -> Run:
+    def run(self, stand: ModelChoice, progress: Say | None = None) -> Run:
         """The run of some effects, as `add` makes it; that of the search where they are what it found, or none.
 
         Raises
@@ -173,7 +173,7 @@ class Workbench:
         return add(effects, self._whole, settings, self._findings, progress=progress)
 
     def write(
-        self, stand: Stand, folder: PathLike, progress: Say | None = None, called: Callable[[str], str] = str
+        self, stand: ModelChoice, folder: PathLike, progress: Say | None = None, called: Callable[[str], str] = str
     ) -> None:
         """Write the run folder of some effects; see `run` and `write_run`.
 
@@ -186,7 +186,7 @@ class Workbench:
         """
         write_run(self.run(stand, progress), folder, progress=progress, called=called)
 
-    def vehicle(self, stand: Stand) -> Vehicle:
+    def vehicle(self, stand: ModelChoice) -> Vehicle:
         """A model, which says of every number that it changed where that is from."""
         reading = self._read(stand.left)
         vehicle, nominal = reading.model(stand).vehicle, reading.inputs.vehicle
@@ -206,29 +206,29 @@ class Workbench:
         among : the logs, where another part of them is to judge
         """
         inputs = (among or self._whole).leaving(left)
-        return inputs if self._hidden is None else inputs.mapped(self._hidden.leaving(left).corrected)
+        return inputs if self._hidden is None else inputs.mapped(self._hidden.keeping(left).corrected)
 
     def _discover(self, progress: Say | None) -> Run:
         """Search, and go on from what was found."""
         self._run = run = discover(self._whole, self._settings, progress=progress)
         self._weighed.clear()
         self._found, self._hidden, self._findings = _found(run), run.discovery.hidden, run.findings
-        found = OpenedLog(run.inputs, cut=True)
-        self._readings = {(): LogOnBench(found, run.settings, basis=run.discovery.basis, searched=run.findings)}
+        found = LogView(run.inputs, cut=True)
+        self._readings = {(): BenchSession(found, run.settings, basis=run.discovery.basis, searched=run.findings)}
         return run
 
     def _is_found(self, names: Sequence[str]) -> bool:
         """True when a model is what the search found, or has nothing beside what the search began with."""
         return self._found is not None and (not names or set(names) == set(self._found))
 
-    def _read(self, left: tuple[str, ...]) -> LogOnBench:
-        found = self._readings.pop(left, None)
-        if found is None:
-            found = LogOnBench(OpenedLog(self.inputs(left)), self._settings, left)
-        self._readings[left] = found
+    def _read(self, left: tuple[str, ...]) -> BenchSession:
+        result = self._readings.pop(left, None)
+        if result is None:
+            result = BenchSession(LogView(self.inputs(left)), self._settings, left)
+        self._readings[left] = result
         for other in [key for key in self._readings if key][:-_READINGS]:
             del self._readings[other]
-        return found
+        return result
 
 
 def _found(run: Run) -> tuple[str, ...]:

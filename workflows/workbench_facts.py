@@ -17,7 +17,7 @@ OWN_NUMBERS = "own numbers"
 
 
 @dataclass(frozen=True, slots=True)
-class Stand:
+class ModelChoice:
     """A model as a person wants it.
 
     Attributes
@@ -329,4 +329,4 @@ class Trained:
 
     told: str
     rivals: tuple[Rival, ...]
-    stand: Stand
+    stand: ModelChoice

@@ -118,7 +118,12 @@ class ErrorMap(Element, component="error_map.js", dependencies=["drawing.js"]):
                 "x": {"edges": cells.x_edges.tolist(), "label": cells.x_label},
                 "y": {"edges": cells.y_edges.tolist(), "label": cells.y_label},
                 "cells": [
-                    {"i": i, "j": j, "level": level_of(float(cells.value[i, j]), cells.top), "told": told(cells, i, j)}
+                    {
+                        "i": i,
+                        "j": j,
+                        "level": level_of(float(cells.value[i, j]), cells.top),
+                        "told": cell_in_words(cells, i, j),
+                    }
                     for i, j in zip(*map(np.ndarray.tolist, np.nonzero(np.isfinite(cells.value))), strict=True)
                 ],
                 "unit": cells.unit,
@@ -139,7 +144,7 @@ def level_of(value: float, top: float) -> int:
     return min(max(int(STEPS * value / top) + 1, 1), STEPS) if top > 0.0 else 1
 
 
-def told(cells: Cells, i: int, j: int) -> str:
+def cell_in_words(cells: Cells, i: int, j: int) -> str:
     """A cell in words: its ranges, its error, and how much of the log it holds."""
     ranges = (
         f"{label} {number(edges[k], 2, minus=MINUS)} to {number(edges[k + 1], 2, minus=MINUS)}"

@@ -23,8 +23,8 @@ def headline(shown: Shown) -> str:
     if opened is None or fit is None:
         return ""
     if not shown.stand.names and not shown.stand.moved:
-        told = f"{opened.log}: measured, and what the model {opened.vehicle} makes of it"
-        return told if searched is None or shown.on_other else searched.headline
+        text = f"{opened.log}: measured, and what the model {opened.vehicle} makes of it"
+        return text if searched is None or shown.on_other else searched.headline
     before, now = opened.nominal.error.get("position"), fit.error.get("position")
     has, over = _with(shown), f"{opened.horizon:g} s predictions"
     if fit.lost:
@@ -34,7 +34,7 @@ def headline(shown: Shown) -> str:
     return f"{has}, {over} err by {number_in(now, 'm')} instead of {number_in(before, 'm')}"
 
 
-def found(shown: Shown) -> str:
+def search_sentence(shown: Shown) -> str:
     """What the search says, where the headline tells of another model, or of a log that it has not seen."""
     searched = shown.searched
     if searched is None or headline(shown) == searched.headline:

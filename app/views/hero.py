@@ -9,8 +9,8 @@ from nicegui.elements.mixins.text_element import TextElement
 from ...measurements.canonical import is_canonical
 from ...physics.presentation import number
 from ...workflows.workbench_facts import Opened
-from ..errands import Work
 from ..session import Session
+from ..worker_client import Work
 from . import headline as says
 from .vehicle_form import vehicle_form
 from .words import button, line, number_in, watching
@@ -54,7 +54,7 @@ def log_notes(session: Session) -> None:
                     line("This is the repaired log.", tag="span")
                     button("Back to the log as it was", session.unrepair, label="Go back to the log before its repair")
             for warning in opened.warnings:
-                line(session.names.told(warning), "trouble small").style("padding-left: 10px; margin: 0")
+                line(session.names.with_user_names(warning), "trouble small").style("padding-left: 10px; margin: 0")
             bad = [check for check in opened.checks if check.verdict in _OPEN]
             for check in bad:
                 with ui.element("div").classes("check-note small"):
@@ -70,7 +70,7 @@ def log_notes(session: Session) -> None:
                 with ui.element("details").classes("small"):
                     line(f"{len(rest) + len(opened.notes)} notes", tag="summary")
                     for text in (*rest, *opened.notes):
-                        line(session.names.told(text), "muted")
+                        line(session.names.with_user_names(text), "muted")
 
     watching(session, place, refresh)
 
@@ -105,22 +105,22 @@ def hero(session: Session) -> None:
 
     def refresh() -> None:
         opened, fit = session.shown.opened, session.shown.fit
-        text = session.names.told(says.headline(session.shown))
+        text = session.names.with_user_names(says.headline(session.shown))
         long = len(text) > _LONG
         headline.classes(add="long" if long else None, remove=None if long else "long")
         headline.set_text(text)
         host.set_visibility(opened is not None or session.errands.work is not None)
         _show_count(session, count)
         by_axis.set_text("" if opened is None or fit is None else says.by_axis(opened, fit))
-        told.set_text(session.names.told(says.how_well(session.shown)))
-        found.set_text(session.names.told(says.found(session.shown)))
+        told.set_text(session.names.with_user_names(says.how_well(session.shown)))
+        found.set_text(session.names.with_user_names(says.search_sentence(session.shown)))
         doubts.show(session)
         _show_work(session, work)
         stairs.show(session)
         trouble.clear()
         trouble.set_visibility(bool(session.errands.trouble))
         with trouble:
-            line(session.names.told(session.errands.trouble))
+            line(session.names.with_user_names(session.errands.trouble))
             if session.errands.lost:
                 button("Start again", session.again, lead=True)
             elif session.refused is not None:
@@ -171,7 +171,7 @@ class _Doubts:
             for text, act in zip(told, (_to_notes, _to_thrusters, _to_numbers), strict=False):
                 if text:
                     with ui.element("div").classes("flow doubt").props('role="note"'):
-                        line(session.names.told(text), tag="span").style("flex: 1 1 220px")
+                        line(session.names.with_user_names(text), tag="span").style("flex: 1 1 220px")
                         act(session)
 
 
@@ -204,11 +204,11 @@ def _show_work(session: Session, place: ui.element) -> None:
 def _so_far(work: Work, now: float) -> str:
     """How long it has taken, and how long it may take still."""
     left = work.left(now)
-    told = f"{now - work.begun:.0f} s"
+    text = f"{now - work.begun:.0f} s"
     if left is None:
-        return told
+        return text
     least, most = (number(max(end, 1.0), 1) for end in left)
-    return f"{told}, about {least} s left" if least == most else f"{told}, {least} to {most} s left"
+    return f"{text}, about {least} s left" if least == most else f"{text}, {least} to {most} s left"
 
 
 class _Stairs:

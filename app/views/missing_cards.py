@@ -180,7 +180,7 @@ class MissingCards:
         if any(self._sensors):  # what has no name was not corrected
             left = listing([words(name) for name in stand.left])
             text = f"Now the log is read without the correction of {left}." if left else _CORRECTED
-            self._corrected.set_text(session.names.told(text))
+            self._corrected.set_text(session.names.with_user_names(text))
 
     def _build(self, searched: Searched) -> None:
         found = [card for card in searched.cards if card.verdict != "no evidence"]
@@ -221,7 +221,7 @@ class MissingCards:
 
     def _named(self, card: Card) -> Card:
         """A card with the user's names of the logs."""
-        told = self._session.names.told
+        told = self._session.names.with_user_names
         return replace(card, title=told(card.title), sentence=told(card.sentence))
 
     def _by_hand(self) -> None:

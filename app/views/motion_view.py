@@ -133,7 +133,7 @@ class MotionView:
             )
             self._forces.show(table["time"], _drawn(opened, first, "before", tuple(AXES)) | self._after(tuple(AXES)))
             self._track.show(table["time"], table["north"], table["east"])
-            logs = [(session.names.told(log.name), log.begin, log.end) for log in opened.logs]
+            logs = [(session.names.with_user_names(log.name), log.begin, log.end) for log in opened.logs]
             for view in (self._speeds, self._forces, self._track):
                 view.divide(logs)
             self._predict()

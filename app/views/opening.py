@@ -52,7 +52,7 @@ async def _save(session: Session) -> None:
     if path is None or opened is None:
         ui.notify(session.errands.trouble, type="warning", multi_line=True)
         return
-    log = session.names.in_file(session.names.told(opened.opened.log)).partition(".")[0]
+    log = session.names.in_file(session.names.with_user_names(opened.opened.log)).partition(".")[0]
     ui.download.content(path.read_bytes(), f"{log}.session.json")
 
 
@@ -281,7 +281,7 @@ class Opening:
         """Leave the dialog, if this is one, when the log is open; say what went wrong where it is not."""
         if self._told.is_deleted:
             return
-        self._told.set_text(self._session.names.told(self._session.errands.trouble))
+        self._told.set_text(self._session.names.with_user_names(self._session.errands.trouble))
         if not self._session.errands.trouble and self._leave is not None:
             self._leave()
 
@@ -317,7 +317,7 @@ def another_log(session: Session, *, paths: bool) -> None:
 
     def refresh() -> None:
         fitted, other, on_other = session.shown.fitted, session.shown.other, session.shown.on_other
-        names = [session.names.told(one.opened.log) for one in (fitted, other) if one is not None]
+        names = [session.names.with_user_names(one.opened.log) for one in (fitted, other) if one is not None]
         if shown == [names, on_other]:
             return
         shown[:] = [names, on_other]
@@ -368,6 +368,6 @@ class _Trying:
     def _tried(self) -> None:
         if self._told.is_deleted:
             return
-        self._told.set_text(self._session.names.told(self._session.errands.trouble))
+        self._told.set_text(self._session.names.with_user_names(self._session.errands.trouble))
         if not self._session.errands.trouble:
             self._leave()

@@ -9,7 +9,7 @@ from nicegui import ui
 
 from ...physics.presentation import listing, number, words
 from ...residuals.training.history import Epoch
-from ...workflows.workbench_facts import Rival, Stand, Trained
+from ...workflows.workbench_facts import ModelChoice, Rival, Trained
 from ..plots.time_plots import Line, Panel, TimePlots
 from ..session import Session
 from ..shown import Shown
@@ -50,8 +50,8 @@ def _side_by_side(shown: Shown) -> tuple[str, Sequence[Rival]]:
         return opened.judged, [
             Rival(stair_name(fit), opened.horizon, fit.error, fit.acceleration, (), asked=False) for fit in shown.stairs
         ]
-    told = "On all rows, each predicted by models that were made without it. Corrected: all that was found."
-    return told, () if shown.searched is None else shown.searched.rivals
+    text = "On all rows, each predicted by models that were made without it. Corrected: all that was found."
+    return text, () if shown.searched is None else shown.searched.rivals
 
 
 def rivals_table(rivals: Sequence[Rival]) -> None:
@@ -181,11 +181,11 @@ class Networks:
             rivals_table(done.rivals)
 
 
-def _beside(learnt: Stand, now: Stand) -> str:
+def _beside(learnt: ModelChoice, now: ModelChoice) -> str:
     """Beside which model a network was trained, and whether that is still the present one."""
     parts = [words(name) for name in learnt.names] + [
         f"{symbol} = {value:.4g} by hand" for symbol, value in learnt.moved
     ]
     left = f", read without the correction of {listing([words(name) for name in learnt.left])}" if learnt.left else ""
-    told = f"Trained beside the model {f'with {listing(parts)}' if parts else 'as its file has it'}{left}."
-    return told if now == learnt else f"{told} The model has changed since: train again to see a network beside it."
+    text = f"Trained beside the model {f'with {listing(parts)}' if parts else 'as its file has it'}{left}."
+    return text if now == learnt else f"{text} The model has changed since: train again to see a network beside it."

@@ -11,7 +11,7 @@ from undertow.measurements.quality.faults import Fault
 def noted() -> Iterator[list[Fault]]:
     """The faults that are weighed meanwhile, in their order."""
     found: list[Fault] = []
-    before = Fault.ruled, Fault.told
+    before = Fault.ruled, Fault.in_words
 
     def keeping(method: Callable[..., Any]) -> Callable[..., Any]:
         def kept(self: Fault, *arguments: Any) -> Any:
@@ -20,11 +20,11 @@ def noted() -> Iterator[list[Fault]]:
 
         return kept
 
-    Fault.ruled, Fault.told = map(keeping, before)
+    Fault.ruled, Fault.in_words = map(keeping, before)
     try:
         yield found
     finally:
-        Fault.ruled, Fault.told = before
+        Fault.ruled, Fault.in_words = before
 
 
 def sure_sizes(faults: Sequence[Fault]) -> dict[str, float]:

@@ -50,7 +50,7 @@ def rivals(search: Search, true: State) -> Iterator[Rival]:
     for name in named:
         rest = {**now, name: linear.options[name][1]}
         trials = [rest | {option.key: option for option in options} for options in every]
-        worth = search.quicks(scores, trials)
+        worth = search.score_all_linearised(scores, trials)
         for _, n in sorted((score, n) for n, score in enumerate(worth))[:FITTED]:
             there = search.apply(true, now, trials[n], scores)
             yield name, [option.key for option in every[n]], there.score - true.score

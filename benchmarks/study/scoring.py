@@ -10,7 +10,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from undertow.discovery.found_effects import Claim, Verdict
+from undertow.discovery.effect_findings import Claim, Verdict
 from undertow.discovery.judgement import Odds, features, verdict
 
 from .foreign_kinds import KINDS

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from undertow.discovery.balance.shooting import rollout_squares
+from undertow.discovery.effect_findings import EffectFinding
 from undertow.discovery.findings import Findings
-from undertow.discovery.found_effects import FoundEffect
 from undertow.discovery.judgement import odds
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import LogError, RequestError
@@ -141,7 +141,7 @@ def facts(findings: Findings, logged: Logged) -> Record:
     }
 
 
-def claimed(effect: FoundEffect, logged: Logged) -> Record:
+def claimed(effect: EffectFinding, logged: Logged) -> Record:
     """The facts of one claim, and whether it is true."""
     assert effect.claim is not None
     return {

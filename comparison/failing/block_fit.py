@@ -59,7 +59,7 @@ class Fitted:
         return [float(self.values[k] - reach), float(self.values[k] + reach)]
 
 
-def fit_beside(stage: Scene, target: Array, asked: Array, beside: Array) -> Fitted | None:
+def fit_with_nuisances(stage: Scene, target: Array, asked: Array, beside: Array) -> Fitted | None:
     """Fit a target to columns of interest beside others, with errors that are robust to autocorrelation.
 
     Blocks that follow each other in time may err alike, too. The bootstrap draws the blocks' scores (Kline and Santos

@@ -212,15 +212,15 @@ def _weights(names: tuple[str, ...]) -> dict[frozenset[str], tuple[Weights, Weig
 
     By set, so that of a long log the errors of one set alone are in memory.
     """
-    found: defaultdict[frozenset[str], tuple[Weights, Weights]] = defaultdict(lambda: ({}, {}))
+    result: defaultdict[frozenset[str], tuple[Weights, Weights]] = defaultdict(lambda: ({}, {}))
     for subset, name, weight in _additions(names):
         for there, sign in ((subset, 1.0), (subset | {name}, -1.0)):
-            counts = found[there][0]
+            counts = result[there][0]
             counts[name] = counts.get(name, 0.0) + sign * weight
     for name in names:
-        found[frozenset(names) - {name}][1][name] = 1.0
-        found[frozenset(names)][1][name] = -1.0
-    return found
+        result[frozenset(names) - {name}][1][name] = 1.0
+        result[frozenset(names)][1][name] = -1.0
+    return result
 
 
 def _additions(names: tuple[str, ...]) -> list[tuple[frozenset[str], str, float]]:
@@ -229,13 +229,13 @@ def _additions(names: tuple[str, ...]) -> list[tuple[frozenset[str], str, float]
     if count > _EXACT:
         orders = (names, names[::-1])
         return [(frozenset(order[:k]), name, 0.5) for order in orders for k, name in enumerate(order)]
-    found = []
+    result = []
     for name in names:
         others = [other for other in names if other != name]
         for size in range(count):
             weight = factorial(size) * factorial(count - size - 1) / factorial(count)
-            found += [(frozenset(subset), name, weight) for subset in combinations(others, size)]
-    return found
+            result += [(frozenset(subset), name, weight) for subset in combinations(others, size)]
+    return result
 
 
 def _in_words(before: Vehicle, after: Vehicle, symbols: Mapping[str, float]) -> str:
@@ -319,9 +319,9 @@ def where_they_fail(
             heard = [k for k, axis in enumerate(AXES) if looks.frequency[axis].verdict not in NOISE]
             places, worst = worst_places(stage, axes=heard), segments(stage)
         for found in places:
-            told = found.told(stage, model.name).but(rows_of=rows_of)
+            told = found.record(stage, model.name).but(rows_of=rows_of)
             failures.append(fate.of(told, found.place.inside, found.axis))
-        seconds = [fate.of(one.told(stage), one.rows, one.axis) for one in worst if one.axis in heard]
+        seconds = [fate.of(one.record(stage), one.rows, one.axis) for one in worst if one.axis in heard]
         structure.append(looks.but(model=model.name, segments=tuple(seconds)))
     return tuple(failures), tuple(structure)
 

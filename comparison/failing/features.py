@@ -69,7 +69,7 @@ def features(scene: Scene) -> tuple[Feature, ...]:
             _of("time since a change", scene.since, _since),
         ]
     if scene.commands.shape[1] > 1:
-        found.append(_of("apart", 100.0 * scene.apart, _apart))
+        found.append(_of("apart", 100.0 * scene.command_spread, _apart))
     for zero, ends in ((0.0, ("north", "south")), (90.0, ("east", "west"))):
         away = np.abs((heading - zero + 180.0) % 360.0 - 180.0)
         found.append(Feature(f"heading from {ends[0]}", away, _heading(*ends), 5.0))

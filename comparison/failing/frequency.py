@@ -262,12 +262,12 @@ def against_lag(stage: Scene, thrust: Array) -> dict[str, Lag]:
 
 def _lagged(thrust: Array, constants: Array, stage: Scene) -> Array:
     """A column under first-order lags [s], (n, constants), each stretch from its own first value."""
-    found = np.empty((thrust.size, constants.size))
+    result = np.empty((thrust.size, constants.size))
     for k, constant in enumerate(constants):
         for number_of in np.unique(stage.stretch):
             rows = stage.stretch == number_of
-            found[rows, k] = first_order_lag(thrust[rows], float(constant), stage.step)
-    return found
+            result[rows, k] = first_order_lag(thrust[rows], float(constant), stage.step)
+    return result
 
 
 def _judged(squares: Array, left: Array, lags: Array, stage: Scene, axis: int) -> Lag:

@@ -11,7 +11,7 @@ from ...physics.file_records import Number, Record
 from ...physics.motion import AXES
 from ...physics.presentation import number, unit_text
 from ...residuals.scores import ACCELERATION_UNITS
-from .block_fit import Fitted, fit_beside, static_columns
+from .block_fit import Fitted, fit_with_nuisances, static_columns
 from .rows import Array, Scene, shorter
 
 SECTORS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
@@ -94,7 +94,7 @@ def against_heading(stage: Scene) -> dict[str, Heading]:
     sailed = np.bincount(sector, minlength=len(SECTORS)) * stage.step >= _SECTOR_SECONDS
     harmonic = np.column_stack([np.cos(psi), np.sin(psi)])
     beside = static_columns(stage)
-    fits = [fit_beside(stage, -stage.error[:, k], harmonic, beside) for k in range(3)]
+    fits = [fit_with_nuisances(stage, -stage.error[:, k], harmonic, beside) for k in range(3)]
     told = {}
     for k, axis in enumerate(AXES):
         known = _by_sector(stage.error[:, k], sector, sailed)
@@ -182,7 +182,7 @@ def _follows_speed(stage: Scene, psi: Array) -> bool:
     u = np.nan_to_num(stage.column("u"))
     columns = np.column_stack([u * np.cos(psi), u * np.sin(psi)])
     still = np.column_stack([np.cos(psi), np.sin(psi)])
-    fit = fit_beside(stage, -stage.error[:, 1], columns, np.column_stack([beside, still]))
+    fit = fit_with_nuisances(stage, -stage.error[:, 1], columns, np.column_stack([beside, still]))
     if fit is None or fit.free.min() < _FREE:
         return False
     test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0

@@ -140,7 +140,7 @@ class Failure:
     place: Place
     axis: int
 
-    def told(self, stage: Scene, model: str) -> FailingPlace:
+    def record(self, stage: Scene, model: str) -> FailingPlace:
         """As `comparison.json` has it, without what becomes of the error."""
         error = stage.error[:, self.axis]
         usable = np.isfinite(error)
@@ -175,7 +175,7 @@ def failures(series: SeriesTable, model: str = "before", *, limit: int = LIMIT) 
         Worst first.
     """
     stage = scene(series, model)
-    return [found.told(stage, model) for found in worst_places(stage, limit)]
+    return [found.record(stage, model) for found in worst_places(stage, limit)]
 
 
 def worst_places(stage: Scene, limit: int = LIMIT, axes: Sequence[int] = (0, 1, 2)) -> list[Failure]:
@@ -207,11 +207,11 @@ def worst_places(stage: Scene, limit: int = LIMIT, axes: Sequence[int] = (0, 1, 
         if squares[:, axis].any():
             places = [*plain, *_grown(stage, axis, squares[:, axis], chooses & usable[:, axis])]
             trials += _best(places, squares[:, axis], usable[:, axis], chooses, axis, float(badness[axis]))
-    found: list[Failure] = []
+    result: list[Failure] = []
     taken, tried = np.zeros(stage.error.shape, bool), [0, 0, 0]
     for _, axis, place in sorted(trials, key=lambda trial: (-trial[0], trial[2].where)):
-        told = [one for one in found if one.axis == axis]
-        if len(found) == limit:
+        told = [one for one in result if one.axis == axis]
+        if len(result) == limit:
             break
         inside = place.inside & usable[:, axis]
         repeats = squares[inside & taken[:, axis], axis].sum() > 0.5 * squares[inside, axis].sum()
@@ -219,9 +219,9 @@ def worst_places(stage: Scene, limit: int = LIMIT, axes: Sequence[int] = (0, 1, 
             continue
         tried[axis] += 1
         if _holds(stage, inside, squares[:, axis], usable[:, axis], ~chooses, axis):
-            found.append(Failure(place, axis))
+            result.append(Failure(place, axis))
             taken[:, axis] |= inside
-    return found
+    return result
 
 
 def _halves(block: NDArray[np.intp]) -> NDArray[np.bool_]:

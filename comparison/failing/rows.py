@@ -205,7 +205,7 @@ class Scene:
         return self.commands.mean(axis=1) if self.commands.shape[1] else np.zeros(len(self.table))
 
     @property
-    def apart(self) -> Array:
+    def command_spread(self) -> Array:
         """Largest less smallest command, (n,)."""
         return np.ptp(self.commands, axis=1) if self.commands.shape[1] else np.zeros(len(self.table))
 
@@ -273,13 +273,13 @@ def _ends(stretch: NDArray[np.intp], rows: int) -> NDArray[np.bool_]:
 
 def _blocks(stretch: NDArray[np.intp], step: float) -> NDArray[np.intp]:
     """Cut every stretch into blocks of equal length, about `BLOCK` seconds each."""
-    found, first = np.zeros(stretch.size, np.intp), 0
+    result, first = np.zeros(stretch.size, np.intp), 0
     for length in np.bincount(stretch) if stretch.size else []:
         pieces = max(1, round(length * step / BLOCK))
-        done = int(found[first - 1]) + 1 if first else 0
-        found[first : first + length] = done + np.arange(length) * pieces // length
+        done = int(result[first - 1]) + 1 if first else 0
+        result[first : first + length] = done + np.arange(length) * pieces // length
         first += int(length)
-    return found
+    return result
 
 
 def _since(commands: Array, breaks: NDArray[np.bool_], step: float) -> Array:

@@ -11,7 +11,7 @@ from ...physics.file_records import Number, Record, Whole, absent
 from ...physics.motion import AXES
 from ...physics.presentation import number, percent, unit_text
 from ...residuals.scores import ACCELERATION_UNITS
-from .block_fit import Fitted, contiguous, fit_beside, static_columns
+from .block_fit import Fitted, contiguous, fit_with_nuisances, static_columns
 from .features import doing
 from .rows import Array, Scene, mean_square, shorter
 
@@ -64,7 +64,7 @@ class Segment:
     rows: NDArray[np.bool_]
     axis: int
 
-    def told(self, stage: Scene) -> FailingSeconds:
+    def record(self, stage: Scene) -> FailingSeconds:
         """As `comparison.json` has it, without what removes its error."""
         index = np.flatnonzero(self.rows)
         time, error = stage.column("time"), stage.error[:, self.axis]
@@ -105,13 +105,13 @@ def segments(stage: Scene, limit: int = LIMIT) -> list[Segment]:
             share = np.sqrt(square) / max(usual[axis], 1e-12)
             if square > _TIMES * whole[axis] and (share > _PLAIN or (share > _MATERIAL and square > noisy)):
                 trials.append((float(square / whole[axis] * badness[axis]), axis, start))
-    found: list[Segment] = []
+    result: list[Segment] = []
     for _, axis, start in sorted(trials, key=lambda trial: (-trial[0], trial[1:])):
         rows = np.zeros(stage.stretch.size, bool)
         rows[start : start + length] = True
-        if len(found) < limit and not any(one.axis == axis and (one.rows & rows).any() for one in found):
-            found.append(Segment(rows, axis))
-    return found
+        if len(result) < limit and not any(one.axis == axis and (one.rows & rows).any() for one in result):
+            result.append(Segment(rows, axis))
+    return result
 
 
 def _even(stage: Scene, error: NDArray[np.float64], length: int) -> float:
@@ -175,9 +175,9 @@ def over_time(stage: Scene) -> dict[str, Drift]:
     told = {}
     for k, axis in enumerate(AXES):
         error = stage.error[:, k]
-        mean = fit_beside(stage, error, time[:, None], beside)
+        mean = fit_with_nuisances(stage, error, time[:, None], beside)
         size = np.abs(error)
-        grown = fit_beside(
+        grown = fit_with_nuisances(
             stage, size, time[:, None], np.column_stack([_logs(stage), moved[:, 1:], np.abs(stage.measured[:, k])])
         )
         told[axis] = _judged(

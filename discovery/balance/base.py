@@ -52,7 +52,7 @@ class Remembered(Generic[T]):
         self._bytes = 0
 
 
-def room(many: int, shape: tuple[int, ...]) -> int:
+def cache_limit(many: int, shape: tuple[int, ...]) -> int:
     """Bytes of many arrays of a shape; of a long log, fewer are kept."""
     return min(_MOST, many * 8 * int(np.prod(shape)))
 
@@ -140,15 +140,15 @@ class Balance(ABC):
     noise: Array
 
     @abstractmethod
-    def balance(self, vehicle: Vehicle) -> Array:
+    def residual(self, vehicle: Vehicle) -> Array:
         """Measured minus modelled, (tests, 3)."""
 
     @abstractmethod
-    def balances(self, vehicle: Vehicle) -> Array:
+    def noisy_residuals(self, vehicle: Vehicle) -> Array:
         """The balance, and that of copies of the log with the sensor noise added once more, (1 + copies, tests, 3)."""
 
     @abstractmethod
-    def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> NDArray[np.float32] | None:
+    def propagated_noise(self, vehicle: Vehicle, copies: int, seed: int) -> NDArray[np.float32] | None:
         """Draws of the sensor noise, passed through the balance, (3, copies, tests) [`unit`].
 
         None where there is no such noise, or where what is left of a balance tells nothing of it.
@@ -190,12 +190,12 @@ class Balance(ABC):
         """Number of rollouts of `squares` that run at any time."""
 
     @abstractmethod
-    def largest_force(self, vehicle: Vehicle) -> Array:
+    def largest_contribution(self, vehicle: Vehicle) -> Array:
         """Modulus of the largest single contribution to the balance at each test, (tests, 3)."""
 
     def force_scale(self, vehicle: Vehicle) -> Array:
-        """Size of what is at work on each axis (3,): the root mean square of `largest_force`."""
-        return np.sqrt((self.largest_force(vehicle) ** 2).mean(axis=0))
+        """Size of what is at work on each axis (3,): the root mean square of `largest_contribution`."""
+        return np.sqrt((self.largest_contribution(vehicle) ** 2).mean(axis=0))
 
     @property
     @abstractmethod

@@ -25,7 +25,7 @@ _RIDGE = 1e-6
 """Of the mean square of a signal: what has never been seen tells much, but not without end."""
 
 
-def digest(motions: Sequence[Motion], settings: WeakSettings) -> tuple[tuple[Motion, ...], str]:
+def subsample_long_log(motions: Sequence[Motion], settings: WeakSettings) -> tuple[tuple[Motion, ...], str]:
     """The stretches of a long log that it is searched on, in the order of time, and what to say of it.
 
     A log of no more than `MOST_TESTS` test functions is itself, and there is nothing to say.
@@ -45,12 +45,12 @@ def digest(motions: Sequence[Motion], settings: WeakSettings) -> tuple[tuple[Mot
     evenly = others[np.linspace(0, others.size - 1, min(count, others.size)).round().astype(int)]
     chosen = [pieces[k] for k in sorted({*telling, *evenly.tolist()})]
     found = tuple(motions[number].slice(start, stop) for number, start, stop in _joined(chosen))
-    told = (
+    text = (
         f"effects are searched for on {len(chosen)} pieces of this long log, "
         f"{sum(m.duration for m in found) / 60.0:.0f} of its {sum(m.duration for m in motions) / 60.0:.0f} min: those "
         "that tell most, and others spread evenly; errors of predictions are those of the rows that judge"
     )
-    return found, told
+    return found, text
 
 
 def _stride(motion: Motion, settings: WeakSettings) -> int:
@@ -84,23 +84,23 @@ def _most_telling(grams: Array, length: np.ndarray) -> list[int]:
     They are half of what is searched, by their length in test functions (pieces,).
     """
     total = _RIDGE * np.eye(grams.shape[1])
-    found: list[int] = []
-    while len(found) < len(grams) and length[found].sum() < MOST_TESTS // 2:
+    result: list[int] = []
+    while len(result) < len(grams) and length[result].sum() < MOST_TESTS // 2:
         gains = np.linalg.slogdet(total + grams)[1]
-        gains[found] = -np.inf
-        found.append(int(gains.argmax()))
-        total = total + grams[found[-1]]
-    return found
+        gains[result] = -np.inf
+        result.append(int(gains.argmax()))
+        total = total + grams[result[-1]]
+    return result
 
 
 def _joined(pieces: Sequence[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
     """Pieces in the order of time, those that follow each other as one."""
-    found: list[tuple[int, int, int]] = []
+    result: list[tuple[int, int, int]] = []
     for number, start, stop in pieces:
-        if found and found[-1][0] == number and found[-1][2] == start:
-            start = found.pop()[1]
-        found.append((number, start, stop))
-    return found
+        if result and result[-1][0] == number and result[-1][2] == start:
+            start = result.pop()[1]
+        result.append((number, start, stop))
+    return result
 
 
 UNKNOWN = float(np.radians(5.0))
@@ -110,7 +110,7 @@ STRAIGHT_RUNS = "compass_on_straight_runs"
 
 
 @dataclass(frozen=True, slots=True)
-class Nuisances:
+class CorrectedMotions:
     """Motions without what sensors add to them.
 
     Attributes
@@ -127,14 +127,14 @@ class Nuisances:
     notes: tuple[str, ...]
 
 
-def nuisances(motions: Sequence[Motion]) -> Nuisances:
+def correct_compass(motions: Sequence[Motion]) -> CorrectedMotions:
     """Find a compass deviation, and correct headings and velocities for it.
 
     What stays unknown of the deviation is left out of what is judged.
     """
     compass = compass_shown(motions)
     if compass.sound:
-        return Nuisances(tuple(motions), 0.0, False, ())
+        return CorrectedMotions(tuple(motions), 0.0, False, ())
     turned = min(float(np.hypot(compass.size, compass.error)), UNKNOWN)
     deviates = compass.plain or compass.size > SOUND  # straight runs speak against it, if not for sure
     judged = [
@@ -143,7 +143,7 @@ def nuisances(motions: Sequence[Motion]) -> Nuisances:
         f"forces are judged beside a deviation of {np.degrees(turned):.1f} degrees",
     ]
     clear = (corrected(m, compass) for m in motions) if compass.plain else motions
-    return Nuisances(tuple(clear), turned, deviates, (f"{compass.sentence}; {', '.join(judged)}",))
+    return CorrectedMotions(tuple(clear), turned, deviates, (f"{compass.sentence}; {', '.join(judged)}",))
 
 
 def misalignment(motions: Sequence[Motion]) -> float:

@@ -15,14 +15,14 @@ from typing import Any, final
 
 import numpy as np
 
-from ...physics.forces import CURRENT, across_hull, apparent_wind, commands_known, relative_velocity, thrust_left
+from ...physics.forces import CURRENT, across_hull, apparent_wind, commands_known, relative_velocity, remaining_thrust
 from ...physics.momentum_balance import FORCES, balances
 from ...physics.momentum_balance import Balance as AxisBalance
 from ...physics.motion import Array, Motion
 from ...physics.sampled_series import Switches, first_order_lag, switches
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .base import Remembered, room
+from .base import Remembered, cache_limit
 
 _WATERS = 4
 """Velocities of the water whose rows are kept: a model's own, and those beside it by which a column is taken."""
@@ -64,8 +64,8 @@ class Products(ABC):
         kept: tuple[int, int],
     ) -> None:
         self.heading, self.velocity, self._air, self._minutes = heading, velocity, air, minutes
-        self._still: Remembered[Array] = Remembered(room(kept[0], self.shape))
-        self._flowing: Remembered[Array] = Remembered(room(kept[1], self.shape))
+        self._still: Remembered[Array] = Remembered(cache_limit(kept[0], self.shape))
+        self._flowing: Remembered[Array] = Remembered(cache_limit(kept[1], self.shape))
         self._waters: OrderedDict[Water, tuple[Array, Array, Array]] = OrderedDict()
 
     @property
@@ -93,7 +93,7 @@ class Products(ABC):
 
     def forces(self, vehicle: Vehicle) -> Array:
         """The whole force of a vehicle, its three axes first [N, N, N m]."""
-        return self.summed(gathered(self.force_parts(balances(vehicle), vehicle)))
+        return self.summed(merge_products(self.force_parts(balances(vehicle), vehicle)))
 
     def summed(self, parts: Parts) -> Array:
         """Coefficients times products, for each of three axes."""
@@ -108,7 +108,7 @@ class Products(ABC):
         """The summands of the force, by axis; what a thruster loses by its advance stands apart."""
         flow, memory_time = water(vehicle), vehicle.values["memory_time"]
         thrusters = {f"T:{thruster.name}": n for n, thruster in enumerate(vehicle.thrusters)}
-        found: list[list[Part]] = []
+        result: list[list[Part]] = []
         for line in lines:
             row: list[Part] = []
             for term in line.force:
@@ -124,8 +124,8 @@ class Products(ABC):
                     shape = memory_time if remembers else vehicle.hull if crosses else None
                     key = (factors, flow if flows else None, shape)
                     row.append((key, term.coefficient, vehicle))
-            found.append(row)
-        return found
+            result.append(row)
+        return result
 
     def worked_out(self, key: Key, vehicle: Vehicle) -> Array:
         """The product that a key stands for."""
@@ -175,7 +175,7 @@ class Products(ABC):
         return np.abs(value) if factor.startswith("|") else value
 
 
-def gathered(rows: Sequence[Sequence[Part]]) -> Parts:
+def merge_products(rows: Sequence[Sequence[Part]]) -> Parts:
     """Summands of one product, on one axis, as one."""
     found: list[dict[Key, tuple[float, Vehicle]]] = []
     for row in rows:
@@ -186,7 +186,7 @@ def gathered(rows: Sequence[Sequence[Part]]) -> Parts:
     return found[0], found[1], found[2]
 
 
-def less(one: Parts, other: Parts) -> Parts:
+def subtract_products(one: Parts, other: Parts) -> Parts:
     """Difference of two sums of products: what stands in both alike is in neither.
 
     What a thruster does in both stands side by side, so that two shapes which push alike in a log cancel to the bit.
@@ -266,10 +266,10 @@ class LateForces:
         series = self._prompt.of((index, unit.prompt_shape), lambda: self._at_once(index, unit))
         ends = zip(self._rows, rows, pairwise(self._edges), strict=True)
         places = [np.clip(own - by, first, last - 1) for own, by, (first, last) in ends]
-        found = series.take(np.concatenate(places), axis=1)
+        result = series.take(np.concatenate(places), axis=1)
         if unit.thrust_rate:
-            found *= np.concatenate([thrust_left(unit, motion.minutes) for motion in self._motions])
-        return found
+            result *= np.concatenate([remaining_thrust(unit, motion.minutes) for motion in self._motions])
+        return result
 
     def between(self, unit: Thruster, at: Callable[[tuple[int, ...]], Array], times: Sequence[int]) -> Array:
         """Interpolate what is linear in a force between whole rows.
@@ -280,11 +280,11 @@ class LateForces:
         times : how many of the m belong to each motion
         """
         whole, share = self.late(unit)
-        found = at(whole)
+        result = at(whole)
         if not share.any():
-            return found
+            return result
         # So that of a force that stays, which is the same a row later, nothing changes to the bit.
-        return found + np.repeat(share, times) * (at(tuple(k + 1 for k in whole)) - found)
+        return result + np.repeat(share, times) * (at(tuple(k + 1 for k in whole)) - result)
 
     def _at_once(self, index: int, unit: Thruster) -> Array:
         """Force and load along the commands of all motions and their history, (2, rows)."""

@@ -15,7 +15,7 @@ from ...physics.momentum_balance import balances, mass_matrix
 from ...physics.motion import Array
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .products import Products, gathered, less, water
+from .products import Products, merge_products, subtract_products, water
 from .starts import Rollings
 
 
@@ -67,12 +67,12 @@ class Propagation:
         """Sensitivity of the velocities at each row to those at the start, (steps + 1, 3, 3, starts)."""
         n, _, bins, per_bin, starts = self._forward.shape
         state = np.repeat(np.eye(n, 3)[:, :, None], starts, axis=2)
-        found = np.empty((bins * per_bin + 1, 3, 3, starts))
-        found[0] = state[:3]
+        result = np.empty((bins * per_bin + 1, 3, 3, starts))
+        result[0] = state[:3]
         for k in range(bins * per_bin):
             state = _product(self._forward[:, :, k // per_bin, k % per_bin], state)
-            found[k + 1] = state[:3]
-        return found
+            result[k + 1] = state[:3]
+        return result
 
 
 def _product(one: Array, other: Array) -> Array:
@@ -178,9 +178,9 @@ class _RolloutTerms(Products):
         """Acceleration over ground that one model gives along the rollouts beyond another, (steps + 1, 3, starts)."""
         inertia = mass_matrix(one)
         if water(one) == water(other) and np.array_equal(inertia, mass_matrix(other)):
-            parts = [gathered(self.force_parts(balances(vehicle), vehicle)) for vehicle in (one, other)]
+            parts = [merge_products(self.force_parts(balances(vehicle), vehicle)) for vehicle in (one, other)]
             inverse = ForceEquation(one).inverse_mass
-            return np.asarray(np.einsum("ij,jks->kis", inverse, self.summed(less(*parts))), dtype=float)
+            return np.asarray(np.einsum("ij,jks->kis", inverse, self.summed(subtract_products(*parts))), dtype=float)
         return self._accelerations(one) - self._accelerations(other)
 
     def _accelerations(self, vehicle: Vehicle) -> Array:
@@ -259,11 +259,11 @@ def _remembered(series: Array, begin: Array, constant: float, step: float) -> Ar
     a = float(np.exp(-step / constant))
     slope = (1.0 - a) * constant / step
     b0, b1 = slope - a, 1.0 - slope
-    found = np.empty_like(series)
-    found[0] = begin
+    result = np.empty_like(series)
+    result[0] = begin
     for k in range(series.shape[0] - 1):
-        found[k + 1] = a * found[k] + b0 * series[k] + b1 * series[k + 1]
-    return found
+        result[k + 1] = a * result[k] + b0 * series[k] + b1 * series[k + 1]
+    return result
 
 
 def _propagation(data: Rollings, vehicle: Vehicle, states: Array) -> Propagation:

@@ -17,9 +17,9 @@ from ...measurements.statistics.blocks import Difference, paired_ratio, spread
 from ...physics.integration import Legs, rollouts
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, room
+from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, cache_limit
 from .sensitivity import Tangent, transitions
-from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay
+from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay_out_rollouts
 
 HORIZON = 5.0
 """Length of a rollout [s]: long enough to accumulate a wrong force, short enough to forget a noisy start."""
@@ -56,26 +56,26 @@ def rollout_squares(motions: Sequence[Motion], vehicle: Vehicle, horizon: float 
 
 def _every(motions: Sequence[Motion], horizon: float, spacing: float) -> list[Legs]:
     """Rollouts of `horizon` [s] from measured starts every `spacing` [s]; of motions long enough for one."""
-    found = []
+    result = []
     for motion in motions:
         steps = round(horizon / motion.time_step)
         starts = np.arange(0, motion.time.size - steps, max(1, round(spacing / motion.time_step)))
-        found += [Legs(motion, starts, steps)] if starts.size else []
-    return found
+        result += [Legs(motion, starts, steps)] if starts.size else []
+    return result
 
 
-def overlap_of(horizon: float, spacing: float = SPACING) -> int:
+def rollout_overlap(horizon: float, spacing: float = SPACING) -> int:
     """Number of rollouts of `horizon` [s], started every `spacing` [s], that run at any time, and so depend."""
     return max(1, ceil(horizon / spacing))
 
 
-def rise_of(without: Array, within: Array, overlap: int) -> Difference:
+def error_increase(without: Array, within: Array, overlap: int) -> Difference:
     """Increase of the rollout errors from one model to another, paired over blocks of time.
 
     Parameters
     ----------
     without, within : (starts, 3) squared errors in the order of time, as from `rollout_squares`
-    overlap : see `overlap_of`
+    overlap : see `rollout_overlap`
 
     Returns
     -------
@@ -85,21 +85,21 @@ def rise_of(without: Array, within: Array, overlap: int) -> Difference:
     return paired_ratio(within + _NO_ERROR, without + _NO_ERROR, overlap, FEWEST)
 
 
-def rollouts_object(without: Array, within: Array, overlap: int) -> bool:
-    """True when rollouts with an effect are worse than without it, materially and surely (95 %); see `rise_of`.
+def rollouts_contradict(without: Array, within: Array, overlap: int) -> bool:
+    """True when rollouts with an effect are worse than without it, materially and surely (95 %); see `error_increase`.
 
     Parameters
     ----------
     without, within : mean square velocity errors (starts, 3) of the same rollouts without the effect and with it
-    overlap : how many rollouts run at any time, see `overlap_of`
+    overlap : how many rollouts run at any time, see `rollout_overlap`
     """
     if without.shape[0] < FEWEST:
         return False
-    rise = rise_of(without, within, overlap)
+    rise = error_increase(without, within, overlap)
     return rise.ci95 is not None and rise.ci95[0] > 0.0 and 2.0 * rise.difference > WORSE
 
 
-def worse_as_a_whole(motions: Sequence[Motion], without: Vehicle, within: Vehicle) -> bool:
+def predicts_worse(motions: Sequence[Motion], without: Vehicle, within: Vehicle) -> bool:
     """True when 10 s open-loop rollouts of one model are surely worse than another's: fits can wreck predictions.
 
     Parameters
@@ -108,10 +108,12 @@ def worse_as_a_whole(motions: Sequence[Motion], without: Vehicle, within: Vehicl
     without, within : the model before a change and after it
     """
     before, after = (rollout_squares(motions, vehicle, WHOLE_HORIZON) for vehicle in (without, within))
-    return rollouts_object(before, after, overlap_of(WHOLE_HORIZON))
+    return rollouts_contradict(before, after, rollout_overlap(WHOLE_HORIZON))
 
 
-def rollouts_part(motions: Sequence[Motion], one: Vehicle, other: Vehicle, horizon: float = WHOLE_HORIZON) -> Array:
+def rollout_difference(
+    motions: Sequence[Motion], one: Vehicle, other: Vehicle, horizon: float = WHOLE_HORIZON
+) -> Array:
     """Difference of two models' rollouts along a log, (3,): root mean square, as a share of the rms motion.
 
     Rollouts of `horizon` [s] from common measured starts; zeros when no motion is long enough.
@@ -179,7 +181,7 @@ class Shooting(Balance):
         laid: Rollings | None = None,
     ) -> None:
         self.settings = settings or ShootingSettings()
-        self._data = data = laid or lay(motions, about, self.settings)
+        self._data = data = laid or lay_out_rollouts(motions, about, self.settings)
         self.motions, self.noise = data.motions, data.noise
         bins = data.measured.shape[0]
         self.block = np.repeat(_blocks(data, self.settings.blocks), bins)
@@ -217,7 +219,7 @@ class Shooting(Balance):
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
         tangent = Tangent(self, vehicle)
-        memo: Remembered[Array] = Remembered(room(MANY, tangent.balances(vehicle).shape))
+        memo: Remembered[Array] = Remembered(cache_limit(MANY, tangent.balances(vehicle).shape))
         return Neighbourhood(tangent.balances, tangent.difference, memo, step_share=_STEP_SHARE)
 
     @property
@@ -230,18 +232,18 @@ class Shooting(Balance):
         """What no vehicle changes."""
         return self._data
 
-    def balance(self, vehicle: Vehicle) -> Array:
+    def residual(self, vehicle: Vehicle) -> Array:
         """Measured minus predicted velocity, (tests, 3) [m/s, m/s, rad/s]; zero for a perfect model and log."""
         return self.finished(self._errors(self._data.states(vehicle)))
 
-    def balances(self, vehicle: Vehicle) -> Array:
+    def noisy_residuals(self, vehicle: Vehicle) -> Array:
         """The balance, and the same with sensor noise added once more, (2, tests, 3).
 
         Columns of effects are predictions from the same starts, so that the noise stands in the balance alone.
         """
-        return self.with_noise(self.balance(vehicle))
+        return self.with_noise(self.residual(vehicle))
 
-    def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> None:
+    def propagated_noise(self, vehicle: Vehicle, copies: int, seed: int) -> None:
         """None: rollouts are asked where the noise has a colour, and then only what is left tells of it."""
 
     def of_switches(self, vehicle: Vehicle) -> None:
@@ -295,17 +297,17 @@ class Shooting(Balance):
         return vehicle
 
     def _cost(self, vehicle: Vehicle) -> float:
-        return float(((self.balance(vehicle) / self.scale) ** 2).sum())
+        return float(((self.residual(vehicle) / self.scale) ** 2).sum())
 
     def squares(self, vehicle: Vehicle) -> Array:
         """Weighted mean square errors of each rollout, (starts, 3) [m^2/s^2, m^2/s^2, rad^2/s^2]."""
         bins, _, starts = self._data.measured.shape
-        return (self.balance(vehicle).reshape(starts, bins, 3) ** 2).mean(axis=1)
+        return (self.residual(vehicle).reshape(starts, bins, 3) ** 2).mean(axis=1)
 
     @property
     def overlap(self) -> int:
         """As many as the settings lay over each other."""
-        return overlap_of(self.settings.horizon, self.settings.spacing)
+        return rollout_overlap(self.settings.horizon, self.settings.spacing)
 
     @property
     def bins(self) -> int:
@@ -322,7 +324,7 @@ class Shooting(Balance):
         """Where each rollout comes from."""
         return [m.source for m, rows in zip(self._data.motions, self._data.starts, strict=True) for _ in rows]
 
-    def largest_force(self, vehicle: Vehicle) -> Array:
+    def largest_contribution(self, vehicle: Vehicle) -> Array:
         """The larger of measured change since the start and what thrust adds to the rollout, (tests, 3), as speeds."""
         data = self._data
         change = data.measured - data.initial[:, 1:].T

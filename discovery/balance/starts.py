@@ -180,7 +180,7 @@ class Rollings:
         return series[1:].reshape(-1, self.per_bin, *series.shape[1:]).mean(axis=1)
 
 
-def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings) -> Rollings:
+def lay_out_rollouts(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings) -> Rollings:
     """Lay starts over the motions, and bin what was measured.
 
     Parameters

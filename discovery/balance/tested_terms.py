@@ -14,7 +14,7 @@ from ...physics.motion import Array, Motion, earth_to_body
 from ...physics.sampled_series import first_order_lag
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .products import Key, LateForces, Parts, Products, gathered, less, water
+from .products import Key, LateForces, Parts, Products, merge_products, subtract_products, water
 
 _RATES = ("u_dot", "v_dot", "r_dot")
 _KEPT = (400, 200)
@@ -103,7 +103,7 @@ class TestedTerms(Products):
 
     def difference(self, one: Vehicle, other: Vehicle) -> Array:
         """The balance of one vehicle less that of another, (3, copies, tests): only what differs is read."""
-        parts = less(self._balance(one), self._balance(other))
+        parts = subtract_products(self._balance(one), self._balance(other))
         if water(one) == water(other):
             return self.summed(parts)
         # Waters beside a model's own are asked for once: their products are added up along the rows and tested as one.
@@ -135,7 +135,7 @@ class TestedTerms(Products):
         parts = self._units.get((symbol, *beside))
         if parts is None:
             without, within = (about.with_values({symbol: value}) for value in (0.0, 1.0))
-            parts = self._units[symbol, *beside] = less(self._balance(without), self._balance(within))
+            parts = self._units[symbol, *beside] = subtract_products(self._balance(without), self._balance(within))
         flow = water(about)
         surge, sway, yaw = (
             {(k[0], None if k[1] is None else flow, *k[2:]): (part[0], about) for k, part in line.items()}
@@ -153,7 +153,7 @@ class TestedTerms(Products):
             for term in line.inertia:
                 axis = _RATES.index(term.factors[0])
                 row.append((("rate", water(vehicle) if axis < 2 else None, axis), term.coefficient, vehicle))
-        self._known.append((vehicle, gathered(rows)))
+        self._known.append((vehicle, merge_products(rows)))
         return self._known[-1][1]
 
     def worked_out(self, key: Key, vehicle: Vehicle) -> Array:
@@ -175,12 +175,12 @@ class TestedTerms(Products):
     def wake(self, axis: int, vehicle: Vehicle) -> Array:
         """The wake memory from what it holds at the beginning of each motion, (copies, rows)."""
         velocity, constant = self.relative(vehicle)[axis], vehicle.values["memory_time"]
-        found = np.empty_like(velocity)
+        result = np.empty_like(velocity)
         for motion, (start, stop) in zip(self._motions, pairwise(self._edges), strict=True):
             begin = remembered_before(vehicle, motion)[axis - 1]
-            for row, kept in zip(velocity[:, start:stop], found[:, start:stop], strict=True):
+            for row, kept in zip(velocity[:, start:stop], result[:, start:stop], strict=True):
                 kept[:] = first_order_lag(row, constant, motion.time_step, begin)
-        return found
+        return result
 
     def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
         """Force [N] and load [N s/m] of a thruster, (1, rows) each: commands have no noise."""

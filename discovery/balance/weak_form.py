@@ -19,8 +19,8 @@ from ...physics.forces import modelled_force
 from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import FORCE_UNITS, Array, Motion
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, room
-from .shooting import HORIZON, overlap_of, rollout_squares
+from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, cache_limit
+from .shooting import HORIZON, rollout_overlap, rollout_squares
 from .tested_terms import Kernel, TestedTerms
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ _NUMBERS = 500_000
 """Numbers that are drawn at a time: 4 MB, which a processor keeps at hand."""
 
 
-def sensed(
+def propagate_noise(
     motions: Sequence[Motion], kernels: Sequence[Kernel], noise: Array, vehicle: Vehicle, copies: int, seed: int
 ) -> Single:
     """The balance of copies of a log less that of the log, to first order in the noise, (3, copies, tests) [N, N, N m].
@@ -153,7 +153,7 @@ class WeakForm(Balance):
         self._terms = TestedTerms(
             self.motions, velocities, self._kernels, claims, None if like is None else like._terms
         )
-        self._memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
+        self._memo: Remembered[Array] = Remembered(cache_limit(MANY, (3, *self._terms.shape)))
         self._sensed: tuple[tuple[Vehicle, int, int], Single] | None = None
         self.time = np.concatenate(times)
         # Of one block nothing is held out, so that it may be as short as a window that is followed live.
@@ -199,7 +199,7 @@ class WeakForm(Balance):
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The same for every vehicle; the form does not keep it, so that it is gone with the last who asked for it."""
-        return Neighbourhood(self.balances, self._difference, self._memo, self._unit)
+        return Neighbourhood(self.noisy_residuals, self._difference, self._memo, self._unit)
 
     def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
         """The whole step: forces are all but linear, so it is never too long."""
@@ -216,7 +216,7 @@ class WeakForm(Balance):
     @property
     def overlap(self) -> int:
         """Two, of 5 s every 2.5 s."""
-        return overlap_of(HORIZON)
+        return rollout_overlap(HORIZON)
 
     @property
     def tests(self) -> WeakSettings:
@@ -264,11 +264,11 @@ class WeakForm(Balance):
         pairs = zip(self._kernels, series, strict=True)
         return np.concatenate([-kernel.apply(values.T, kernel.rate).T for kernel, values in pairs])
 
-    def balance(self, vehicle: Vehicle) -> Array:
+    def residual(self, vehicle: Vehicle) -> Array:
         """Measured minus modelled force, (tests, 3) [N, N, N m]; zero everywhere for a perfect model and log."""
-        return self.balances(vehicle)[0]
+        return self.noisy_residuals(vehicle)[0]
 
-    def balances(self, vehicle: Vehicle) -> Array:
+    def noisy_residuals(self, vehicle: Vehicle) -> Array:
         """The balance, and that of copies of the log with the sensor noise added once more, (1 + copies, tests, 3).
 
         The difference between a copy and the log shows what noise does to a column, and so to a model's score. Copies
@@ -277,18 +277,18 @@ class WeakForm(Balance):
         """
         return self._terms.balances(vehicle).transpose(1, 2, 0)
 
-    def sensed(self, vehicle: Vehicle, copies: int, seed: int) -> Single | None:
-        """See `Balance.sensed`; the last draws are kept, for whoever asks for the same ones."""
+    def propagated_noise(self, vehicle: Vehicle, copies: int, seed: int) -> Single | None:
+        """See `Balance.propagated_noise`; the last draws are kept, for whoever asks for the same ones."""
         if not (self.noise > LEAST_NOISE).any():
             return None
         asked = (vehicle, copies, seed)
         if self._sensed is None or self._sensed[0] != asked:
-            self._sensed = asked, sensed(self.motions, self._kernels, self.noise, *asked)
+            self._sensed = asked, propagate_noise(self.motions, self._kernels, self.noise, *asked)
         return self._sensed[1]
 
     def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
         """See `Balance.recorded`, [N, N, N m]."""
-        return WeakForm(motions, replace(self.settings, copies=0)).balance(vehicle)
+        return WeakForm(motions, replace(self.settings, copies=0)).residual(vehicle)
 
     def _difference(self, one: Vehicle, other: Vehicle) -> Array:
         return self._terms.difference(one, other).transpose(1, 2, 0)
@@ -296,7 +296,7 @@ class WeakForm(Balance):
     def _unit(self, about: Vehicle, symbol: str, beside: tuple[object, ...]) -> Array:
         return self._terms.unit(about, symbol, beside).transpose(1, 2, 0)
 
-    def largest_force(self, vehicle: Vehicle) -> Array:
+    def largest_contribution(self, vehicle: Vehicle) -> Array:
         """The largest of inertia, the model's total force, and the thrust on its axis, (tests, 3) [N, N, N m]."""
         rates = self.derivative([motion.velocity for motion in self.motions]) @ mass_matrix(vehicle)
         modelled = self._terms.forces(vehicle)[:, 0].T

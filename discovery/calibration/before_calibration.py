@@ -12,16 +12,16 @@ from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.shooting import ShootingSettings
 from ..balance.weak_form import WeakForm
-from ..basis import Basis, choose
+from ..basis import Basis, choose_balance
 from ..candidates.candidate import (
     Candidate,
     Kind,
-    beside,
     calibratable,
     limit_at,
     nuisance_candidates,
+    remaining_candidates,
 )
-from ..findings import Calibrated, Findings, Left
+from ..findings import Calibrated, Findings, NotCalibrated
 from ..identifiability.identifiable_effects import Identified, identified
 from ..lawful.passivity import Lawful
 from ..search.estimation import Interval, polish
@@ -33,7 +33,7 @@ _THRUST = "thrust_scale"
 
 
 @dataclass(frozen=True, slots=True)
-class Freed:
+class FreeParameters:
     """Nuisance parameters and effects of a search in which the file's own numbers are free.
 
     Attributes
@@ -57,12 +57,14 @@ class Freed:
         """The free parameters, for a line of progress."""
         return f"calibrating {', '.join(self.symbols) or 'nothing'} in every model"
 
-    def seen(self, pool: Sequence[Candidate]) -> "Freed":
+    def seen(self, pool: Sequence[Candidate]) -> "FreeParameters":
         """The same for a log that can judge a part of the pool only."""
         return replace(self, pool=tuple(pool))
 
 
-def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> Freed:
+def free_parameters(
+    weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings
+) -> FreeParameters:
     """Free the parameters that have a value in the vehicle file, and leave the effects that are more than those.
 
     Parameters that the log tells apart only vaguely are free too: an effect must not be named for what some values of
@@ -79,16 +81,16 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
     symbols = calibratable(nominal)
     known = identified(weak, nominal, (*symbols, *({_THRUST} - {*symbols})), settings, vague=True)
     nuisances = nuisance_candidates(nominal, [s for s in known.symbols if s in symbols])
-    effects = beside(pool, symbols)
+    effects = remaining_candidates(pool, symbols)
     only = [f"{t.name}_scale" for t in nominal.thrusters] if len(nominal.thrusters) == 1 else []
     proportional = _THRUST in known.reasons or set(_MASSES) <= set(known.symbols)
     lost = [c for c in effects if c.symbols[0] in (_THRUST, *only) and proportional]
     left = [c for c in effects if c not in lost]
     reasons = {s: why for s, why in known.reasons.items() if s in symbols}
-    return Freed((*nuisances, *left), reasons, tuple(c.effect.name for c in lost))
+    return FreeParameters((*nuisances, *left), reasons, tuple(c.effect.name for c in lost))
 
 
-def calibrated(
+def calibration_rows(
     symbols: Sequence[str], nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
 ) -> tuple[Calibrated, ...]:
     """A row for each parameter that was free: before, after, interval.
@@ -119,7 +121,7 @@ def calibrated(
 
 
 def with_calibration(
-    findings: Findings, free: Freed, nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
+    findings: Findings, free: FreeParameters, nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
 ) -> Findings:
     """Findings that say what was calibrated, and what the verdict therefore means.
 
@@ -129,13 +131,13 @@ def with_calibration(
     free : which parameters were free, and why others were not
     nominal, lawful, intervals : as `calibrated` has them
     """
-    rows = calibrated(free.symbols, nominal, lawful, intervals)
+    rows = calibration_rows(free.symbols, nominal, lawful, intervals)
     headline = findings.headline
     if findings.verdict == "nothing missing":
         headline = "Nothing material is missing: once calibrated, the model explains this log."
     elif findings.verdict == "missing":
         headline = f"{headline.removesuffix('.')}, also once its own numbers are calibrated."
-    left = tuple(Left(symbol=symbol, why=why) for symbol, why in free.reasons.items())
+    left = tuple(NotCalibrated(symbol=symbol, why=why) for symbol, why in free.reasons.items())
     return findings.but(headline=headline, calibrated=rows, left=left, absorbed=free.absorbed)
 
 
@@ -144,7 +146,7 @@ ROLLOUTS = ShootingSettings(step=0.05)
 
 
 @dataclass(frozen=True, slots=True)
-class Groundwork:
+class CalibrationSetup:
     """The start of a calibration: motions, balance, and the parameters that they identify.
 
     Attributes
@@ -159,14 +161,14 @@ class Groundwork:
     known: Identified
 
 
-def groundwork(
+def prepare_calibration(
     motions: Sequence[Motion],
     nominal: Vehicle,
     settings: DiscoverySettings,
     free: Sequence[str] = (),
     hold: Sequence[str] = (),
     basis: Basis | None = None,
-) -> Groundwork:
+) -> CalibrationSetup:
     """Clear motions, and find out which parameters of a nominal model they identify; see `calibrate.calibrate`.
 
     A `basis` that was chosen for these motions and this model already is not chosen again.
@@ -190,16 +192,16 @@ def groundwork(
             f"fit: {nominal.name} has no parameter to calibrate (damping, added mass, ...); free one, for example "
             "--free X_u"
         )
-    basis = choose(motions, nominal, settings, trusting=True) if basis is None else basis.trusting()
+    basis = choose_balance(motions, nominal, settings, trusting=True) if basis is None else basis.trusting_compass()
     weak = basis.cleared_forces() if basis.notes else basis.forces
     visible = [s for c in nuisance_candidates(nominal, symbols) for s in c.symbols]
     known = identified(weak, nominal, visible, settings.search)
-    if basis.rolls and visible:
+    if basis.uses_rollouts and visible:
         about = polish(basis.motions, nominal, visible, ROLLOUTS).vehicle
         known = identified(basis.balance(about, ROLLOUTS), about, visible, settings.search)
     if not known.symbols:
         raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {_listed(known)}")
-    return Groundwork(basis, weak, known)
+    return CalibrationSetup(basis, weak, known)
 
 
 def _listed(known: Identified) -> str:

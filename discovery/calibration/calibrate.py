@@ -20,19 +20,19 @@ from ...physics.motion import Array, Motion
 from ...physics.stage import CALIBRATING, PREDICTED, Say, Stage
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..balance.shooting import HORIZON, WHOLE_HORIZON, Shooting, overlap_of, rise_of, rollouts_object
+from ..balance.shooting import HORIZON, WHOLE_HORIZON, Shooting, error_increase, rollout_overlap, rollouts_contradict
 from ..balance.weak_form import WeakForm
 from ..basis import Basis
 from ..candidates.candidate import Candidate, limit_at, nuisance_candidates
 from ..candidates.linearisation import Linearisation, Option
 from ..findings import Calibrated
-from ..lawful.passivity import Lawful, judge, lawful_model
+from ..lawful.passivity import Lawful, judge_passivity, lawful_model
 from ..lawful.refit import passive_refit
 from ..search.estimation import Interval, intervals, polish
-from ..search.floating import Search, held_where_silent, without_fold
+from ..search.floating import Search, hold_unseen, scores_without_fold
 from ..search.gram import GramScores
 from ..settings import DiscoverySettings
-from .before_calibration import ROLLOUTS, calibrated, groundwork
+from .before_calibration import ROLLOUTS, calibration_rows, prepare_calibration
 
 SUFFIX = ", calibrated"
 """Behind the name of a vehicle that was calibrated."""
@@ -116,8 +116,8 @@ def _without(
     """Vehicles fitted without each fold: a Gauss-Newton step from the fit to everything, under the same laws."""
     found = []
     for fold in folds:
-        seen = without_fold(balance, linear, scores, fold)
-        shown = held_where_silent(seen, chosen, nominal)
+        seen = scores_without_fold(balance, linear, scores, fold)
+        shown = hold_unseen(seen, chosen, nominal)
         fit = passive_refit(seen, shown, lawful.vehicle, lawful.passivity.envelope)
         found.append((fold, lawful.vehicle.with_values(fit.values)))
     return tuple(found)
@@ -162,7 +162,7 @@ def as_good(weak: Array, rolled: Array, overlap: int) -> bool:
     weak, rolled : (starts, 3) squared errors
     overlap : rollouts that run at any time, which are not independent
     """
-    rise = rise_of(weak, rolled, overlap)
+    rise = error_increase(weak, rolled, overlap)
     return rise.error is None or rise.difference <= rise.error
 
 
@@ -238,7 +238,7 @@ def calibrate(
     """
     settings = settings or DiscoverySettings()
     say = progress or (lambda text: None)
-    ground = groundwork(motions, nominal, settings, free, hold)
+    ground = prepare_calibration(motions, nominal, settings, free, hold)
     motions, known, basis = ground.basis.motions, ground.known, ground.basis
     say(Stage(f"calibrating {', '.join(known.symbols)}", CALIBRATING))
     pool = nuisance_candidates(nominal, known.symbols)
@@ -246,25 +246,25 @@ def calibrate(
     horizon = WHOLE_HORIZON if long else HORIZON
     fitted = convex_step(motions, nominal, pool, settings)
     _demand_lawful(fitted.lawful, known.symbols)
-    held_out = _held_out(motions, nominal, pool, settings, horizon, basis.rolls, say)
+    held_out = _held_out(motions, nominal, pool, settings, horizon, basis.uses_rollouts, say)
     best: Method = "weak form"
-    overlap = overlap_of(horizon, _SPACING)
+    overlap = rollout_overlap(horizon, _SPACING)
     if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
-        start = nominal if basis.rolls else fitted.lawful.vehicle
+        start = nominal if basis.uses_rollouts else fitted.lawful.vehicle
         best, fitted = "output error", rollout_step(motions, start, nominal, pool)
         _demand_lawful(fitted.lawful, known.symbols)
     fitted = _rounded(fitted, nominal, known.symbols)
     search = Search(ground.weak, nominal, (), settings.search)
-    error = np.sqrt((ground.weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
+    error = np.sqrt((ground.weak.residual(fitted.lawful.vehicle) ** 2).mean(axis=0))
     return Calibration(
         nominal,
         fitted.lawful,
-        calibrated(known.symbols, nominal, fitted.lawful, fitted.intervals),
+        calibration_rows(known.symbols, nominal, fitted.lawful, fitted.intervals),
         known.reasons,
         best,
         horizon,
         {name: np.sqrt(squares.mean(axis=0)) for name, squares in held_out.items()},
-        bool(held_out) and rollouts_object(held_out["nominal"], held_out[best], overlap),
+        bool(held_out) and rollouts_contradict(held_out["nominal"], held_out[best], overlap),
         error,
         search.noise_error,
         search.force_scale,
@@ -301,9 +301,9 @@ def calibrate_once(
         as `calibrate` does.
     """
     settings = settings or DiscoverySettings()
-    ground = groundwork(motions, nominal, settings, basis=basis)
+    ground = prepare_calibration(motions, nominal, settings, basis=basis)
     pool = nuisance_candidates(nominal, ground.known.symbols)
-    motions, known, rolls = ground.basis.motions, ground.known, ground.basis.rolls
+    motions, known, rolls = ground.basis.motions, ground.known, ground.basis.uses_rollouts
     start = nominal if rolls else convex_step(motions, nominal, pool, settings).lawful.vehicle
     try:
         fitted = rollout_step(motions, start, nominal, pool, folds)
@@ -330,7 +330,7 @@ def _rounded(fitted: Fitted, nominal: Vehicle, symbols: Sequence[str]) -> Fitted
         limit = limit_at(nominal.parameter(symbol), values[symbol])
         values[symbol] = values[symbol] if limit is None else limit
     vehicle = nominal.with_values(values, name=lawful.vehicle.name)
-    still = judge(vehicle, lawful.passivity.envelope).verdict == "pass"
+    still = judge_passivity(vehicle, lawful.passivity.envelope).verdict == "pass"
     return replace(fitted, lawful=replace(lawful, vehicle=vehicle)) if still else fitted
 
 

@@ -129,11 +129,11 @@ class Detector:
         self._prune()
         if not self.starts.size:
             return np.full(self._boats, -np.inf)
-        precision, pull = self._told()
+        precision, pull = self._precision()
         self.logs = 0.5 * pull**2 / precision[:, :, None] - 0.5 * np.log(precision)[:, :, None]
         return logsumexp(self.logs, axis=(0, 1)) - np.log(self._amounts.size)
 
-    def _told(self) -> tuple[Array, Array]:
+    def _precision(self) -> tuple[Array, Array]:
         """Precision (candidates, p) of the size of a change of one parameter since each, and its score."""
         since = self.information - self._information
         whole = self.information + np.eye(self._amounts.size) / _VAGUE**2
@@ -154,7 +154,7 @@ class Detector:
 
     def change(self, candidate: int, parameter: int) -> tuple[float, float, float]:
         """Value before, change since a candidate, and its deviation, in plausible amounts from the start; of boat 0."""
-        precision, pull = self._told()
+        precision, pull = self._precision()
         size = float(pull[candidate, parameter, 0] / precision[candidate, parameter])
         since = (self.information - self._information[candidate])[:, parameter]
         whole = self.information + np.eye(self._amounts.size) / _VAGUE**2
@@ -219,17 +219,17 @@ class ChangeWatch:
         self._taken += 1
         if self._taken < self._rows:
             return None
-        kept = scattered(self._information / self._misfit, self._scatter) / self._misfit
+        kept = with_scatter(self._information / self._misfit, self._scatter) / self._misfit
         (total,) = self._detector.take(kept @ self._information, kept @ self._score)
         known = {*self._detector.starts.tolist(), self._detector.count}
         self._begins = {n: at for n, at in self._begins.items() if n in known}
         self._block()
         if total < self._threshold:
             return None
-        found = self._alarm(time)
+        result = self._alarm(time)
         self._detector.reset()
         self._begins.clear()
-        return found
+        return result
 
     @property
     def _misfit(self) -> float:
@@ -272,7 +272,7 @@ def rows_of(settings: AlarmSettings, stride: float) -> int:
     return max(1, round(settings.block / stride))
 
 
-def scattered(information: Array, scatter: float) -> Array:
+def with_scatter(information: Array, scatter: float) -> Array:
     """Factor (..., p, p), from the left, that scatter between blocks leaves of their information and score.
 
     Each block has values of its own, which scatter about those of its time: y = C (theta + s) + e with s of a deviation
@@ -298,7 +298,7 @@ _FEWEST = 4
 """Blocks of a run-in from which something can be drawn."""
 
 
-class Rehearsal:
+class SurrogateRuns:
     """Runs in which nothing happens, as the rows of some motion make them.
 
     Parameters
@@ -336,7 +336,7 @@ class Rehearsal:
         left = force - moved @ level
         # The degrees of freedom that the fit took are given back.
         left *= np.sqrt(left.size * share / max(left.size * share - p, 1.0))
-        kept = scattered(squares, settings.scatter)
+        kept = with_scatter(squares, settings.scatter)
         self._scores = share * np.einsum("bij,bkj,ck->bci", kept, moved, left, optimize=True)
         self._information = kept @ squares
         self._drawn = _drawn(np.random.default_rng([settings.seed, 21]), self.runs, blocks)
@@ -354,7 +354,7 @@ class Rehearsal:
         return int(rung.sum())
 
 
-def rehearsed_widening(
+def calibrate_widening(
     columns: Array, balance: Array, amounts: Array, share: float, stride: float, settings: AlarmSettings
 ) -> float | None:
     """The least widening of the noise's variance that keeps the budget; None of a run-in that tells too little.
@@ -365,7 +365,7 @@ def rehearsed_widening(
     """
     if len(columns) < _FEWEST * rows_of(settings, stride):
         return None
-    rehearsal = Rehearsal(columns, balance, amounts, share, stride, settings)
+    rehearsal = SurrogateRuns(columns, balance, amounts, share, stride, settings)
     allowed = _ALLOWED * rehearsal.hours / settings.hours
     low, high = 0, len(WIDENINGS) - 1
     middle = 0  # most boats need none

@@ -23,7 +23,7 @@ from ..candidates.linearisation import Linearisation
 from ..identifiability.rehearsal import plausible_amounts, rehearse
 from ..lawful.nearest_lawful import LawfulSet
 from ..search.floating import Search, SearchSettings
-from .change_watch import Alarm, AlarmSettings, ChangeWatch, rehearsed_widening
+from .change_watch import Alarm, AlarmSettings, ChangeWatch, calibrate_widening
 from .forgetting_fit import AdaptSettings, ForgettingFit
 
 _DAMPING = "_damping"
@@ -40,7 +40,9 @@ def followed_by_default(vehicle: Vehicle) -> tuple[str, ...]:
     return tuple(found)
 
 
-def followed(vehicle: Vehicle, names: Sequence[str], motions: Sequence[Motion] = ()) -> tuple[Candidate, ...]:
+def candidates_to_follow(
+    vehicle: Vehicle, names: Sequence[str], motions: Sequence[Motion] = ()
+) -> tuple[Candidate, ...]:
     """The candidates that names mean, every thruster's where none is chosen.
 
     Parameters
@@ -79,7 +81,7 @@ def followed(vehicle: Vehicle, names: Sequence[str], motions: Sequence[Motion] =
     return tuple(found)
 
 
-def held_beside(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candidate, ...]:
+def held_parameters(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candidate, ...]:
     """Candidates for the numbers that stand in the vehicle, are not followed, and move the force in proportion."""
     held = [s for s in calibratable(vehicle) if s not in symbols]
     bent = [s for s in held if vehicle.parameter(s).nonlinear or vehicle.parameter(s).grid]
@@ -91,7 +93,7 @@ _GROWS = 1.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Beforehand:
+class AdaptationPrior:
     """Prior knowledge of a boat and its log before it is followed.
 
     Attributes
@@ -133,9 +135,9 @@ class Update:
     alarm: Alarm | None = None
 
 
-def known_beforehand(
+def learn_prior(
     motions: Sequence[Motion], vehicle: Vehicle, pool: Sequence[Candidate], settings: AdaptSettings
-) -> Beforehand:
+) -> AdaptationPrior:
     """Learn the noise of a row and the size of the forces from motions, and what change is plausible from trials.
 
     Parameters
@@ -153,7 +155,7 @@ def known_beforehand(
     weak = WeakForm(motions, settings.weak)
     search = Search(weak, vehicle, pool, SearchSettings(materiality=settings.materiality))
     amounts = plausible_amounts(search, rehearse(search, vehicle, ()))
-    return Beforehand(
+    return AdaptationPrior(
         np.sqrt(search.noise_error**2 + search.floor),
         np.array([amount for candidate in pool for amount in amounts[candidate.key]]),
         envelope_of(motions, vehicle),
@@ -224,7 +226,7 @@ class Follower:
         self,
         vehicle: Vehicle,
         pool: Sequence[Candidate],
-        known: Beforehand,
+        known: AdaptationPrior,
         settings: AdaptSettings,
         watch: ChangeWatch | None = None,
     ) -> None:
@@ -234,7 +236,7 @@ class Follower:
         self._vehicle, self._settings, self._noise, self._watch = vehicle, settings, known.noise, watch
         start = np.array([vehicle.value(symbol) for symbol in self.symbols])
         lower = np.minimum([p.lower for p in parameters], start)
-        held = held_beside(vehicle, self.symbols)
+        held = held_parameters(vehicle, self.symbols)
         self._deviation = settings.held * np.abs([vehicle.value(c.symbols[0]) for c in held])
         self._limits = lower, np.maximum([p.upper for p in parameters], start)
         self._amounts, self._prior = known.amounts, settings.prior * known.amounts
@@ -283,11 +285,11 @@ class Follower:
             self._hold(Envelope((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])))
 
 
-def watch_from(
+def rehearsed_watch(
     motions: Sequence[Motion],
     vehicle: Vehicle,
     pool: Sequence[Candidate],
-    known: Beforehand,
+    known: AdaptationPrior,
     settings: AdaptSettings,
     alarms: AlarmSettings,
 ) -> ChangeWatch | None:
@@ -298,12 +300,12 @@ def watch_from(
     motions : in which nothing changes
     vehicle : the model along them
     pool : the candidates that are followed
-    known : noise and plausible amounts, see `known_beforehand`
+    known : noise and plausible amounts, see `learn_prior`
     settings, alarms : of the adaptation, and the budget of false alarms
     """
     columns, balance = informing_rows(motions, vehicle, pool, known, settings)
     stride = settings.weak.stride
-    widening = rehearsed_widening(columns, balance, known.amounts, settings.share, stride, alarms)
+    widening = calibrate_widening(columns, balance, known.amounts, settings.share, stride, alarms)
     if widening is None:
         return None
     symbols = [p.symbol for c in pool for p in c.parameters]
@@ -312,13 +314,17 @@ def watch_from(
 
 
 def informing_rows(
-    motions: Sequence[Motion], vehicle: Vehicle, pool: Sequence[Candidate], known: Beforehand, settings: AdaptSettings
+    motions: Sequence[Motion],
+    vehicle: Vehicle,
+    pool: Sequence[Candidate],
+    known: AdaptationPrior,
+    settings: AdaptSettings,
 ) -> tuple[Array, Array]:
     """Columns (n, 3, p) and balance (n, 3) of the rows of motions that inform, over the noise.
 
     Parameters
     ----------
-    motions, vehicle, pool, settings : as in `watch_from`
+    motions, vehicle, pool, settings : as in `rehearsed_watch`
     known : noise of a row, and the change of each parameter from which a row informs
     """
     tested = TestedRows(vehicle, pool, settings)
@@ -396,8 +402,8 @@ def adapt(
     expect("adapt: vehicle", vehicle, Vehicle, "undertow.load_vehicle(PATH) reads one")
     expect("adapt: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("adapt: settings", settings, AdaptSettings, "undertow.AdaptSettings(...) makes them")
-    pool = followed(vehicle, effects, runs)
-    follower = Follower(vehicle, pool, known_beforehand(runs, vehicle, pool, settings), settings)
+    pool = candidates_to_follow(vehicle, effects, runs)
+    follower = Follower(vehicle, pool, learn_prior(runs, vehicle, pool, settings), settings)
     updates = [update for motion in runs for update in follower.take(motion)]
     return Adapted(
         follower.symbols,

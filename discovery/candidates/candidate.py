@@ -236,7 +236,7 @@ def command_timing(motions: Sequence[Motion]) -> Candidate:
     return Candidate(parameter.symbol, entry, (parameter,), Kind.SENSOR, part_of=("input_delay", "calibrated delay"))
 
 
-def beside(pool: Sequence[Candidate], freed: Sequence[str]) -> tuple[Candidate, ...]:
+def remaining_candidates(pool: Sequence[Candidate], freed: Sequence[str]) -> tuple[Candidate, ...]:
     """Candidates beside freed parameters: each without them, if anything is left of it."""
     left = []
     for candidate in pool:

@@ -156,7 +156,7 @@ class Linearisation:
             moved = vehicle.with_values(start)
             offset = -1
             if candidate.effect.fixed_amplitude:
-                key = ("offset", shape.symbol, value, *_flow(shape, vehicle), *_beside(shape, vehicle))
+                key = ("offset", shape.symbol, value, *_flow(shape, vehicle), *_dependencies(shape, vehicle))
                 offset = self._add(self._near.memo.of(key, lambda m=moved: self._near.difference(vehicle, m)))
             found.append(self._present(candidate, moved, tuple(start[s] for s in candidate.symbols), offset))
         return tuple(found)
@@ -171,7 +171,7 @@ class Linearisation:
                 free.append(-1)
                 low = high = 0.0
             else:
-                key = ("slope", parameter.symbol, *_flow(parameter, about), *_beside(parameter, about))
+                key = ("slope", parameter.symbol, *_flow(parameter, about), *_dependencies(parameter, about))
                 slope = self._near.memo.of(key, lambda p=parameter, v=value: self._slope(p, about, v))
                 free.append(self._add(slope))
                 if parameter.grid:
@@ -199,7 +199,7 @@ class Linearisation:
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
         """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""
         if self._near.unit is not None and _is_linear(parameter):
-            beside = (about.values["fouling_rate"], *_beside(parameter, about))
+            beside = (about.values["fouling_rate"], *_dependencies(parameter, about))
             return self._near.unit(about, parameter.symbol, beside)
         symbol, step = parameter.symbol, parameter.step * self._near.step_share
         up = about.with_values({symbol: value + step})
@@ -225,7 +225,7 @@ def _flow(parameter: Parameter, about: Vehicle) -> tuple[float, ...]:
     return tuple(p[symbol] for symbol in (*CURRENT, "fouling_rate"))
 
 
-def _beside(parameter: Parameter, about: Vehicle) -> tuple[object, ...]:
+def _dependencies(parameter: Parameter, about: Vehicle) -> tuple[object, ...]:
     """What else it depends on, beside the data: the parameters that multiply it in the force."""
     p = about.values
     if parameter.symbol in (*CURRENT, "fouling_rate"):
@@ -317,7 +317,7 @@ def effect_forces(
     return {name: SeriesTable({**{c: table[c] for c in _OF_ROWS}, **own[name]}) for name in names}
 
 
-def found_forces(
+def step_forces(
     nominal: Vehicle, corrected: Vehicle, parts: Parts, labels: Sequence[str | None]
 ) -> dict[str, SeriesTable]:
     """The forces of what a discovery added, in its order; `labels` are those of its steps.

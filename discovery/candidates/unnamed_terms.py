@@ -88,7 +88,9 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
     return tuple(found)
 
 
-def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 3, degree: int = 3) -> tuple[str, ...]:
+def find_twins(
+    weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 3, degree: int = 3
+) -> tuple[str, ...]:
     """Unnamed terms that move nearly as given ones do on this log: at most `most` each, the closest first.
 
     Their tested columns correlate by more than 0.9 in modulus. Terms of the catalogue are left out: they are tried
@@ -125,7 +127,7 @@ def term_factors(weak: WeakForm, vehicle: Vehicle, degree: int, logs: Sequence[s
     logs : SHA-256 of the log that the weak form tests
     """
     forms, features = features_along(weak, vehicle, degree)
-    rows = np.column_stack([features, weak.balance(vehicle)])
+    rows = np.column_stack([features, weak.residual(vehicle)])
     edges = np.searchsorted(weak.block, np.arange(weak.blocks + 1))
     columns = tuple(Column(name=form.text, unit=_unit(form)) for form in forms)
     targets = tuple(Column(name=axis, unit=unit) for axis, unit in zip(AXES, weak.unit, strict=True))
@@ -244,7 +246,7 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
     yield "", steady
     yield "the cosine of the heading", np.cos(heading)
     yield "the sine of the heading", np.sin(heading)
-    if not several(minutes):  # each log has an origin of its own
+    if not several_logs(minutes):  # each log has an origin of its own
         north, east = place - place.mean(axis=1, keepdims=True)
         yield "the place ahead", np.cos(heading) * north + np.sin(heading) * east
         yield "the place abeam", np.cos(heading) * east - np.sin(heading) * north
@@ -334,16 +336,16 @@ def _setting_in(changing: Mapping[str, Array], times: Iterable[tuple[str, NDArra
 def onsets(minutes: Array, parts: int) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     """Possible onsets in time, and the rows from there on: minutes of one log, or parts of several."""
     rows = np.arange(minutes.size)
-    in_logs = several(minutes)
+    in_logs = several_logs(minutes)
     for part in range(1, parts):
         begun = rows >= minutes.size * part // parts
-        told = f"part {part + 1} of {parts} of the logs" if in_logs else f"minute {float(minutes[begun][0]):.1f}"
-        yield f"from {told} on", begun
+        text = f"part {part + 1} of {parts} of the logs" if in_logs else f"minute {float(minutes[begun][0]):.1f}"
+        yield f"from {text} on", begun
 
 
 def places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     """Sides of the water, and the rows there, of places (2, rows); of one log, for each has an origin of its own."""
-    if several(minutes):
+    if several_logs(minutes):
         return
     north, east = place
     sides = {
@@ -358,7 +360,7 @@ def places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_
             yield f"{side} of {edge:g} m", metres > edge
 
 
-def several(minutes: Array) -> bool:
+def several_logs(minutes: Array) -> bool:
     """True when there is more than one log: where another begins, its minutes do."""
     return bool((np.diff(minutes) < 0.0).any())
 

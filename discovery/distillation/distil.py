@@ -19,10 +19,10 @@ from ...physics.stage import Say, Stage
 from ...physics.vehicle import Vehicle
 from ...residuals.models.base import Model
 from ..balance.weak_form import WeakForm
-from ..basis import choose
+from ..basis import choose_balance
 from ..candidates.candidate import Kind, candidates, measurable
+from ..effect_findings import FittedTerm
 from ..evidence.weighing import Evidence, found_terms
-from ..found_effects import FoundTerm
 from ..search.estimation import intervals
 from ..search.floating import Search, State
 from ..selection import select
@@ -71,9 +71,9 @@ def _distilled(
     name, pool = model.name, candidates(nominal, measurable(motions))
     if not model.remembers:
         pool = tuple(candidate for candidate in pool if not _delays(candidate.effect))
-    basis = choose(motions, nominal, settings, claims, pool)
-    weak, search = basis.forces, basis.instant
-    correction = weak.balance(nominal)
+    basis = choose_balance(motions, nominal, settings, claims, pool)
+    weak, search = basis.forces, basis.force_search
+    correction = weak.residual(nominal)
     size = np.sqrt((correction**2).mean(axis=0))
     smallest = settings.search.materiality * search.force_scale
     matters = size >= smallest
@@ -131,7 +131,7 @@ def _part(
     search: Search,
     state: State,
     e: Evidence,
-    terms: tuple[FoundTerm, ...],
+    terms: tuple[FittedTerm, ...],
     share: Callable[[State], Array],
     matters: np.ndarray,
 ) -> NamedPart:
@@ -149,7 +149,7 @@ def _part(
     )
 
 
-def _terms(search: Search, state: State, nominal: Vehicle, seed: int) -> dict[str, tuple[FoundTerm, ...]]:
+def _terms(search: Search, state: State, nominal: Vehicle, seed: int) -> dict[str, tuple[FittedTerm, ...]]:
     """Numbers of everything in a model, with intervals, by key."""
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     chosen = [linear.options[key][0] for key in state.active]

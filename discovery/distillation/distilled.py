@@ -17,7 +17,7 @@ from ...physics.presentation import words
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
 from ..candidates.unnamed_terms import features_along
-from ..found_effects import FoundTerm
+from ..effect_findings import FittedTerm
 
 LAGS = (0.3, 0.6, 1.2, 2.4, 4.8)
 """How long before the present velocities and thrusts are looked at [s]."""
@@ -58,11 +58,11 @@ def past_of(weak: WeakForm, vehicle: Vehicle, force: Array, axes: Sequence[int])
     both = np.column_stack([now, _before(weak, vehicle)])
     folds = np.minimum(np.arange(weak.time.size) * _FOLDS // weak.time.size, _FOLDS - 1)
     guard = round(_GUARD / weak.settings.stride)
-    found = {}
+    result = {}
     for axis in axes:
         present, with_past = (_predicted(x, force[:, axis], folds, guard) for x in (now, both))
-        found[axis] = Past(present, max(with_past - present, 0.0))
-    return found
+        result[axis] = Past(present, max(with_past - present, 0.0))
+    return result
 
 
 def _thrusts(weak: WeakForm, vehicle: Vehicle) -> Array:
@@ -104,7 +104,7 @@ _MOSTLY, _CLEARLY = 0.5, 0.25
 
 
 Told = Annotated[
-    FoundTerm, PlainSerializer(lambda term: term.model_dump(mode="json", exclude={"in_model", "inclusion"}))
+    FittedTerm, PlainSerializer(lambda term: term.model_dump(mode="json", exclude={"in_model", "inclusion"}))
 ]
 """A number of a correction: no corrected model holds it, and no ensemble was asked for it."""
 
@@ -154,16 +154,16 @@ class AxisShare(Record):
         size = f"{self.correction:.2g} {self.unit}, {_percent(self.correction / self.at_work)} of the force at work"
         if self.named is None or self.possible is None or self.explained is None:
             return f"{self.axis}: the correction ({size}) is too small to matter."
-        told = f"{self.axis}: of the correction ({size}), named effects explain {_share(self.named)}"
+        text = f"{self.axis}: of the correction ({size}), named effects explain {_share(self.named)}"
         if abs(self.possible - self.named) > 0.01:
-            told += f", with effects that are not sure {_share(self.possible)}"
+            text += f", with effects that are not sure {_share(self.possible)}"
         if abs(self.explained - self.possible) > 0.01:
-            told += f", with terms that nobody has named {_share(self.explained)}"
+            text += f", with terms that nobody has named {_share(self.explained)}"
         if self.traded:
-            told += " (all axes are fitted at once, and some effects explain less here for more on another axis)"
+            text += " (all axes are fitted at once, and some effects explain less here for more on another axis)"
         if self.past is None:
-            return f"{told}; what remains is too small to matter."
-        return f"{told}. Of what remains ({self.remainder:.2g} {self.unit}), {_cause(self.past)}."
+            return f"{text}; what remains is too small to matter."
+        return f"{text}. Of what remains ({self.remainder:.2g} {self.unit}), {_cause(self.past)}."
 
     @model_serializer(mode="wrap")
     def _with_shares_together(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:

@@ -16,7 +16,7 @@ from ...physics.motion import Array
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Linearisation, Option
-from ..found_effects import Part
+from ..effect_findings import Part
 from ..search.estimation import Interval
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, GramScores, added_by_noise
@@ -77,7 +77,7 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
     first = search.balance.block < (search.balance.blocks + 1) // 2
     cuts = [Region(("in the first half", "in the second half"), first), *regions(search)]
     general = {c.key for c in search.pool if c.effect.general}
-    found: dict[str, Invariance] = {}
+    result: dict[str, Invariance] = {}
     for option in now:
         own = [columns.index(index) for index in option.free if index >= 0]
         if option.kind is not Kind.EFFECT or not own or option.key in general:
@@ -91,15 +91,15 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
             clear = [_split(copy, own, inside) for copy in noise]
             fit = _fitted(split, clear, block)
             for place, symbol in enumerate(s for s, k in zip(option.symbols, option.free, strict=True) if k >= 0):
-                if min(carriers(split[:, k], block) for k in (place, len(own) + place)) < _CARRIERS:
+                if min(effective_blocks(split[:, k], block) for k in (place, len(own) + place)) < _CARRIERS:
                     continue
                 sizes = _Sizes(search, option, symbol, *fit.of(len(own), place))
                 if sizes.known:
                     parts += sizes.told(region.names)
                     gaps.append(sizes.relative_gap)
                     scatter[symbol] = max(scatter.get(symbol, 0.0), sizes.excess)
-        found[option.key] = Invariance(tuple(parts), max(gaps), scatter)
-    return found
+        result[option.key] = Invariance(tuple(parts), max(gaps), scatter)
+    return result
 
 
 class _Fit(NamedTuple):
@@ -176,7 +176,7 @@ def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:
     return np.hstack([rows[:, own] * inside[:, None], rows[:, own] * ~inside[:, None], rows[:, others]])
 
 
-def carriers(column: Array, block: NDArray[np.int64]) -> float:
+def effective_blocks(column: Array, block: NDArray[np.int64]) -> float:
     """Effective number of blocks that carry the square of a column: all where they carry alike, one where one does."""
     carried = np.bincount(block, column**2)
     return float(carried.sum() ** 2 / max(float((carried**2).sum()), np.finfo(float).tiny))

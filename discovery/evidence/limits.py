@@ -8,12 +8,12 @@ import numpy as np
 from ...measurements.kinematics import gyro_lateness
 from ...physics.momentum_balance import damping_matrix
 from ...physics.motion import Motion
-from ...physics.possible_hulls import impossible
+from ...physics.plausibility import find_impossible
 from ...physics.vehicle import Vehicle
 from ..balance.long_logs import misalignment
 from ..candidates.candidate import Candidate, Kind, limit_at
 from ..search.estimation import Interval
-from ..search.thruster_scales import one_too_many
+from ..search.thruster_scales import redundant_scales
 from .weighing import Evidence
 
 _TOGETHER = (
@@ -31,17 +31,17 @@ _FASTER = 0.01
 """Share by which turning is faster where the slope of its damping is taken."""
 
 
-def as_timed(intervals: Mapping[str, Interval], pool: Sequence[Candidate]) -> dict[str, Interval]:
+def widen_delays(intervals: Mapping[str, Interval], pool: Sequence[Candidate]) -> dict[str, Interval]:
     """Intervals with that of a delay as wide as the log's own stamps leave it: by so much its commands may be off."""
-    found = dict(intervals)
+    result = dict(intervals)
     for timing in (c for c in pool if c.kind is Kind.SENSOR):
         (reach,) = (p.upper for p in timing.parameters)
         for other in (c for c in pool if c.key in timing.part_of):
-            limits = {p.symbol: (p.lower, p.upper) for p in other.parameters if p.symbol in found}
+            limits = {p.symbol: (p.lower, p.upper) for p in other.parameters if p.symbol in result}
             for symbol, (low, high) in limits.items():
-                lower, upper = found[symbol]
-                found[symbol] = Interval(max(lower - reach, low), min(upper + reach, high))
-    return found
+                lower, upper = result[symbol]
+                result[symbol] = Interval(max(lower - reach, low), min(upper + reach, high))
+    return result
 
 
 def at_limits(
@@ -61,10 +61,10 @@ def at_limits(
     claimed : keys of the effects in question
     intervals : 95 % intervals of total values by symbol
     """
-    together = one_too_many(nominal, claimed)
-    before, after = (impossible(vehicle.values, vehicle.thrusters) for vehicle in (nominal, estimate))
+    together = redundant_scales(nominal, claimed)
+    before, after = (find_impossible(vehicle.values, vehicle.thrusters) for vehicle in (nominal, estimate))
     no_hull = "; ".join(after[key] for key in _RIGID_BODY if key in after and key not in before)
-    found = {}
+    result = {}
     for candidate in (c for c in pool if c.key in claimed and c.kind is Kind.EFFECT):
         why = "; ".join(
             filter(None, (_of(candidate, symbol, nominal, estimate, intervals) for symbol in candidate.symbols))
@@ -74,11 +74,11 @@ def at_limits(
         if candidate.key in together:
             why = _TOGETHER
         if why:
-            found[candidate.key] = why
-    return found
+            result[candidate.key] = why
+    return result
 
 
-def clearance(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> float | None:
+def null_distance(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> float | None:
     """Distance of the file's value from the middle of an interval, in half-widths; None for an effect without any.
 
     More than 1 is outside. Of an effect of several numbers the one that is farthest out counts.
@@ -119,7 +119,7 @@ def _of(
     return ""
 
 
-def in_step(
+def with_clock_offset(
     evidence: Sequence[Evidence], pool: Sequence[Candidate], nominal: Vehicle, found: Vehicle, motions: Sequence[Motion]
 ) -> list[Evidence]:
     """The evidence, with the log's own misalignment beside what may look like it: a lag, a delay, an inertia.

@@ -20,8 +20,8 @@ from ...physics.presentation import listing, words
 from ...physics.vehicle import Vehicle
 from ..balance.long_logs import STRAIGHT_RUNS
 from ..candidates.candidate import Candidate, Kind, limit_at
+from ..effect_findings import EffectFinding, FittedTerm
 from ..findings import Findings, SensorError
-from ..found_effects import FoundEffect, FoundTerm
 from ..reason import Reason
 from ..search.estimation import Interval
 from ..search.scoring import Scoring
@@ -83,7 +83,7 @@ def record_errors(
     return tuple(found)
 
 
-def without_forces(motions: Sequence[Motion], rolls: bool) -> tuple[SensorError, ...]:
+def sensor_findings(motions: Sequence[Motion], rolls: bool) -> tuple[SensorError, ...]:
     """Findings on compass, gyro and their clocks, which the channels of a log tell without any force.
 
     Parameters
@@ -101,12 +101,12 @@ def clocks(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
     if abs(late) <= max(motion.time_step for motion in motions):
         return ()
     first, second = ("gyro", "compass") if late > 0.0 else ("compass", "gyro")
-    told = (
+    text = (
         f"The {first} tells of turns {abs(late):.2g} s later than the {second} does: it is filtered, or stamped late. "
         "Nothing is corrected for it, and a lag, a delay or an inertia in yaw that it may look like is not certain."
     )
-    terms = (FoundTerm(symbol="gyro_latency", value=late, unit="s"),)
-    return (SensorError(error="channel_offset", verdict="present", sentence=told, terms=terms),)
+    terms = (FittedTerm(symbol="gyro_latency", value=late, unit="s"),)
+    return (SensorError(error="channel_offset", verdict="present", sentence=text, terms=terms),)
 
 
 def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
@@ -124,17 +124,17 @@ def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
         if not (known.present or known.beyond) or abs(scale - 1.0) <= _DEVIATING:
             continue
         name = f"{Path(source).name}: " if len(sources) > 1 else ""
-        told = (
+        text = (
             f"{name}The heading turns {1.0 / scale:.3g} times as fast as the gyro says: the gyro's scale is wrong, or "
             "the compass deviates; this log turns too little to tell which. Nothing is corrected for it; turn full "
             "circles both ways to tell."
         )
-        terms = (FoundTerm(symbol="gyro_scale", value=scale, unit="1"),)
-        found.append(SensorError(error="gyro_scale", verdict="possible", sentence=told, terms=terms))
+        terms = (FittedTerm(symbol="gyro_scale", value=scale, unit="1"),)
+        found.append(SensorError(error="gyro_scale", verdict="possible", sentence=text, terms=terms))
     return tuple(found)
 
 
-def accused(
+def shares_of_sensor_errors(
     evidence: Sequence[Evidence], pool: Sequence[Candidate], errors: Sequence[SensorError]
 ) -> dict[str, tuple[float, str]]:
     """Share of what a name explains that an error of the sensors may have made, and which error, by key.
@@ -162,15 +162,15 @@ def compass_error(compass: Compass) -> tuple[SensorError, ...]:
     if not compass.plain:
         return ()
     values = {"constant": compass.constant, "sine": compass.sine, "cosine": compass.cosine}
-    terms = tuple(FoundTerm(symbol=name, value=float(np.degrees(x)), unit="deg") for name, x in values.items())
-    told = f"{compass.sentence[0].upper()}{compass.sentence[1:]}; heading and velocities are corrected for it."
+    terms = tuple(FittedTerm(symbol=name, value=float(np.degrees(x)), unit="deg") for name, x in values.items())
+    text = f"{compass.sentence[0].upper()}{compass.sentence[1:]}; heading and velocities are corrected for it."
     correction = STRAIGHT_RUNS
     return (
-        SensorError(error="compass_deviation", verdict="present", sentence=told, terms=terms, correction=correction),
+        SensorError(error="compass_deviation", verdict="present", sentence=text, terms=terms, correction=correction),
     )
 
 
-def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
+def add_record_errors(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
     """Findings with the errors of the record, and the delay that would look like one as its look-alike."""
     offsets = [s for s in sensors if s.what == COMMAND_OFFSET.symbol]
     late = any(s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in offsets)
@@ -181,7 +181,7 @@ def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
     return findings.but(sensors=sensors, candidates=tuple(sorted(candidates, key=lambda c: c.rank)))
 
 
-def _alike(delay: FoundEffect) -> FoundEffect:
+def _alike(delay: EffectFinding) -> EffectFinding:
     told = Reason.LOOK_ALIKES.tell(BY_NAME[delay.effect].meaning, "commands that are recorded early")
     alike = (*delay.indistinguishable_from, "channel_offset")
     return delay.but(verdict="possible", reason=Reason.LOOK_ALIKES, sentence=told, indistinguishable_from=alike)
@@ -236,8 +236,8 @@ def sensor_errors(sensors: Mapping[str, Kinematics]) -> tuple[SensorError, ...]:
     return tuple(found)
 
 
-def _term(known: Kinematics, symbol: str, unit: str) -> FoundTerm:
+def _term(known: Kinematics, symbol: str, unit: str) -> FittedTerm:
     value, error = known.values[symbol]
     by = float(np.degrees(1.0)) if unit == "deg" else 1.0
     low, high = (by * (value + side * CI * error) for side in (-1.0, 1.0))
-    return FoundTerm(symbol=symbol, value=by * value, unit=unit, ci95=Interval(low, high))
+    return FittedTerm(symbol=symbol, value=by * value, unit=unit, ci95=Interval(low, high))

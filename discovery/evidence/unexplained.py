@@ -17,7 +17,7 @@ from ...physics.motion import AXES, Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Kind
-from ..findings import LastingRest
+from ..findings import PersistentResidual
 from ..identifiability.identifiable_effects import LEAST_SIGNAL
 from ..identifiability.rehearsal import Identifiability
 from ..search.floating import Search, State
@@ -39,7 +39,7 @@ _LEAST = 8
 """Means below which their size is chance."""
 
 
-def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[LastingRest, ...]:
+def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) -> tuple[PersistentResidual, ...]:
     """Persistent residuals by axis: material, lasting, and hardly less with the model found than with the nominal one.
 
     Parameters
@@ -49,18 +49,20 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
     found : the model with everything that the search selected, sure or not
     """
     balance = forces.balance
-    after, before = (balance.balance(vehicle) for vehicle in (found, forces.nominal))
+    after, before = (balance.residual(vehicle) for vehicle in (found, forces.nominal))
     if _pieces(balance.time, 2.0 * _SECONDS)[-1] + 1 < _LEAST:
         return ()
     (lasting, sure), (usual, _) = (_lasting(rest, balance.time) for rest in (after, before))
     share = lasting / forces.force_scale
     little = lasting > _LEFT * usual
     if not judge.forces:
-        little &= _size(judge.balance(found)) > _LEFT * _size(judge.balance(forces.nominal))
+        little &= _size(judge.residual(found)) > _LEFT * _size(judge.residual(forces.nominal))
     seen = ~forces.quiet
     left = seen & little & sure & (share > _MATERIAL) & (lasting > _LASTING * _size(after))
     return tuple(
-        LastingRest(axis=AXES[axis], force=float(lasting[axis]), share=float(share[axis]), unit=balance.unit[axis])
+        PersistentResidual(
+            axis=AXES[axis], force=float(lasting[axis]), share=float(share[axis]), unit=balance.unit[axis]
+        )
         for axis in sorted(np.flatnonzero(left).tolist(), key=lambda axis: -share[axis])
     )
 
@@ -120,7 +122,7 @@ class Suspect:
     clear: bool
 
 
-def suspects(search: Search, state: State, known: Identifiability, axis: int, seed: int) -> tuple[Suspect, ...]:
+def find_suspects(search: Search, state: State, known: Identifiability, axis: int, seed: int) -> tuple[Suspect, ...]:
     """The effects any of which would explain what moves a quiet axis, best first; none where nothing is certain.
 
     Each is added to the model and fitted. It must earn its price on that axis alone in nine of ten resamples, and on
@@ -142,8 +144,8 @@ def suspects(search: Search, state: State, known: Identifiability, axis: int, se
         if candidate.key in now or candidate.kind is not Kind.EFFECT:
             continue
         changes = [{**now, candidate.key: option} for option in linear.options[candidate.key] if option.present]
-        best = min(changes, key=lambda change: close.quick(scores, change))
-        if close.quick(scores, best) > model.score - close.settings.margin:
+        best = min(changes, key=lambda change: close.score_linearised(scores, change))
+        if close.score_linearised(scores, best) > model.score - close.settings.margin:
             continue
         trial = close.apply(model, now, best, scores)
         option = best[candidate.key]
@@ -156,7 +158,7 @@ def suspects(search: Search, state: State, known: Identifiability, axis: int, se
     return tuple(sorted((s for s in found if s.gain >= enough), key=lambda s: (not s.clear, -s.gain)))
 
 
-def with_faint(
+def add_faint_structure(
     search: Search, state: State, known: Identifiability, evidence: Sequence[Evidence], seed: int
 ) -> list[Evidence]:
     """The evidence, with the effects that would explain what moves a quiet axis told as look-alikes of one another.
@@ -170,7 +172,7 @@ def with_faint(
     """
     told = list(evidence)
     for axis in np.flatnonzero(search.quiet).tolist():
-        group = suspects(search, state, known, axis, seed)
+        group = find_suspects(search, state, known, axis, seed)
         members = {e.key: e for e in told}
         joined = [_joined(members[s.key], s, group, AXES[axis]) for s in group if not members[s.key].faint]
         rest = [e for e in told if e.key not in {j.key for j in joined}]
@@ -209,12 +211,12 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
     chosen = dict.fromkeys(terms, 0)
     for draw in block_draws(scores.blocks, draws, seed):
         drawn, model = scores.drawn(draw), dict(base)
-        best = search.quick(drawn, model)
+        best = search.score_linearised(drawn, model)
         for _ in range(_MOST):
             rest = [key for key in terms if key not in model or not model[key].present]
             gains = drawn.screen(list(model.values()), [present[key] for key in rest])
             rest = [rest[n] for n in np.argsort(-gains, kind="stable")[:_TRIED]]
-            tried = search.quicks(drawn, [{**model, key: present[key]} for key in rest])
+            tried = search.score_all_linearised(drawn, [{**model, key: present[key]} for key in rest])
             found = min(zip(tried, rest, strict=True), default=None)
             if found is None or found[0] >= best - search.settings.margin:
                 break

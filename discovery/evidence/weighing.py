@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from ...measurements.statistics.blocks import block_weights, share_of_draws
-from ...measurements.statistics.processors import shared
+from ...measurements.statistics.processors import parallel_map
 from ...measurements.statistics.quantiles import largest_mean_square
 from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
@@ -16,15 +16,15 @@ from ..balance.shooting import WHOLE_HORIZON, rollout_squares
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate, Kind, limit_at
 from ..candidates.linearisation import Linearisation, Option
+from ..effect_findings import FittedTerm
 from ..findings import axis_name
-from ..found_effects import FoundTerm
 from ..identifiability.rehearsal import Identifiability
 from ..reason import Reason
 from ..search.estimation import Interval
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
-from ..search.surrogates import Chance, Rehearsals
-from ..search.thruster_scales import same_model
+from ..search.surrogates import Chance, SurrogateTest
+from ..search.thruster_scales import is_equivalent
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all"}
 SURE = 0.9
@@ -59,7 +59,7 @@ class Evidence:
     ----------
     key, kind : the candidate
     selected : True when the search kept it
-    gain : log-likelihood that it earns, its price paid; for one not selected, that it would earn
+    log_likelihood_gain : log-likelihood that it earns, its price paid; for one not selected, that it would earn
     share : (3,) force that only it explains, as a share of each axis' force scale
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
     confidence : share of block resamples in which it earns its price and is material
@@ -69,8 +69,8 @@ class Evidence:
     rollout_worth : the same of the squared errors of rollouts
     remains : share of the squared error of rollouts without it that stays with it, on that axis; of force, where there
         are no rollouts
-    left : force that the model leaves beyond sensor noise on the axes of the effect, as a multiple of its own; 0 where
-        rollouts judge, of which the weather leaves much that follows no effect
+    residual_ratio : force that the model leaves beyond sensor noise on the axes of the effect, as a multiple of its
+        own; 0 where rollouts judge, of which the weather leaves much that follows no effect
     unexplained : the same as a share of what the nominal model leaves there
     indistinguishable_from : candidates that explain the log as well in its place; for one not selected, the selected
         ones in whose place it does, and those that explain what moves a quiet axis as well
@@ -88,7 +88,7 @@ class Evidence:
     key: str
     kind: Kind
     selected: bool
-    gain: float
+    log_likelihood_gain: float
     share: Array
     error_drop: float
     confidence: float
@@ -107,7 +107,7 @@ class Evidence:
     worth: float = 0.0
     rollout_worth: float | None = None
     remains: float = 0.0
-    left: float = 0.0
+    residual_ratio: float = 0.0
     unexplained: float = 0.0
 
     @property
@@ -140,7 +140,7 @@ class Evidence:
         return next((reason for reason in Reason if held.get(reason)), Reason.NOT_FOUND)
 
 
-def weigh(search: Search, state: State, seed: int, known: Identifiability | None = None) -> list[Evidence]:
+def assess_candidates(search: Search, state: State, seed: int, known: Identifiability | None = None) -> list[Evidence]:
     """Evidence for every candidate of a search about its final model, best first.
 
     Parameters
@@ -151,7 +151,7 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
     general = _general_instead(search, state)
-    rehearsals = Rehearsals(search, linear, scores, now, seed)
+    rehearsals = SurrogateTest(search, linear, scores, now, seed)
     nominal = _squares(search, search.nominal)
     absent = [o for c in search.pool if c.key not in now for o in linear.options[c.key] if o.present]
     beside = dict(zip(absent, _gains(search, scores, now, [(option,) for option in absent]), strict=True))
@@ -163,9 +163,9 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
 
     pool = [candidate for candidate in search.pool if not candidate.nuisance]
     selected = [candidate for candidate in pool if candidate.key in now]
-    weighed = {e.key: e for e in shared(of, selected)}
+    weighed = {e.key: e for e in parallel_map(of, selected)}
     found = [weighed.get(candidate.key) or _not_selected(model, candidate, whole) for candidate in pool]
-    found.sort(key=lambda e: (not e.selected, -e.gain))
+    found.sort(key=lambda e: (not e.selected, -e.log_likelihood_gain))
     return [e if e.selected else _not_shown(e, found, known) for e in found]
 
 
@@ -190,7 +190,7 @@ class _Model:
     scores: GramScores
     now: dict[str, Option]
     seed: int
-    rehearsals: Rehearsals
+    rehearsals: SurrogateTest
     general: Mapping[str, State]
     squares: Array
     """(starts, 3) squared rollout errors of the nominal vehicle."""
@@ -204,14 +204,14 @@ def _general_instead(search: Search, state: State) -> dict[str, State]:
     Only those that explain more than the model by what tells two apart, whatever their many numbers cost: the price
     says what is believed at first sight, and a simple law that the log refutes is no name for all that.
     """
-    found: dict[str, State] = {}
+    result: dict[str, State] = {}
     for general in (c for c in search.pool if c.effect.general and c.key not in state.active):
         rest = [key for key in search.named(state.active) if key not in general.effect.includes]
         if len(rest) < len(search.named(state.active)):
             there = search.evaluate(search.restrict(state, rest).vehicle, (*rest, general.key))
             if _explained(search, there) > _explained(search, state) + _clear(search):
-                found[general.key] = there
-    return found
+                result[general.key] = there
+    return result
 
 
 def _clear(search: Search) -> float:
@@ -237,12 +237,12 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         other.key
         for other in search.pool
         if not (other.key in now or (other.kind is Kind.TERM and candidate.kind is not Kind.TERM))
-        and not same_model(search.nominal, state.active, candidate.key, other.key)
+        and not is_equivalent(search.nominal, state.active, candidate.key, other.key)
     ]
     shapes = [option for key in others for option in linear.options[key] if option.present]
     enough = _clear(search)
     near = state.score + _NEAR * enough
-    quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes])
+    quick = search.score_all_linearised(scores, [{**rest, **gone, option.key: option} for option in shapes])
     best: dict[str, float] = {}
     for option, instead in zip(shapes, quick, strict=True):
         best[option.key] = min(best.get(option.key, np.inf), instead + model.beside[option])
@@ -272,21 +272,23 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         # Beside terms without a name, the model is nobody's physics: what moves alike may share a cause.
         rivals += [key for key in alike if key in now]
     rivals = list(dict.fromkeys(rivals))
-    confidence = share_of_resamples(search, without.fit, state.fit, price, model.seed, search.matters(without, state))
+    confidence = share_of_resamples(
+        search, without.fit, state.fit, price, model.seed, search.is_material(without, state)
+    )
     rival = min(worse, key=lambda key: worse[key], default="")
     before = _squares(search, without.vehicle)
     share = search.unique_share(without, state)
     removed, remains = _removed(before, squares, model.squares)
     drops = (without.fit.held_out - state.fit.held_out) / np.maximum(search.nominal_error, 1e-300)
     axis = int(drops.argmax())
-    left, unexplained = _left_beside(search, state, candidate, share)
+    left, unexplained = _unexplained_ratio(search, state, candidate, share)
     return Evidence(
         candidate.key,
         candidate.kind,
         True,
         gain,
         share,
-        error_drop(without.fit, state.fit, search),
+        held_out_drop(without.fit, state.fit, search),
         confidence,
         tuple(rivals),
         _at_limit(search, candidate, now[candidate.key]),
@@ -298,7 +300,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         remains=float(np.clip(state.fit.held_out[axis] / max(without.fit.held_out[axis], 1e-300), 0.0, 1.0))
         if remains is None
         else remains,
-        left=left if search.balance.forces else 0.0,
+        residual_ratio=left if search.balance.forces else 0.0,
         unexplained=unexplained,
     )
 
@@ -307,7 +309,9 @@ def _gains(
     search: Search, scores: GramScores, now: Mapping[str, Option], added: Sequence[tuple[Option, ...]]
 ) -> list[float]:
     """What a model would gain by each of some additions, as columns foretell; nothing where it would lose."""
-    found = search.quicks(scores, [dict(now), *({**now} | {o.key: o for o in options} for options in added)])
+    found = search.score_all_linearised(
+        scores, [dict(now), *({**now} | {o.key: o for o in options} for options in added)]
+    )
     return [max(found[0] - score, 0.0) for score in found[1:]]
 
 
@@ -341,7 +345,7 @@ def _pairs(
     ]
     if not pairs:
         return {}
-    found = search.quicks(scores, [{**without, one.key: one, other.key: other} for one, other in pairs])
+    found = search.score_all_linearised(scores, [{**without, one.key: one, other.key: other} for one, other in pairs])
     beside = _gains(search, scores, model.now, pairs)
     most = [
         score + max(both, gain[one], gain[other])
@@ -375,7 +379,7 @@ def _removed(before: Array, after: Array, nominal: Array) -> tuple[float | None,
     return float(np.clip(removed[axis], -1.0, 1.0)), float(np.clip(left[axis] / max(without[axis], 1e-12), 0.0, 1.0))
 
 
-def _left_beside(search: Search, state: State, candidate: Candidate, share: Array) -> tuple[float, float]:
+def _unexplained_ratio(search: Search, state: State, candidate: Candidate, share: Array) -> tuple[float, float]:
     """Force that a model surely leaves beyond noise on the axes of an effect: as a multiple of its own, of the nominal.
 
     The mean square of as many independent tests of noise alone is below `most` times the noise in 97.5 % of logs.
@@ -415,13 +419,13 @@ def _not_selected(model: _Model, candidate: Candidate, whole: Fit) -> Evidence:
         False,
         gain,
         share,
-        error_drop(whole, fit, search),
+        held_out_drop(whole, fit, search),
         share_of_resamples(search, whole, fit, price, model.seed, bool((share >= search.settings.materiality).any())),
         (),
     )
 
 
-def error_drop(without: Fit, within: Fit, search: Search) -> float:
+def held_out_drop(without: Fit, within: Fit, search: Search) -> float:
     """Held-out force error that an effect removes beside the others, as a share of the nominal model's error, 0..1.
 
     On the axis where that share is largest.
@@ -472,7 +476,7 @@ def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
     return False
 
 
-def modest(evidence: Sequence[Evidence], form: Balance) -> list[Evidence]:
+def limit_confidence(evidence: Sequence[Evidence], form: Balance) -> list[Evidence]:
     """The evidence with no more confidence than a sign test's, 1 - 2^(1 - blocks): few may all agree by chance."""
     most = 1.0 - 0.5 ** (form.blocks - 1)
     return [replace(e, confidence=min(e.confidence, most)) for e in evidence]
@@ -492,7 +496,7 @@ def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, sy
 
 def found_terms(
     candidate: Candidate, nominal: Vehicle, vehicle: Vehicle, intervals: Mapping[str, Interval]
-) -> tuple[FoundTerm, ...]:
+) -> tuple[FittedTerm, ...]:
     """The numbers of an effect in a vehicle: added amounts where the catalogue counts those, else absolute values.
 
     Parameters
@@ -510,6 +514,6 @@ def found_terms(
         value = parameter_total(nominal, candidate, vehicle, symbol)
         axis = axis_name(parameter.axis, _AXIS_OF.get(candidate.effect.family, "all"))
         terms.append(
-            FoundTerm(symbol=symbol, axis=axis, form=parameter.form, value=value, unit=parameter.unit, ci95=moved)
+            FittedTerm(symbol=symbol, axis=axis, form=parameter.form, value=value, unit=parameter.unit, ci95=moved)
         )
     return tuple(terms)

@@ -11,7 +11,7 @@ from ..evidence.weighing import CERTAINLY, Evidence
 from ..findings import Advice
 from ..identifiability.rehearsal import Identifiability, Rehearsal, rehearse
 from ..search.floating import Search, State
-from .separation import Parting, part
+from .separation import Separation, separate_effects
 
 MOST_ITEMS = 6
 """Most manoeuvres advised."""
@@ -50,9 +50,9 @@ def advise(
     rehearsal = rehearsal or (rehearse(search, state.vehicle, state.active) if questions else None)
     if rehearsal is None or not questions:
         return ()
-    partings = part(search, state, questions, plausible, rehearsal)
+    partings = separate_effects(search, state, questions, plausible, rehearsal)
     promising = [p for p in partings if p.gain.max() >= CERTAINLY / _MOST_RUNS]
-    plan: dict[int, list[Parting]] = {}
+    plan: dict[int, list[Separation]] = {}
     for left in ([p for p in promising if p.selected], [p for p in promising if not p.selected]):
         while left and len(plan) < MOST_ITEMS:
             ahead = [k for k in plan if any(_settles(p, k) for p in left)]
@@ -67,11 +67,11 @@ def advise(
         items.append(Advice(manoeuvre=rehearsal.trials[trial].text + often, why=reasons(settled, trial)))
     hopeless = [p for p in partings if p.selected and p.gain.max() < CERTAINLY / _MOST_RUNS]
     if hopeless:
-        items.append(unsettled(hopeless, len(rehearsal.trials)))
+        items.append(advise_otherwise(hopeless, len(rehearsal.trials)))
     return tuple(items[:MOST_ITEMS])
 
 
-def unsettled(hopeless: Sequence[Parting], trials: int) -> Advice:
+def advise_otherwise(hopeless: Sequence[Separation], trials: int) -> Advice:
     """What to do where none of so many trials would do."""
     purposes = "; ".join(map(_purpose, hopeless[:_MOST_NAMED]))
     why = f"{purposes}: none of the {trials} manoeuvres that were rehearsed would do"
@@ -106,22 +106,22 @@ def open_questions(
     return questions | {e.key: () for e in evidence if not e.selected and e.key in blind and e.key not in asked}
 
 
-def _serves(parting: Parting, trial: int) -> bool:
+def _serves(parting: Separation, trial: int) -> bool:
     return bool(parting.gain[trial] >= _AS_GOOD * float(parting.gain.max()))
 
 
-def _settles(parting: Parting, trial: int) -> bool:
+def _settles(parting: Separation, trial: int) -> bool:
     """True when a trial that is to be driven anyway is enough."""
     return _serves(parting, trial) or bool(parting.gain[trial] >= _BEYOND_DOUBT)
 
 
-def _worth(partings: Sequence[Parting], trial: int) -> tuple[int, float]:
+def _worth(partings: Sequence[Separation], trial: int) -> tuple[int, float]:
     """How many partings a trial serves, and how well in comparison with the best trial for each."""
     served = [p for p in partings if _serves(p, trial)]
     return len(served), float(sum(p.gain[trial] / p.gain.max() for p in served))
 
 
-def reasons(settled: Sequence[Parting], trial: int) -> str:
+def reasons(settled: Sequence[Separation], trial: int) -> str:
     """Why a trial is advised: what it would tell or show, with the shares of force, there and in the log so far.
 
     Pairs are told together, with the numbers of the pair that is hardest to part.
@@ -148,23 +148,23 @@ def reasons(settled: Sequence[Parting], trial: int) -> str:
     return "; ".join(told)
 
 
-def _shares(p: Parting, trial: int) -> str:
-    axis = _told_by(p, trial)
+def _shares(p: Separation, trial: int) -> str:
+    axis = _telling_axis(p, trial)
     there, here = _percent(p.share[trial, axis]), _percent(p.before[axis])
     return f"{there} of the {AXES[axis]} force (in this log: {here})"
 
 
-def _larger(p: Parting, trial: int) -> bool:
-    axis = _told_by(p, trial)
+def _larger(p: Separation, trial: int) -> bool:
+    axis = _telling_axis(p, trial)
     return bool(p.share[trial, axis] > max(_VISIBLE, p.before[axis]))
 
 
-def _told_by(p: Parting, trial: int) -> int:
+def _telling_axis(p: Separation, trial: int) -> int:
     """The axis on which a trial tells most."""
     return int(np.argmax(p.information[trial]))
 
 
-def _purpose(p: Parting) -> str:
+def _purpose(p: Separation) -> str:
     several = len(p.effects) > 1
     return (
         f"would tell {_apart(p.effects)}" if several else f"would settle whether there is {words(''.join(p.effects))}"

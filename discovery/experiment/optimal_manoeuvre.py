@@ -57,7 +57,7 @@ class Bounds:
         widest = {Limit.SPEED: inf, Limit.SPACE: inf, Limit.THRUST: 1.0, Limit.SECONDS: 10.0 * self.seconds}
         return replace(self, **{limit.name.lower(): widest[limit]})
 
-    def told(self, limit: Limit) -> str:
+    def in_words(self, limit: Limit) -> str:
         """One of them with its number."""
         numbers = {
             Limit.SPEED: f"{self.speed:g} m/s",
@@ -77,8 +77,8 @@ def first_manoeuvres(count: int, bounds: Bounds, rng: np.random.Generator) -> li
     bounds : of thrust and time
     rng : of the random ones
     """
-    library = [kept(trial.steps[:_MOST_STEPS], bounds) for trial in TRIALS]
-    return library + [kept(_random(rng), bounds) for _ in range(count - len(library))]
+    library = [within_bounds(trial.steps[:_MOST_STEPS], bounds) for trial in TRIALS]
+    return library + [within_bounds(_random(rng), bounds) for _ in range(count - len(library))]
 
 
 def _random(rng: np.random.Generator) -> list[Step]:
@@ -91,7 +91,7 @@ def _step(rng: np.random.Generator) -> Step:
     return float(rng.uniform(1.5, 8.0)), float(common), float(turn)
 
 
-def changed(parents: Sequence[Steps], bounds: Bounds, rng: np.random.Generator) -> Steps:
+def mutate(parents: Sequence[Steps], bounds: Bounds, rng: np.random.Generator) -> Steps:
     """A parent with a few changes: of a time, of a level, of the order; a step more or less; a piece of another.
 
     Parameters
@@ -121,20 +121,20 @@ def changed(parents: Sequence[Steps], bounds: Bounds, rng: np.random.Generator) 
         else:
             share = float(rng.uniform(0.6, 0.95))
             steps = [(share * s, c, t) for s, c, t in steps]
-    return kept(steps, bounds)
+    return within_bounds(steps, bounds)
 
 
-def shorter(steps: Steps, bounds: Bounds) -> list[Steps]:
+def shorten(steps: Steps, bounds: Bounds) -> list[Steps]:
     """The same with a step shorter or left out, or all of them shorter."""
-    found = [kept([(share * s, c, t) for s, c, t in steps], bounds) for share in (0.8, 0.9, 0.95)]
+    result = [within_bounds([(share * s, c, t) for s, c, t in steps], bounds) for share in (0.8, 0.9, 0.95)]
     for at, (seconds, common, turn) in enumerate(steps):
         for less in (0.5, 1.0, 2.0, seconds):
             left = [(seconds - less, common, turn)] if seconds - less >= _SHORTEST else []
-            found.append(kept([*steps[:at], *left, *steps[at + 1 :]], bounds))
-    return found
+            result.append(within_bounds([*steps[:at], *left, *steps[at + 1 :]], bounds))
+    return result
 
 
-def kept(steps: Sequence[Step], bounds: Bounds) -> Steps:
+def within_bounds(steps: Sequence[Step], bounds: Bounds) -> Steps:
     """Steps rounded, and within the limits of thrust and time; two alike are one, and none begins at rest."""
     found: list[Step] = []
     for seconds, common, turn in steps[:_MOST_STEPS]:
@@ -203,10 +203,10 @@ class Driven:
     @property
     def probability(self) -> float:
         """That it tells the effects apart, 0..1, if each of the models is as likely to be true; see `chance`."""
-        return sum(map(chance, self.gains)) / len(self.gains)
+        return sum(map(separation_probability, self.gains)) / len(self.gains)
 
 
-def chance(gain: float) -> float:
+def separation_probability(gain: float) -> float:
     """The probability that a true model is told from another, from which it parts by a log-likelihood.
 
     The log-likelihood ratio of two models that differ by a known signal in white noise is normal, of mean G and
@@ -241,7 +241,7 @@ class Manoeuvre:
         return self.best.probability > 0.5
 
 
-def shortest(question: OpenQuestion, bounds: Bounds | None = None, seed: int = 0) -> Manoeuvre:
+def find_shortest(question: OpenQuestion, bounds: Bounds | None = None, seed: int = 0) -> Manoeuvre:
     """The shortest manoeuvre that settles a question within limits, beside the library's best.
 
     Parameters
@@ -292,13 +292,13 @@ class _Optimiser:
         best, waited = self._best(), 0
         for _ in range(_GENERATIONS):
             parents = sorted(self.known, key=lambda steps: self._cost(self.known[steps]))[:_PARENTS]
-            self._rehearse([changed(parents, self.bounds, rng) for _ in range(_POPULATION)])
+            self._rehearse([mutate(parents, self.bounds, rng) for _ in range(_POPULATION)])
             waited = 0 if self._order(self._best()) < self._order(best) else waited + 1
             best = self._best()
             if waited >= _PATIENCE and self._broken(best) == 0.0:
                 break
         for _ in range(_GENERATIONS):
-            self._rehearse(shorter(best.trial.steps, self.bounds))
+            self._rehearse(shorten(best.trial.steps, self.bounds))
             if self._order(self._best()) >= self._order(best):
                 break
             best = self._best()

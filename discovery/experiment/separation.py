@@ -32,7 +32,7 @@ MOST_RIVALS = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Parting:
+class Separation:
     """Separation of two effects in each trial, or of one effect from all that could stand in for it.
 
     Attributes
@@ -59,13 +59,13 @@ class Parting:
         return self.information.sum(axis=1)
 
 
-def part(
+def separate_effects(
     search: Search,
     state: State,
     questions: Mapping[str, Sequence[str]],
     plausible: Mapping[str, tuple[float, ...]],
     rehearsal: Rehearsal,
-) -> list[Parting]:
+) -> list[Separation]:
     """Separate look-alikes, pair by pair, and effects without any, in each trial; parameters as `advice.advise`.
 
     A look-alike acts with the size in which it would explain what the selected effect explains.
@@ -78,9 +78,9 @@ def part(
     rehearsal : the trials of the library, simulated on the model
     """
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    stand = _Stand(search, rehearsal, column_moments(scores)[0], scores.scale)
+    stand = _JointTrials(search, rehearsal, column_moments(scores)[0], scores.scale)
     free = {key: [i for i in linear.options[key][0].free if i >= 0] for key in state.active}
-    found = []
+    result = []
     for key, rivals in questions.items():
         selected = key in state.active
         force = np.zeros(scores.scale.size)
@@ -97,27 +97,27 @@ def part(
             ways[key] = [free[key] or [linear.options[key][1].offset]]
         for a, b in combinations(forces, 2):
             sets = [(forces[a], [*rest, *way]) for way in ways[b]] + [(forces[b], [*rest, *way]) for way in ways[a]]
-            left = [stand.left(f, regressors) for f, regressors in sets]
-            found.append(_hardest((a, b), selected, left, stand.matters(forces[a], rest)))
+            left = [stand.residual(f, regressors) for f, regressors in sets]
+            result.append(_hardest((a, b), selected, left, stand.matters(forces[a], rest)))
         if not group:
             # A general effect could hide any of its special cases in every trial: there the price decides.
             simple = [c.key for c in search.pool if c.key not in (key, *state.active) and not c.effect.general]
             others = () if selected else simple
             sets = [[*rest, *way] for other in others for way in _ways(linear.options[other])] or [rest]
-            left = [stand.left(force, regressors) for regressors in sets]
-            found.append(_hardest((key,), selected, left, stand.matters(force, rest)))
-    return found
+            left = [stand.residual(force, regressors) for regressors in sets]
+            result.append(_hardest((key,), selected, left, stand.matters(force, rest)))
+    return result
 
 
 def _hardest(
     effects: tuple[str, ...], selected: bool, ways: Sequence[tuple[Array, Array, Array]], matters: Array
-) -> Parting:
+) -> Separation:
     """The parting in each trial from the stand-in that comes closest there."""
     worst = np.argmin([information.sum(axis=1) for information, _, _ in ways], axis=0)
     every = np.arange(worst.size)
     information, share = (np.array([way[n] for way in ways])[worst, every] for n in (0, 1))
     before = ways[worst[int(np.argmax(information.sum(axis=1)))]][2]
-    return Parting(effects, selected, information, share, before, matters)
+    return Separation(effects, selected, information, share, before, matters)
 
 
 def _ways(options: Sequence[Option]) -> list[list[int]]:
@@ -126,7 +126,7 @@ def _ways(options: Sequence[Option]) -> list[list[int]]:
     return [way for way in ways if way]
 
 
-class _Stand:
+class _JointTrials:
     """Log and trials as Gram matrices, each trial added to the log."""
 
     def __init__(self, search: Search, rehearsal: Rehearsal, moments: Array, scale: Array) -> None:
@@ -166,7 +166,7 @@ class _Stand:
         rest = np.sqrt(_square(self.both, together) / self.all)
         return (rest / np.maximum(self.force, 1e-9)).max(axis=1)
 
-    def left(self, force: Array, regressors: Sequence[int]) -> tuple[Array, Array, Array]:
+    def residual(self, force: Array, regressors: Sequence[int]) -> tuple[Array, Array, Array]:
         """What regressors leave of a combination of columns: information and shares (trials, 3), share (3,)."""
         mixed = force * self.scale
         used = np.array(sorted({*np.flatnonzero(mixed), *regressors}), dtype=int)
@@ -236,7 +236,7 @@ class OpenQuestion:
     truths : models that may be true, each with the key that it has and the others have not
     plausible : amounts of effects that the log does not show, see `part`
     heading : on which trials begin [rad]
-    beside : vehicles with a plausible amount of an effect that the log does not show, which may get farther
+    look_alikes : vehicles with a plausible amount of an effect that the log does not show, which may get farther
     """
 
     effects: tuple[str, ...]
@@ -244,7 +244,7 @@ class OpenQuestion:
     truths: tuple[tuple[str, State], ...]
     plausible: Mapping[str, tuple[float, ...]]
     heading: float
-    beside: tuple[Vehicle, ...] = ()
+    look_alikes: tuple[Vehicle, ...] = ()
 
     @property
     def supposed(self) -> bool:
@@ -263,7 +263,7 @@ class OpenQuestion:
             if whole:
                 gain[k, whole] = self._parted(key, state, [trials[n] for n in whole], [driven[n] for n in whole])
             reach, speed = _farther(reach, speed, coasted)
-        for vehicle in self.beside:
+        for vehicle in self.look_alikes:
             reach, speed = _farther(reach, speed, self._coasted(vehicle, trials, end))
         return Rehearsed(gain, reach, speed)
 
@@ -274,7 +274,7 @@ class OpenQuestion:
     def _parted(self, key: str, state: State, trials: Sequence[Trial], driven: Sequence[Sequence[Motion]]) -> Array:
         rehearsal = rehearsal_of(self.search, state.vehicle, state.active, trials, driven, sensed=True)
         others = [other for other in self.effects if other != key]
-        partings = part(self.search, state, {key: others}, self.plausible, rehearsal)
+        partings = separate_effects(self.search, state, {key: others}, self.plausible, rehearsal)
         found = [p for p in partings if key in p.effects]
         # Forces that a trial adds must not bury the effect: what does not matter beside them is not named.
         needed = _MATTERS * self.search.settings.materiality
@@ -282,7 +282,7 @@ class OpenQuestion:
         return buried * np.min([p.gain for p in found], axis=0)
 
 
-def ask(
+def open_question(
     search: Search,
     state: State,
     effects: Sequence[str],

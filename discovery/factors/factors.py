@@ -234,7 +234,7 @@ def plain_arrays(content: bytes, kinds: Mapping[str, str]) -> dict[str, np.ndarr
     ValueError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile
         when the file does not hold them, or not as they are.
     """
-    found = {}
+    result = {}
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         for name, kind in kinds.items():
             member = archive.getinfo(f"{name}.npy")
@@ -245,8 +245,8 @@ def plain_arrays(content: bytes, kinds: Mapping[str, str]) -> dict[str, np.ndarr
             shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
             if dtype.kind != kind or dtype.hasobject or fortran:
                 raise ValueError(f"expected numbers of kind {kind!r} under {name}, got {dtype}")
-            found[name] = np.frombuffer(stream.read(), dtype=dtype).reshape(shape)
-    return found
+            result[name] = np.frombuffer(stream.read(), dtype=dtype).reshape(shape)
+    return result
 
 
 def _wrong(factors: Factors) -> str:

@@ -48,7 +48,7 @@ def identify(
     whole = np.sqrt(np.maximum(signal.diagonal(axis1=1, axis2=2), 0.0)) / search.share_scale[:, None]
     freed = [i for key in search.nuisances for i in linear.options[key][0].free if i >= 0]
     metric = np.tensordot(weight, signal, axes=1)
-    signal, noise = _beside(freed, metric, signal), _beside(freed, metric, noise)
+    signal, noise = _partial_moments(freed, metric, signal), _partial_moments(freed, metric, noise)
     clear = np.maximum(signal.diagonal(axis1=1, axis2=2), 0.0)
     blur = np.maximum(noise.diagonal(axis1=1, axis2=2), 0.0)
     axis_share = np.sqrt(clear) / search.share_scale[:, None]
@@ -93,7 +93,7 @@ def identify(
     )
 
 
-def _beside(columns: Sequence[int], metric: Array, moments: Array) -> Array:
+def _partial_moments(columns: Sequence[int], metric: Array, moments: Array) -> Array:
     """Moments (3, p, p) of all columns less their projection on some, by the metric (p, p)."""
     if not columns:
         return moments

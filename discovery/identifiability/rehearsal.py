@@ -123,7 +123,7 @@ def rehearsal_of(
     trial = np.where(first == last, of_run[np.minimum(first, len(runs) - 1)], -1)
     linear = Linearisation(weak, vehicle, search.nominal, search.pool, active)
     noise = _noise(search, weak, motion) if sensed else None
-    return Rehearsal(tuple(trials[n] for n in numbers), linear, trial, weak.largest_force(search.nominal), noise)
+    return Rehearsal(tuple(trials[n] for n in numbers), linear, trial, weak.largest_contribution(search.nominal), noise)
 
 
 def _noise(search: Search, weak: WeakForm, motion: Motion) -> Array:
@@ -132,7 +132,7 @@ def _noise(search: Search, weak: WeakForm, motion: Motion) -> Array:
     deviation = sensor_noise(form.motions) * np.sqrt(form.motions[0].time_step / motion.time_step)
     drawn = np.random.default_rng(_NOISE_SEED).standard_normal(motion.velocity.shape) * deviation
     noisy = WeakForm([replace(motion, velocity=motion.velocity + drawn)], weak.settings)
-    return noisy.balance(search.nominal) - weak.balance(search.nominal)
+    return noisy.residual(search.nominal) - weak.residual(search.nominal)
 
 
 def amplitude_columns(candidate: Candidate, options: Sequence[Option]) -> tuple[int, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 from ...physics.laws.damping_power import Envelope, envelope_of, state_in_words, worst_dissipation
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.shooting import worse_as_a_whole
+from ..balance.shooting import predicts_worse
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores
@@ -53,7 +53,7 @@ def lawful_model(
     """
     if all(option.kind is Kind.SENSOR for option in chosen):
         envelope = envelope_of(motions, nominal)
-        return Lawful(nominal, nominal, judge(nominal, envelope))
+        return Lawful(nominal, nominal, judge_passivity(nominal, envelope))
     start = {s: v for option in chosen for s, v in zip(option.symbols, option.start, strict=True)}
     envelope = envelope_of(motions, nominal.with_values(start))
     fit = passive_refit(scores, chosen, nominal, envelope)
@@ -62,12 +62,14 @@ def lawful_model(
         envelope, fit = grown, passive_refit(scores, chosen, nominal, grown)
     vehicle, free = (nominal.with_values(v, name=name) for v in (fit.values, fit.free))
     unnamed = [option.key for option in chosen if option.kind is Kind.TERM]
-    if unnamed and fit.binding is not None and worse_as_a_whole(motions, free, vehicle):
-        return Lawful(free.checked(), free, judge(free, envelope, fit, unnamed))
-    return Lawful(vehicle.checked(), free, judge(vehicle, envelope, fit))
+    if unnamed and fit.binding is not None and predicts_worse(motions, free, vehicle):
+        return Lawful(free.checked(), free, judge_passivity(free, envelope, fit, unnamed))
+    return Lawful(vehicle.checked(), free, judge_passivity(vehicle, envelope, fit))
 
 
-def judge(vehicle: Vehicle, envelope: Envelope, fit: LawfulFit | None = None, against: Sequence[str] = ()) -> Passivity:
+def judge_passivity(
+    vehicle: Vehicle, envelope: Envelope, fit: LawfulFit | None = None, against: Sequence[str] = ()
+) -> Passivity:
     """The verdict on a model, checked by a proof and independently by a random search of 1e5 states.
 
     Parameters

@@ -68,9 +68,9 @@ def block_bootstrap(
     independent : tests that count as independent, of which least squares makes its errors; without end, none
     """
     columns, left, right = scores.block_normal(chosen)
-    found: dict[str, Interval] = {}
+    result: dict[str, Interval] = {}
     if columns.size == 0:
-        return found
+        return result
     counts = block_weights(scores.blocks, draws, seed)
     scale = 1.0 / np.sqrt(np.maximum(np.einsum("kii->i", left), _SMALL))
     normal = np.einsum("dk,kij->dij", counts, left) * (scale[:, None] * scale[None, :])
@@ -87,8 +87,8 @@ def block_bootstrap(
             if index >= 0 and lower < upper:
                 wide = max(size[index], RESOLVED * abs(start)) + (beside or {}).get(symbol, 0.0)
                 low, high = start - wide, start + wide
-                found[symbol] = Interval(max(low, start + min(lower, 0.0)), min(high, start + max(upper, 0.0)))
-    return found
+                result[symbol] = Interval(max(low, start + min(lower, 0.0)), min(high, start + max(upper, 0.0)))
+    return result
 
 
 def intervals(
@@ -158,11 +158,11 @@ def profile_interval(
 
     def errors(values: Array) -> Array:
         """Summed squared error of each block, (blocks, values)."""
-        found = np.zeros((blocks, values.size))
+        result = np.zeros((blocks, values.size))
         for k, x in enumerate(values.tolist()):
-            squares = balance.balance(vehicle.with_values({parameter.symbol: x})) ** 2 @ weight
-            np.add.at(found[:, k], balance.block, squares)
-        return found
+            squares = balance.residual(vehicle.with_values({parameter.symbol: x})) ** 2 @ weight
+            np.add.at(result[:, k], balance.block, squares)
+        return result
 
     grid = np.linspace(max(least, value - reach), min(most, value + reach), 2 * _PROFILED + 1)
     seen = errors(grid)
@@ -275,7 +275,7 @@ def polish(
         for s, reach, low, high in zip(names, spread, problem.lower, problem.upper, strict=True)
         if np.isfinite(reach)
     }
-    before, after = (np.sqrt((form.balance(v) ** 2).mean(axis=0)) for v in (start, vehicle))
+    before, after = (np.sqrt((form.residual(v) ** 2).mean(axis=0)) for v in (start, vehicle))
     return Polish(vehicle, values, names, covariance, intervals, before, after, made)
 
 
@@ -320,7 +320,7 @@ class _Problem:
             change, _ = bounded_solve(normal + (damping + RIDGE) * np.eye(x.size), pull, low, high)
             moved = np.clip(x + change / size, self.lower, self.upper)
             trial = vehicle.with_values(dict(zip(self.symbols, moved.tolist(), strict=True)))
-            better = float(((form.balance(trial) / form.scale) ** 2).sum())
+            better = float(((form.residual(trial) / form.scale) ** 2).sum())
             if better < cost:
                 return trial, better, max(0.2 * damping, 1e-9)
             damping *= 10.0

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from ...measurements.preparation.split import Fold
-from ...measurements.statistics.processors import shared
+from ...measurements.statistics.processors import parallel_map
 from ...physics.presentation import words
 from ...physics.stage import Say, Stage
 from ...physics.vehicle import Vehicle
@@ -18,7 +18,7 @@ from ..balance.base import Balance
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Linearisation, Option
 from .gram import GramScores
-from .neighbours import changes, difference, present, splits
+from .neighbours import changes, difference, present_keys, split_effects
 from .scoring import ALIVE, Scoring, SearchSettings, State, noise_by_block
 
 __all__ = ["ALIVE", "Search", "SearchSettings", "State", "static_effects"]
@@ -65,7 +65,7 @@ class Search(Scoring):
             lines: list[str] = []
             return self.run(starts[number], lines.append if number else say), lines
 
-        found = shared(run, range(len(starts)))
+        found = parallel_map(run, range(len(starts)))
         for _, lines in found:
             for line in lines:
                 say(line)
@@ -79,12 +79,12 @@ class Search(Scoring):
         """
         for number in range(self.settings.rounds):
             crowd = self.named(best.active)
-            if len(crowd) < self.settings.few:
+            if len(crowd) < self.settings.recheck_from:
                 break
-            others = shared(partial(self._climb_without, best), crowd)
-            if len(crowd) < self.settings.crowd:
+            others = parallel_map(partial(self._climb_without, best), crowd)
+            if len(crowd) < self.settings.prune_from:
                 others = [other for other in others if len(self.named(other.active)) <= len(crowd)] or [best]
-            if number == 0 and len(crowd) >= self.settings.large:
+            if number == 0 and len(crowd) >= self.settings.overfit_from:
                 stripped = self._climb(self._stripped(), _silent)
                 others += [stripped] if len(self.named(stripped.active)) <= len(crowd) else []
             other = self._prune(self._simplest(min(others, key=lambda s: s.score), _silent), _silent)
@@ -108,7 +108,7 @@ class Search(Scoring):
         score = state.score
         for _ in static:
             trials = [{**now, key: linear.options[key][1]} for key in static if now[key].present]
-            found = self.quicks(scores, trials)
+            found = self.score_all_linearised(scores, trials)
             if not found or min(found) > score:
                 break
             score = min(found)
@@ -142,18 +142,18 @@ class Search(Scoring):
         kept = tuple(key for key in state.active if any(c.key == key for c in simple))
         if len(kept) == len(state.active):
             return state
-        found = Search(self.balance, self.nominal, simple, self.settings).run(self.restrict(state, kept))
-        if found.score > state.score:
+        result = Search(self.balance, self.nominal, simple, self.settings).run(self.restrict(state, kept))
+        if result.score > state.score:
             return state
-        say(Stage(f"{difference(state.active, found.active)} (simpler)"))
-        return found
+        say(Stage(f"{difference(state.active, result.active)} (simpler)"))
+        return result
 
     def _prune(self, state: State, say: Say) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""
         while self.named(state.active):
             for loss in sorted(self.losses(state)):
                 trial = self.without(state, loss.key)
-                if trial.score <= state.score or not self.matters(trial, state):
+                if trial.score <= state.score or not self.is_material(trial, state):
                     say(Stage(f"trying without {words(loss.key)}, which is too small to matter"))
                     state = trial
                     break
@@ -167,7 +167,7 @@ class Search(Scoring):
             linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
             now = {key: linear.options[key][0] for key in state.active}
             changes = [{**now, key: option} for key in now for option in linear.options[key][2:]]
-            trials = sorted((score, n) for n, score in enumerate(self.quicks(scores, changes)))[:3]
+            trials = sorted((score, n) for n, score in enumerate(self.score_all_linearised(scores, changes)))[:3]
             better = [self.apply(state, now, changes[n], scores) for _, n in trials]
             best = min(better, key=lambda s: s.score, default=state)
             if best.score >= state.score - 1e-6:
@@ -187,11 +187,11 @@ class Search(Scoring):
         now = {key: linear.options[key][0] for key in state.active}
         for two_for_one in (False, True) if len(self.named(state.active)) <= _PAIRS else (False,):
             neighbours = list(changes(linear, scores, now, two_for_one, self.nuisances))
-            quick = self.quicks(scores, neighbours, state.score - self.settings.margin)
+            quick = self.score_all_linearised(scores, neighbours, state.score - self.settings.margin)
             ranked = sorted((score, n) for n, score in enumerate(quick))
             for score, n in ranked[:6]:
                 change = neighbours[n]
-                active = present(change)
+                active = present_keys(change)
                 if score > state.score - self.settings.margin:
                     break
                 if frozenset(active) in refused and set(active) != set(state.active):
@@ -206,9 +206,11 @@ class Search(Scoring):
         """A better model with two effects in the place of one; None where there is none."""
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
         now = {key: linear.options[key][0] for key in state.active}
-        neighbours = list(splits(linear, scores, now, self.nuisances))
+        neighbours = list(split_effects(linear, scores, now, self.nuisances))
         worth = state.score - self.settings.margin
-        ranked = sorted((score, n) for n, score in enumerate(self.quicks(scores, neighbours, worth)) if score < worth)
+        ranked = sorted(
+            (score, n) for n, score in enumerate(self.score_all_linearised(scores, neighbours, worth)) if score < worth
+        )
         for _, n in ranked[:3]:
             trial = self.apply(state, now, neighbours[n], scores)
             if trial.score < worth:
@@ -231,7 +233,7 @@ _EARNED = 5.0
 Chosen = dict[str, Option]
 
 
-def without_fold(balance: Balance, linear: Linearisation, scores: GramScores, fold: Fold) -> GramScores:
+def scores_without_fold(balance: Balance, linear: Linearisation, scores: GramScores, fold: Fold) -> GramScores:
     """Scores of a linearisation on all tests but those that a fold reaches into.
 
     Parameters
@@ -244,7 +246,7 @@ def without_fold(balance: Balance, linear: Linearisation, scores: GramScores, fo
     return scores.seeing(balance.outside(fold), linear.columns, linear.noise, balance.block)
 
 
-def held_where_silent(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle) -> list[Option]:
+def hold_unseen(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle) -> list[Option]:
     """Options with the nominal value, not to be fitted, for every number of which the seen tests show nothing.
 
     Parameters
@@ -255,15 +257,15 @@ def held_where_silent(scores: GramScores, chosen: Sequence[Option], nominal: Veh
     """
     columns, normal, _ = scores.block_normal(chosen)
     silent = {int(k) for k, own in zip(columns, np.diag(normal.sum(axis=0)), strict=True) if not own > 0.0}
-    found = []
+    result = []
     for option in chosen:
         if silent & set(option.free):
             quiet = [k in silent for k in option.free]
             start = (nominal.value(s) if q else v for s, v, q in zip(option.symbols, option.start, quiet, strict=True))
             free = (-1 if q else k for k, q in zip(option.free, quiet, strict=True))
             option = replace(option, start=tuple(start), free=tuple(free))
-        found.append(option)
-    return found
+        result.append(option)
+    return result
 
 
 class WithoutFold(Scoring):
@@ -277,12 +279,12 @@ class WithoutFold(Scoring):
         self._fold, seen = fold, search.balance.outside(fold)
         self.tests = max(int(seen.sum()), 1)
         self._share = float(seen.mean())
-        balances = np.where(seen[:, None], search.balance.balances(search.nominal), 0.0)
+        balances = np.where(seen[:, None], search.balance.noisy_residuals(search.nominal), 0.0)
         self.noise_blocks = noise_by_block(balances, search.balance.block)
 
     def seen(self, linear: Linearisation, scores: GramScores) -> GramScores:
         """The scores of a linearisation without the fold."""
-        return without_fold(self.balance, linear, scores, self._fold)
+        return scores_without_fold(self.balance, linear, scores, self._fold)
 
     def choose(
         self, linear: Linearisation, scores: GramScores, state: State, untold: Collection[str] = ()
@@ -307,7 +309,7 @@ class WithoutFold(Scoring):
         options = _Options(self, linear, scores, state.active)
         nothing = {key: o if key in self.nuisances else options.absent[key] for key, o in whole.items()}
         ends = [options.pruned(options.ended(start), self.named(state.active), untold) for start in (nothing, whole)]
-        best = min(ends, key=lambda end: self.quick(scores, end))
+        best = min(ends, key=lambda end: self.score_linearised(scores, end))
         agreed = [options.named(end) for end in (ends if self.balance.forces else [best])]
         slight = options.slight(whole)
         return best, [key for key in self.named(state.active) if key in slight or all(key in end for end in agreed)]
@@ -326,21 +328,21 @@ class _Options:
 
     def ended(self, now: Chosen) -> Chosen:
         """Where a floating search ends, with simpler effects in the place of general ones where these do as well."""
-        found = self._climbed(now)
+        result = self._climbed(now)
         general = {key for key in self._all if self._scoring.is_general(key)}
-        kept = {key: self.absent[key] if key in general else option for key, option in found.items()}
-        if not general & set(self.named(found)):
-            return found
+        kept = {key: self.absent[key] if key in general else option for key, option in result.items()}
+        if not general & set(self.named(result)):
+            return result
         simpler = self._climbed(kept, general)
-        return min((simpler, found), key=lambda end: self._scoring.quick(self._scores, end))
+        return min((simpler, result), key=lambda end: self._scoring.score_linearised(self._scores, end))
 
     def _climbed(self, now: Chosen, barred: Collection[str] = ()) -> Chosen:
         """Where a floating search ends that adds (but nothing barred), drops, reshapes and swaps effects."""
-        score, margin = self._scoring.quick(self._scores, now), self._scoring.settings.margin
+        score, margin = self._scoring.score_linearised(self._scores, now), self._scoring.settings.margin
         for _ in range(_MOVES):
             for moves in (self._nearest, self._swaps):
                 trials = list(moves(now, barred))
-                scored = self._scoring.quicks(self._scores, trials, score - margin)
+                scored = self._scoring.score_all_linearised(self._scores, trials, score - margin)
                 least, n = min(((worth, n) for n, worth in enumerate(scored)), default=(score, 0))
                 if least < score - margin:
                     score, now = least, trials[n]

@@ -50,7 +50,7 @@ def changes(
                 yield {**now, key: option}
 
 
-def splits(
+def split_effects(
     linear: Linearisation, scores: GramScores, now: dict[str, Option], kept_always: Sequence[str] = ()
 ) -> Iterator[dict[str, Option]]:
     """Neighbouring models in which two others stand in the place of one effect: it may be the mean of both.
@@ -79,7 +79,7 @@ def _promising(scores: GramScores, kept: Mapping[str, Option], new: Sequence[Opt
     return [new[n] for n in np.argsort(-scores.screen(list(kept.values()), new), kind="stable")]
 
 
-def present(change: dict[str, Option]) -> tuple[str, ...]:
+def present_keys(change: dict[str, Option]) -> tuple[str, ...]:
     """Keys of what a changed model holds: a dropped effect stays in it as absent."""
     return tuple(key for key, option in change.items() if option.present)
 
@@ -92,7 +92,7 @@ def reset(vehicle: Vehicle, nominal: Vehicle, now: dict[str, Option], change: di
     vehicle, nominal : the model, and the one without effects
     now, change : options by key, before the change and after it
     """
-    gone = [option for key, option in now.items() if key not in present(change)]
+    gone = [option for key, option in now.items() if key not in present_keys(change)]
     return vehicle.with_values({s: nominal.value(s) for option in gone for s in option.symbols})
 
 
@@ -115,7 +115,7 @@ def apply_fit(vehicle: Vehicle, chosen: Sequence[Option], fit: Fit) -> Vehicle:
     return vehicle.with_values(values)
 
 
-def settled(before: Vehicle, after: Vehicle, chosen: Sequence[Option]) -> bool:
+def has_converged(before: Vehicle, after: Vehicle, chosen: Sequence[Option]) -> bool:
     """True when a Gauss-Newton step hardly moved any parameter.
 
     Parameters

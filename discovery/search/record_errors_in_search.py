@@ -25,16 +25,16 @@ _TRIALS = 4
 """Changes tried in full: columns about one model foretell another's worth, but for the shapes of lags and delays."""
 
 
-def best_beside(search: Search, errors: Array, final: State) -> "Beside":
+def search_with_record_errors(search: Search, errors: Array, final: State) -> "RecordErrorFit":
     """The model to which a found one leads when effects go, come and change places beside errors of the record.
 
     Parameters
     ----------
     errors : columns of the errors about the found model, see `Beside`
     """
-    here = Beside(search, errors, final)
+    here = RecordErrorFit(search, errors, final)
     for _ in range(_CHANGES):
-        trials = (Beside(search, errors, state) for state in here.neighbours())
+        trials = (RecordErrorFit(search, errors, state) for state in here.neighbours())
         better = next((there for there in trials if there.worth() < here.worth() - search.settings.margin), None)
         if better is None:
             break
@@ -42,7 +42,7 @@ def best_beside(search: Search, errors: Array, final: State) -> "Beside":
     return here
 
 
-class Beside:
+class RecordErrorFit:
     """Least squares of a search's columns about a model beside errors of the record.
 
     Parameters
@@ -175,14 +175,14 @@ def coarse_records(motions: Sequence[Motion]) -> tuple[CoarseRecord, ...]:
     return (together,) if together else tuple(filter(None, (_coarse(motions, (column,)) for column in every)))
 
 
-def leaves_structure(search: Search, state: State) -> bool:
+def has_residual_structure(search: Search, state: State) -> bool:
     """True when a model leaves force that neither sensor noise nor the resolution of the commands' record explains."""
-    if not search.leaves_structure(state.fit.held_out):
+    if not search.has_residual_structure(state.fit.held_out):
         return False
     records = coarse_records(search.balance.motions)
     if not records:
         return True
-    return search.leaves_structure(Beside(search, _errors_of_levels(search, records, state), state).error)
+    return search.has_residual_structure(RecordErrorFit(search, _errors_of_levels(search, records, state), state).error)
 
 
 def _errors_of_levels(search: Search, records: Sequence[CoarseRecord], state: State) -> Array:
@@ -190,7 +190,7 @@ def _errors_of_levels(search: Search, records: Sequence[CoarseRecord], state: St
     balance, vehicle = search.balance, state.vehicle
     levels = [(record, at) for record in records for at in range(record.levels.size)]
     moved = ([_displaced(motion, *level) for motion in balance.motions] for level in levels)
-    rest = balance.balance(vehicle)
+    rest = balance.residual(vehicle)
     return np.stack([rest - balance.recorded(motions, vehicle) for motions in moved], axis=2)
 
 

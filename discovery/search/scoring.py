@@ -16,11 +16,11 @@ from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..balance.shooting import rollouts_part
+from ..balance.shooting import rollout_difference
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
 from .gram import Fit, GramScores
-from .neighbours import apply_fit, present, reset, settled
+from .neighbours import apply_fit, has_converged, present_keys, reset
 
 ALIVE = 2.0
 """Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
@@ -50,9 +50,10 @@ class SearchSettings:
     unnamed_price : log-likelihood that a term nobody has named, or a parameter of a general effect, must earn
     margin : log-likelihood that a change must earn beyond its price
     rounds : most changes made
-    few : effects in a model from which `again` searches again, for a model with no more of them
-    crowd : effects from which any better model will do
-    large : effects from which it does so from a model with every static effect, too, for one with no more than these
+    recheck_from : effects in a model from which `again` searches again, for a model with no more of them
+    prune_from : effects from which any better model will do
+    overfit_from : effects from which it does so from a model with every static effect, too, for one with no more than
+        these
     refinements : Gauss-Newton steps after a change
     """
 
@@ -64,9 +65,9 @@ class SearchSettings:
     unnamed_price: float = 8.0
     margin: float = 1.0
     rounds: int = 40
-    few: int = 2
-    crowd: int = 4
-    large: int = 6
+    recheck_from: int = 2
+    prune_from: int = 4
+    overfit_from: int = 6
     refinements: int = 2
 
 
@@ -122,8 +123,8 @@ class Scoring:
             symbol: np.diag(mass_matrix(nominal.with_values({symbol: nominal.value(symbol) + 1.0}))) - self._mass
             for symbol in _INERTIA
         }
-        self.noise_blocks = noise_by_block(balance.balances(nominal), balance.block)
-        self.nominal_error = (balance.balance(nominal) ** 2).mean(axis=0)
+        self.noise_blocks = noise_by_block(balance.noisy_residuals(nominal), balance.block)
+        self.nominal_error = (balance.residual(nominal) ** 2).mean(axis=0)
         at_work = np.maximum(self.force_scale, np.sqrt(self.nominal_error))
         self.quiet = at_work < ALIVE * self.noise_error
         self.floor = np.where(
@@ -271,7 +272,7 @@ class Scoring:
             chosen = [linear.options[key][0] for key in active]
             fit = self.fit(scores, chosen)
             moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
-            rests = settled(vehicle, moved, chosen)
+            rests = has_converged(vehicle, moved, chosen)
             vehicle, error = moved, fit.in_sample
             if rests:
                 break
@@ -282,9 +283,9 @@ class Scoring:
 
     def without(self, state: State, key: str) -> State:
         """A model without one of its effects, the others fitted again."""
-        for known, gone, found in self._without:
+        for known, gone, result in self._without:
             if known is state and gone == key:
-                return found
+                return result
         self._without.append((state, key, self.restrict(state, tuple(k for k in state.active if k != key))))
         return self._without[-1][2]
 
@@ -293,13 +294,13 @@ class Scoring:
         pool = [c for c in self.pool if c.key in state.active]
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool)
         now = {key: linear.options[key][0] for key in state.active}
-        found = []
+        result = []
         for key in self.named(state.active):
             chosen = list({**now, key: linear.options[key][1]}.values())
             fit = self.fit(scores, chosen)
             share = np.sqrt(np.maximum(fit.held_out - state.fit.held_out, 0.0)) / self.share_scale
-            found.append(Loss(float(share.max()), self.score(fit, chosen), key))
-        return found
+            result.append(Loss(float(share.max()), self.score(fit, chosen), key))
+        return result
 
     def restrict(self, state: State, active: Sequence[str]) -> State:
         """A model with some of its effects only, fitted again."""
@@ -319,7 +320,9 @@ class Scoring:
         now = {key: linear.options[key][0] for key in state.active}
         rest = {key: option for key, option in now.items() if key != old} | {old: linear.options[old][1]}
         shapes = [option for option in linear.options[new] if option.present]
-        best = min(({**rest, new: option} for option in shapes), key=lambda change: self.quick(scores, change))
+        best = min(
+            ({**rest, new: option} for option in shapes), key=lambda change: self.score_linearised(scores, change)
+        )
         return self.apply(state, now, best, scores)
 
     def apply(self, state: State, now: dict[str, Option], change: dict[str, Option], scores: GramScores) -> State:
@@ -334,9 +337,9 @@ class Scoring:
         chosen = list(change.values())
         fit = self.fit(scores, chosen)
         start = apply_fit(reset(state.vehicle, self.nominal, now, change), chosen, fit)
-        return self.evaluate(start, present(change), fit.in_sample)
+        return self.evaluate(start, present_keys(change), fit.in_sample)
 
-    def matters(self, without: State, within: State) -> bool:
+    def is_material(self, without: State, within: State) -> bool:
         """True when what a model adds to another is material.
 
         It explains a material share of the force on some axis; or a smaller one, which is yet more than what stays
@@ -351,14 +354,14 @@ class Scoring:
             return False
         removed = (without.fit.held_out - within.fit.held_out) / np.maximum(self.nominal_error, 1e-300)
         most = bool((removed >= _MOST)[~self.quiet & (share >= self.settings.least)].any())
-        parts = rollouts_part(self.balance.motions, without.vehicle, within.vehicle)
+        parts = rollout_difference(self.balance.motions, without.vehicle, within.vehicle)
         return bool((parts >= self.settings.weight / (3.0 if most else 1.0))[~self.quiet].any())
 
     def unique_share(self, without: State, within: State) -> Array:
         """Root of the held-out squared force error that a model removes, as a share of each axis' force scale (3,)."""
         return np.sqrt(np.maximum(without.fit.held_out - within.fit.held_out, 0.0)) / self.share_scale
 
-    def leaves_structure(self, error: Array) -> bool:
+    def has_residual_structure(self, error: Array) -> bool:
         """True when a mean square error (3,) is on some axis neither immaterial nor explained by sensor noise."""
         return self.unexplained(error) > 0.0
 
@@ -367,11 +370,13 @@ class Scoring:
         least = np.maximum(self.floor, np.square(_STRUCTURE * self.noise_error))
         return float(np.maximum(error / least - 1.0, 0.0).sum())
 
-    def quick(self, scores: GramScores, change: dict[str, Option]) -> float:
+    def score_linearised(self, scores: GramScores, change: dict[str, Option]) -> float:
         """Score of a neighbouring model about the columns at hand, without refinement."""
-        return self.quicks(scores, [change])[0]
+        return self.score_all_linearised(scores, [change])[0]
 
-    def quicks(self, scores: GramScores, changes: Sequence[dict[str, Option]], below: float = np.inf) -> list[float]:
+    def score_all_linearised(
+        self, scores: GramScores, changes: Sequence[dict[str, Option]], below: float = np.inf
+    ) -> list[float]:
         """Scores of several of them.
 
         Parameters
@@ -382,11 +387,11 @@ class Scoring:
         choices = [list(change.values()) for change in changes]
         free = np.isfinite(below)
         fits = self.fits(scores, choices, limited=not free)
-        found = [self.score(fit, chosen) for fit, chosen in zip(fits, choices, strict=True)]
-        again = [n for n, fit in enumerate(fits) if free and fit.held.any() and found[n] < below]
+        result = [self.score(fit, chosen) for fit, chosen in zip(fits, choices, strict=True)]
+        again = [n for n, fit in enumerate(fits) if free and fit.held.any() and result[n] < below]
         for n, fit in zip(again, self.fits(scores, [choices[n] for n in again]), strict=True):
-            found[n] = self.score(fit, choices[n])
-        return found
+            result[n] = self.score(fit, choices[n])
+        return result
 
 
 def noise_by_block(balances: Array, block: np.ndarray) -> Array:

@@ -23,7 +23,7 @@ from .gram import RIDGE, GramScores
 from .scoring import Scoring
 
 Single = NDArray[np.float32]
-REHEARSALS = 999
+SURROGATES = 999
 """Copies: where none of them looks as good as the log, that is 1 in 1,000."""
 _NUMBERS = 500_000
 """Numbers of the copies that are worked on at a time, in single precision: 2 MB."""
@@ -58,10 +58,10 @@ class NoiseCopies:
 
     @property
     def _drawn(self) -> Single | None:
-        return self._balance.sensed(self._vehicle, REHEARSALS, self._seed)
+        return self._balance.propagated_noise(self._vehicle, SURROGATES, self._seed)
 
     def of(self, left: Single) -> Iterator[Single]:
-        """Copies of a rest (tests, 3) as (3, copies, tests), some at a time, `REHEARSALS` in all."""
+        """Copies of a rest (tests, 3) as (3, copies, tests), some at a time, `SURROGATES` in all."""
         sensed = self._drawn
         if sensed is None:
             yield from self._by_phases(left)
@@ -91,7 +91,7 @@ class NoiseCopies:
         white = (left / size).reshape(places, self._rows * 3) * np.float32(np.sqrt(self._length / places))
         spectrum = np.asarray(np.fft.rfft(white, self._length, axis=0), np.complex64).T[:, None]
         step = max(1, _NUMBERS // (3 * left.shape[0]))
-        for start in range(0, REHEARSALS, step):
+        for start in range(0, SURROGATES, step):
             turned = spectrum * self._turns[start : start + step]
             slowest = spectrum[..., 1 : _SLOWEST + 1]
             slowest = slowest * self._means[start : start + step, : slowest.shape[-1]]
@@ -103,19 +103,19 @@ class NoiseCopies:
     @cached_property
     def _turns(self) -> NDArray[np.complex64]:
         """By how much each frequency is turned in each copy, (copies, frequencies); the fastest has a sign only."""
-        found = np.empty((REHEARSALS, self._length // 2 + 1), np.complex64)
-        rng = np.random.default_rng([self._seed, REHEARSALS])
-        for copy in found:
+        result = np.empty((SURROGATES, self._length // 2 + 1), np.complex64)
+        rng = np.random.default_rng([self._seed, SURROGATES])
+        for copy in result:
             angles = rng.random(copy.size, dtype=np.float32)
             if self._length % 2 == 0:
                 angles[-1] = np.round(angles[-1]) / 2.0
             np.exp(np.complex64(2j * np.pi) * angles, out=copy)
-        return found
+        return result
 
     @cached_property
     def _means(self) -> NDArray[np.complex64]:
         """By how much the slowest waves are turned that the mean of each copy is made of, (copies, waves)."""
-        angles = np.random.default_rng([self._seed, REHEARSALS, _SLOWEST]).random((REHEARSALS, _SLOWEST))
+        angles = np.random.default_rng([self._seed, SURROGATES, _SLOWEST]).random((SURROGATES, _SLOWEST))
         return np.asarray(np.exp(2j * np.pi * angles), np.complex64)
 
     def _sizes(self, left: Single) -> Single:
@@ -184,7 +184,7 @@ class _Trial(NamedTuple):
     limits: tuple[float, float]
 
 
-class Rehearsals:
+class SurrogateTest:
     """Copies of what a model leaves, and every candidate fitted to each.
 
     Parameters
@@ -234,7 +234,7 @@ class Rehearsals:
         pulled = [self._pulled(copies) for copies in self._copies.of(left)]
         squares, pulls = (np.concatenate(part, axis=1) for part in zip(*pulled, strict=True))
         best = self._gains(squares, pulls, columns, every).max(axis=0)
-        return float(mine), Chance(better=int((best >= mine).sum()), of=REHEARSALS, of_noise=self._copies.sensed)
+        return float(mine), Chance(better=int((best >= mine).sum()), of=SURROGATES, of_noise=self._copies.sensed)
 
     def _pulled(self, rests: Single) -> tuple[Array, Array]:
         """Squares (3, rests) of rests (3, rests, tests), and their products with the columns (3, rests, columns)."""
@@ -282,7 +282,7 @@ class Rehearsals:
             which copies do not have, for they follow no column
         kept : columns of the model without the effect, fitted again to each rest
         """
-        before = self._worth(self._left(square, pull[:, :, kept], kept))
+        before = self._worth(self._residual_squares(square, pull[:, :, kept], kept))
         gains = np.empty((len(trials), square.shape[1]))
         for k, trial in enumerate(trials):
             columns, limits = np.concatenate([kept, trial.free]), trial.limits if trial.free.size == 1 else None
@@ -292,10 +292,12 @@ class Rehearsals:
                 gram = self._gram[:, trial.offset] - self._noise[:, trial.offset]
                 squares = square - 2.0 * by * pull[:, :, trial.offset] + by**2 * gram[:, trial.offset, None]
                 pulls = pulls - by * gram[:, None, columns]
-            gains[k] = before - self._worth(self._left(squares, pulls, columns, limits)) - trial.price
+            gains[k] = before - self._worth(self._residual_squares(squares, pulls, columns, limits)) - trial.price
         return gains
 
-    def _left(self, square: Array, pull: Array, columns: np.ndarray, last: tuple[float, float] | None = None) -> Array:
+    def _residual_squares(
+        self, square: Array, pull: Array, columns: np.ndarray, last: tuple[float, float] | None = None
+    ) -> Array:
         """Summed squared errors on each axis, (3, rests), of a fit of columns to rests, with these columns' pulls."""
         weighted = np.tensordot(self._scores.weight, pull, axes=1)
         solved, inner = self._solved(columns, weighted.T, last)

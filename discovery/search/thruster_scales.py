@@ -15,7 +15,7 @@ from .floating import Search, State
 _COMMON, _ONE = "thrust_scale", "thruster_asymmetry"
 
 
-def same_model(nominal: Vehicle, active: tuple[str, ...], key: str, other: str) -> bool:
+def is_equivalent(nominal: Vehicle, active: tuple[str, ...], key: str, other: str) -> bool:
     """True when `other` in place of `key` only says the same again, because a third of the kind is in the model.
 
     With two thrusters, any two of {common scale, scale of the one, scale of the other} give every pair of scales; with
@@ -31,7 +31,7 @@ def same_model(nominal: Vehicle, active: tuple[str, ...], key: str, other: str) 
     return len(nominal.thrusters) == 2 and len(kind) == 2 and key in kind and _is_scale(other)
 
 
-def in_plain_words(search: Search, state: State) -> State:
+def as_common_scale(search: Search, state: State) -> State:
     """A model of two thrusters' scales, described as a common scale and the weaker one's fault.
 
     That description is the one an engineer would look for: a battery or a curve that concerns both, and one thruster
@@ -57,7 +57,7 @@ def in_plain_words(search: Search, state: State) -> State:
     return search.evaluate(state.vehicle.with_values(values), (*rest, _COMMON, f"{_ONE}[{weak}]"))
 
 
-def one_too_many(nominal: Vehicle, active: Sequence[str]) -> tuple[str, ...]:
+def redundant_scales(nominal: Vehicle, active: Sequence[str]) -> tuple[str, ...]:
     """The common scale and all thrusters' own, where all are in a model: their products alone move a force."""
     kind = tuple(k for k in active if _is_scale(k))
     return kind if len(kind) > max(len(nominal.thrusters), 1) else ()

@@ -30,7 +30,7 @@ def format_names() -> tuple[str, ...]:
     return tuple(m.name.removeprefix(_FILE) for m in iter_modules(package.__path__) if m.name.startswith(_FILE))
 
 
-def names_told() -> str:
+def names_with_aliases() -> str:
     """Names of all formats, each with those that mean the same."""
     others = {name: [also for also, meant in _ALSO.items() if meant == name] for name in format_names()}
     return ", ".join(f"{name} (or {', '.join(also)})" if also else name for name, also in others.items())
@@ -47,6 +47,6 @@ def format_named(name: str) -> "Export":
     names, meant = format_names(), _ALSO.get(name, name)
     if meant not in names:
         near = get_close_matches(name, (*names, *_ALSO), n=1)
-        told = f"did you mean {near[0]!r}? " if near else ""
-        raise RequestError(f"export: unknown format {name!r}: {told}There are: {names_told()}")
+        text = f"did you mean {near[0]!r}? " if near else ""
+        raise RequestError(f"export: unknown format {name!r}: {text}There are: {names_with_aliases()}")
     return import_module(f".{_FILE}{meant}", __package__).EXPORT

@@ -15,7 +15,7 @@ from ...physics.errors import RequestError
 from ...physics.motion import Array
 from ...physics.thrusters import Thruster, command_of, neutral_command
 from ...physics.vehicle import Vehicle
-from ..approximation import Sides, not_there, sides_of, stated, values_of
+from ..approximation import Sides, missing_surroundings, sides_of, stated, values_of
 from ..known_facts import remarks
 from .base import Export, Given
 
@@ -131,7 +131,7 @@ def parameters(vehicle: Vehicle) -> dict[str, float]:
     sides = sides_of(vehicle, "ardupilot")
     motors = fitted(sides)
     speed, wanted = _cruise(sides, motors)
-    found = {
+    result = {
         "CRUISE_SPEED": round(speed, 3),
         "CRUISE_THROTTLE": 100.0 * _CRUISE,
         "ATC_STR_RAT_FF": round(min(wanted, _MOST_FF), 3),
@@ -140,11 +140,11 @@ def parameters(vehicle: Vehicle) -> dict[str, float]:
         "MOT_THR_MIN": float(motors.least),
     }
     for thruster, (number, function) in zip(sides.thrusters(), _CHANNELS, strict=True):
-        found[f"SERVO{number}_FUNCTION"] = float(function)
+        result[f"SERVO{number}_FUNCTION"] = float(function)
         if thruster.command == "pwm":
             named = zip(("MIN", "TRIM", "MAX", "REVERSED"), servo(thruster), strict=True)
-            found |= {f"SERVO{number}_{name}": float(value) for name, value in named}
-    return found
+            result |= {f"SERVO{number}_{name}": float(value) for name, value in named}
+    return result
 
 
 def _left_out(given: Given) -> list[str]:
@@ -171,7 +171,7 @@ def _left_out(given: Given) -> list[str]:
         told.append(f"{' and '.join(late)}: up to {full:.3g} N a thruster come late after a step of the throttle.")
     if port.command != "pwm" or starboard.command != "pwm":
         told.append(f"The model is commanded in {port.command}: trims, ends and reversal of the outputs are not known.")
-    return told + not_there(vehicle, given.facts.envelope)
+    return told + missing_surroundings(vehicle, given.facts.envelope)
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:

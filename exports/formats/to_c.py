@@ -152,11 +152,11 @@ class C99(Language):
     def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
         """See `Language.curve`."""
         tables = [line for n, v in (("xs", xs), ("ys", ys)) for line in self._array(n, [self._signed(x) for x in v])]
-        told = "".join(f"    static {line}\n" if line.startswith("const") else f"    {line}\n" for line in tables)
+        text = "".join(f"    static {line}\n" if line.startswith("const") else f"    {line}\n" for line in tables)
         return f"""
 static inline {self._real} {name}({self._real} x)
 {{
-{told}    int low = 0, high = {len(xs) - 1};
+{text}    int low = 0, high = {len(xs) - 1};
     if (x <= xs[low]) return ys[low];
     if (x >= xs[high]) return ys[high];
     while (high - low > 1) {{
@@ -178,7 +178,7 @@ static inline {self._real} {name}({self._real} x)
         for (group, _), texts in zip(function.outputs, results, strict=True):
             pairs = zip(group.members, texts, strict=True)
             lines += [f"    {group.name}[{k}] = {text}; /* {name} */" for k, (name, text) in enumerate(pairs)]
-        head = "\n   ".join(function.told)
+        head = "\n   ".join(function.description)
         return (
             f"\n/* {head} */\nstatic inline void {self.prefix}{function.name}("
             f"{', '.join([*inputs, *outputs])})\n{{\n" + "\n".join(lines) + "\n}"

@@ -67,12 +67,12 @@ function {name}(x) {{
 
     def define(self, function: Function, body: Sequence[str], results: Sequence[Sequence[str]]) -> str:
         """See `Language.define`."""
-        told = "\n".join(f"// {line}" for line in function.told)
+        text = "\n".join(f"// {line}" for line in function.description)
         inputs = ", ".join(group.name for group in function.inputs)
         groups = [f"[\n    {(',' + chr(10) + '    ').join(texts)},\n  ]" for texts in results]
         found = groups[0] if len(groups) == 1 else f"[{', '.join(groups)}]"
         lines = [*body, f"return {found};"]
-        return f"\n{told}\nfunction {function.name}({inputs}) {{\n" + "\n".join(f"  {x}" for x in lines) + "\n}"
+        return f"\n{text}\nfunction {function.name}({inputs}) {{\n" + "\n".join(f"  {x}" for x in lines) + "\n}"
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:

@@ -79,7 +79,7 @@ class Matlab(ArrayLanguage):
         """See `Language.define`."""
         outputs = ", ".join(group.name for group, _ in function.outputs)
         inputs = ", ".join(group.name for group in function.inputs)
-        lines = [*(f"% {line}" for line in function.told), *body]
+        lines = [*(f"% {line}" for line in function.description), *body]
         for (group, _), texts in zip(function.outputs, results, strict=True):
             lines.append(f"{group.name} = {self.pack(texts, ' ...' + chr(10) + '    ')};")
         return f"\nfunction [{outputs}] = {function.name}({inputs})\n" + "\n".join(lines) + "\nend"

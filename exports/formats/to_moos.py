@@ -11,7 +11,7 @@ import numpy as np
 
 from ...physics.forces import calm, held_acceleration
 from ...physics.motion import Array
-from ..approximation import Sides, not_there, sides_of
+from ..approximation import Sides, missing_surroundings, sides_of
 from ..known_facts import remarks
 from ..program.vectors import commands_of
 from .base import Export, Given
@@ -59,7 +59,7 @@ def _left_out(given: Given) -> list[str]:
         f"{mass * faster:.3g} N until {half:.3g} m/s is reached, and {mass * slower:.3g} N where it slows down.",
         "Sway and drift in turns, lag and delay of thrust, and the moments that turn the boat are not known to "
         "uSimMarine; its turn_rate is for you to choose.",
-        *not_there(given.vehicle, given.facts.envelope, tuple(_DRIFT.values())),
+        *missing_surroundings(given.vehicle, given.facts.envelope, tuple(_DRIFT.values())),
     ]
 
 

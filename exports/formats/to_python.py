@@ -72,13 +72,13 @@ class PythonModule(ArrayLanguage):
 
     def define(self, function: Function, body: Sequence[str], results: Sequence[Sequence[str]]) -> str:
         """See `Language.define`."""
-        first, *groups = function.told
-        told = "\n".join([f'    """{first}', "", *(f"    {line}" for line in groups), '    """'])
+        first, *groups = function.description
+        text = "\n".join([f'    """{first}', "", *(f"    {line}" for line in groups), '    """'])
         given = "\n".join(f"    {line}" for line in body)
         inside = [f"_rows(\n        {(',' + chr(10) + '        ').join(texts)},\n    )" for texts in results]
         quiet = '@np.errstate(divide="ignore", invalid="ignore")\n' * ("np.where" in given)
         names = ", ".join(group.name for group in function.inputs)
-        return f"\n\n{quiet}def {function.name}({names}):\n{told}\n{given}\n    return {', '.join(inside)}"
+        return f"\n\n{quiet}def {function.name}({names}):\n{text}\n{given}\n    return {', '.join(inside)}"
 
 
 def module(program: Program) -> str:

@@ -19,24 +19,24 @@ _SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
 
 def ros_parameters(vehicle: Vehicle) -> dict[str, Any]:
     """The parameters below `ros__parameters`: floats, texts, and lists of either."""
-    found: dict[str, Any] = {"vehicle_name": vehicle.name, "axes": "NED/FRD, SI units"}
-    found |= {name: float(vehicle.values[name]) for name in ("mass", "inertia_z", "x_g", "y_g")}
+    result: dict[str, Any] = {"vehicle_name": vehicle.name, "axes": "NED/FRD, SI units"}
+    result |= {name: float(vehicle.values[name]) for name in ("mass", "inertia_z", "x_g", "y_g")}
     if vehicle.hull is not None:
-        found["hull"] = {"length": float(vehicle.hull.length), "draught": float(vehicle.hull.draught)}
+        result["hull"] = {"length": float(vehicle.hull.length), "draught": float(vehicle.hull.draught)}
     for section in _SECTIONS:
         numbers = {symbol: float(value) for symbol, value in getattr(vehicle, section).items()}
         if numbers:
-            found[section] = numbers
-    found["thruster_names"] = [t.name for t in vehicle.thrusters]
-    found["thrusters"] = {t.name: _plain(t.model_dump(mode="json", exclude={"name"})) for t in vehicle.thrusters}
+            result[section] = numbers
+    result["thruster_names"] = [t.name for t in vehicle.thrusters]
+    result["thrusters"] = {t.name: _plain(t.model_dump(mode="json", exclude={"name"})) for t in vehicle.thrusters}
     if vehicle.terms:
         names = [f"term_{k + 1}" for k in range(len(vehicle.terms))]
-        found["term_names"] = names
-        found["terms"] = {
+        result["term_names"] = names
+        result["terms"] = {
             name: {"axis": term.axis, "form": term.form, "value": float(term.value)}
             for name, term in zip(names, vehicle.terms, strict=True)
         }
-    return found
+    return result
 
 
 def _plain(value: Any) -> Any:

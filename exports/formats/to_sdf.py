@@ -20,7 +20,7 @@ from ...physics.momentum_balance import active_terms, mass_rows
 from ...physics.motion import AXES, Array
 from ...physics.terms import parse_form
 from ...physics.vehicle import Vehicle
-from ..approximation import difference, told, total_thrust
+from ..approximation import difference, missing_forces, total_thrust
 from ..program.printer import identifier
 from ..program.vectors import commands_of
 from .base import Export, Given
@@ -151,9 +151,9 @@ def _left_out(given: Given) -> list[str]:
             lost[symbol] = parameter.null
     own = ("reverse_scale", "thrust_exponent", "dead_zone", "advance_loss")
     curve = {s for s in lost if s in own or s.startswith("gain_")}
-    sentences = told(vehicle, envelope, {s: x for s, x in lost.items() if s not in curve})
+    sentences = missing_forces(vehicle, envelope, {s: x for s, x in lost.items() if s not in curve})
     sentences += _curve_told(vehicle)
-    sentences += told(vehicle, envelope, {"advance_loss": 0.0})
+    sentences += missing_forces(vehicle, envelope, {"advance_loss": 0.0})
     if choices.gz == "fortress" and not inertial:
         sentences.append(_fortress_coriolis(vehicle, given))
     if inertial and (vehicle.value("current_north") or vehicle.value("current_east")):

@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from ...physics.errors import RequestError
-from ...physics.forces import ForceEquation, relative_velocity, thrust_left
+from ...physics.forces import ForceEquation, relative_velocity, remaining_thrust
 from ...physics.integration import runge_kutta
 from ...physics.motion import body_to_earth
 from ...physics.sampled_series import lag_weights, lags
@@ -66,14 +66,14 @@ def late_commands(vehicle: Vehicle, time_step: float) -> list[LateCommands]:
     RequestError
         when a delay is a great many steps.
     """
-    found = [_late(thruster, time_step) for thruster in vehicle.thrusters]
-    kept = sum(len(one.names) for one in found)
+    result = [_late(thruster, time_step) for thruster in vehicle.thrusters]
+    kept = sum(len(one.names) for one in result)
     if kept > _MOST_KEPT:
         raise RequestError(
             f"export: with steps of {time_step:g} s, {kept} commands are on their way in the delays; at most "
             f"{_MOST_KEPT} are written, so take a longer --time-step"
         )
-    return found
+    return result
 
 
 def _late(thruster: Thruster, time_step: float) -> LateCommands:
@@ -271,14 +271,14 @@ def _derivatives(vehicle: Vehicle, thrust: Function, rates: Function) -> Functio
 def _worn(vehicle: Vehicle, forces: Any, minutes: Any) -> list[Symbol]:
     """Forces or losses of each thruster, less what battery and wear take."""
     pairs = zip(vehicle.thrusters, forces, strict=True)
-    return [symbolic(thrust_left(t, minutes) * force if t.thrust_rate else force) for t, force in pairs]
+    return [symbolic(remaining_thrust(t, minutes) * force if t.thrust_rate else force) for t, force in pairs]
 
 
 def _state(equation: ForceEquation, late: list[LateCommands], air: bool) -> Group:
     names = [*_motion(equation).members, *(_AIR.members * air), *(name for one in late for name in one.names)]
     slow = ", behind their lag" * any(one.lags for one in late)
-    told = f"motion{', air' * air}, and the commands that still act{slow}"
-    return Group("state", f"{told}; the number after one says how many steps ago it was", tuple(names))
+    text = f"motion{', air' * air}, and the commands that still act{slow}"
+    return Group("state", f"{text}; the number after one says how many steps ago it was", tuple(names))
 
 
 def _blows(equation: ForceEquation) -> bool:

@@ -120,12 +120,12 @@ _KNOWN: "WeakValueDictionary[tuple[Any, ...], Symbol]" = WeakValueDictionary()
 
 def _symbol(name: str, operands: tuple[Symbol, ...] = (), data: Any = None) -> Symbol:
     key = (name, tuple(map(id, operands)), data if not isinstance(data, float) else (data, math.copysign(1.0, data)))
-    found = _KNOWN.get(key)
-    if found is None:
-        found = Symbol()
-        found.operation, found.operands, found.data = name, operands, data
-        _KNOWN[key] = found
-    return found
+    result = _KNOWN.get(key)
+    if result is None:
+        result = Symbol()
+        result.operation, result.operands, result.data = name, operands, data
+        _KNOWN[key] = result
+    return result
 
 
 def constant(value: float) -> Symbol:
@@ -304,7 +304,7 @@ class Function:
         return tuple(symbol for _, symbols in self.outputs for symbol in symbols)
 
     @property
-    def told(self) -> list[str]:
+    def description(self) -> list[str]:
         """What it does, takes and gives, a line each."""
         groups = (*self.inputs, *(group for group, _ in self.outputs))
         return [self.about, *(f"{group.name}: {group.about}" for group in groups)]
@@ -320,11 +320,11 @@ class Function:
 
     def split(self, values: Sequence[Any]) -> list[Sequence[Any]]:
         """Values of all inputs, one after the other, by group."""
-        found, at = [], 0
+        result, at = [], 0
         for group in self.inputs:
-            found.append(values[at : at + len(group.members)])
+            result.append(values[at : at + len(group.members)])
             at += len(group.members)
-        return found
+        return result
 
 
 def function(

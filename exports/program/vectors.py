@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...physics.batch_rates import Flattened, Terms
-from ...physics.forces import current_at, thrust_left
+from ...physics.forces import current_at, remaining_thrust
 from ...physics.integration import Legs, rollouts
 from ...physics.laws.damping_power import Envelope
 from ...physics.motion import Array, Motion, earth_to_body
@@ -61,7 +61,7 @@ def drawn(program: Program, envelope: Envelope, rows: int, seed: int = 0) -> Dra
     acting = commands.copy()
     acting[:, slow] = lagged[:, slow]
     lasting = [t.lasting(acting[:, k]) for k, t in enumerate(vehicle.thrusters)]
-    left = np.array([thrust_left(t, minutes) for t in vehicle.thrusters])
+    left = np.array([remaining_thrust(t, minutes) for t in vehicle.thrusters])
     force, load = (left * np.array(part) for part in zip(*lasting, strict=True))
     terms = Terms(vehicle)
     pushes = [terms.accelerations(part[:, None])[:, 0] for part in (force, load)]
@@ -82,14 +82,14 @@ def driven(program: Program, envelope: Envelope, seconds: float, seeds: Sequence
     """Rollouts from states within an envelope, under commands and wind that change all the time; one a seed."""
     asked = [_asked(program, envelope, seconds, seed) for seed in seeds]
     legs = [(program.vehicle, Legs(one, np.array([0]), one.time.size - 1)) for one in asked]
-    found = []
+    result = []
     for motion, rolled in zip(asked, rollouts(legs), strict=True):
         expected, air, clock = rolled.states[0], motion.air, motion.minutes[:, None]
         assert air is not None
         groups = {"motion": expected[:1], "command": motion.commands, "air": air, "minutes": clock}
         steps = groups | {"command": motion.commands[1:], "air": air[1:], "minutes": clock[:-1]}
-        found.append(Driven(_beside(program.start, groups, 0)[0], _beside(program.step, steps, 1), expected))
-    return found
+        result.append(Driven(_beside(program.start, groups, 0)[0], _beside(program.step, steps, 1), expected))
+    return result
 
 
 def _asked(program: Program, envelope: Envelope, seconds: float, seed: int) -> Motion:

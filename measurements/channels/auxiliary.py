@@ -77,14 +77,14 @@ def _which(kind: str, words: list[str], of_kind: set[str]) -> str:
 
 def auxiliary_channels(streams: Sequence[Stream]) -> dict[str, Channel]:
     """The auxiliary channels among streams: finite values at rising stamps, the first stream of each name."""
-    found: dict[str, Channel] = {}
+    result: dict[str, Channel] = {}
     for stream in streams:
         told = auxiliary_of(stream.label)
-        if told is None or told[0] in found:
+        if told is None or told[0] in result:
             continue
         known = np.isfinite(stream.value) & np.isfinite(stream.time)
         time, last = np.unique(stream.time[known][::-1], return_index=True)
         if time.size:
             value = told[1] * stream.value[known][::-1][last]
-            found[told[0]] = Channel(told[0], time, value, stream.name)
-    return found
+            result[told[0]] = Channel(told[0], time, value, stream.name)
+    return result

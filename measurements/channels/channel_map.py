@@ -97,8 +97,8 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
     try:
         content = read_yaml(path)
     except (OSError, ValueError) as error:
-        told = f"the channel map is not YAML ({reason(error)}). Quote names that hold a colon."
-        raise LogError(f"{path}: {told}") from error
+        text = f"the channel map is not YAML ({reason(error)}). Quote names that hold a colon."
+        raise LogError(f"{path}: {text}") from error
     if not isinstance(content, dict) or not content:
         raise LogError(f"{path}: expected lines of 'channel: topic:field' in the channel map, got {shown(content)}.")
     return entries_of(path, content)
@@ -203,15 +203,15 @@ def time_of(entries: Mapping[str, Entry | None]) -> TimeColumn | None:
 
 def map_dict(entries: Mapping[str, Entry | None]) -> dict[str, Parts]:
     """The channels of the same map as plain values, without what is usual (scale 1, offset 0, the frame of the log)."""
-    found = {}
+    result = {}
     for name, entry in entries.items():
         if entry is None:
             continue
         parts: Parts = {**_plain(entry)}
         if entry.steering is not None:
             parts |= {"mix": "skid", "steering": _plain(entry.steering)}
-        found[name] = parts
-    return found
+        result[name] = parts
+    return result
 
 
 def _plain(entry: Entry) -> dict[str, str | float]:

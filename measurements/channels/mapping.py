@@ -228,7 +228,7 @@ def _behind(role: str, stream: Stream, bearers: Mapping[str, int]) -> tuple[bool
 
 def _candidates(streams: Sequence[Stream], notes: list[str]) -> dict[str, list[tuple[Guess, Stream]]]:
     """What every stream may be, by role; a stream of a known type that never says anything is no candidate."""
-    found: dict[str, list[tuple[Guess, Stream]]] = defaultdict(list)
+    result: dict[str, list[tuple[Guess, Stream]]] = defaultdict(list)
     silent: dict[str, list[str]] = defaultdict(list)
     coloured = colours(streams)
     if coloured:
@@ -250,9 +250,9 @@ def _candidates(streams: Sequence[Stream], notes: list[str]) -> dict[str, list[t
         if stream.kind and (unset or not np.isfinite(value).any()):
             silent[stream.topic].append(stream.field)
             continue
-        found[guess.role].append((guess, stream))
+        result[guess.role].append((guess, stream))
     notes += [f"{topic}: no value in {some(fields)}" for topic, fields in silent.items()]
-    return found
+    return result
 
 
 def _finite(values: Array) -> Array:

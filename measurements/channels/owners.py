@@ -37,17 +37,17 @@ def others(streams: Sequence[Stream]) -> dict[str, str]:
     >>> others([one("/odom", "odom"), one("/pose", "cam_optical"), one("/buoy/pose", "map")])
     {'/pose': "its frame 'cam_optical'", '/buoy/pose': 'its name'}
     """
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     for stream in streams:
         frame = stream.frame.lower().strip("/").rpartition("/")[2]
         relative = _BODY.fullmatch(frame) and stream.kind.replace("/msg/", "/") in _POSES
-        if stream.topic in found:
+        if stream.topic in result:
             continue
         if _OTHERS.search(stream.topic.lower()):
-            found[stream.topic] = "its name"
+            result[stream.topic] = "its name"
         elif relative or _OTHERS.search(frame):
-            found[stream.topic] = f"its frame '{stream.frame}'"
-    return found
+            result[stream.topic] = f"its frame '{stream.frame}'"
+    return result
 
 
 _HEADINGS, _PLACES, _SPEEDS = ({"psi"}, {"qw"}), ({"x", "y"}, {"lat", "lon"}), ({"u", "v"}, {"x_dot", "y_dot"})

@@ -238,17 +238,17 @@ def lacks(have: Collection[str], streams: Sequence[Stream]) -> list[str]:
     streams : those that became no channel
     """
     moving = [s for s in streams if np.isfinite(s.value).any() and np.nanmin(s.value) < np.nanmax(s.value)]
-    found = []
+    result = []
     if "psi" not in have:
-        found.append(f"A search needs the heading, psi [rad].{_to_try(_of_motion(('psi',), moving))}")
+        result.append(f"A search needs the heading, psi [rad].{_to_try(_of_motion(('psi',), moving))}")
     # Speeds may be left out where a position is there, and the other way round.
     if not {"u", "v"} <= set(have) and not {"x", "y"} <= set(have):
         lines = _of_motion([name for name in ("x", "y", "u", "v") if name not in have], moving)
-        found.append(f"A search needs a position, x and y [m], or speeds, u and v [m/s].{_to_try(lines)}")
+        result.append(f"A search needs a position, x and y [m], or speeds, u and v [m/s].{_to_try(lines)}")
     if not any(command_kind(name) for name in have):
         kinds = "pwm_port [us], newton_port [N] or normalized_port [-1 to 1]"
-        found.append(f"A search needs the command of each thruster, such as {kinds}.{_to_try(_of_commands(moving))}")
-    return found
+        result.append(f"A search needs the command of each thruster, such as {kinds}.{_to_try(_of_commands(moving))}")
+    return result
 
 
 def _to_try(lines: Mapping[str, str]) -> str:
@@ -258,24 +258,24 @@ def _to_try(lines: Mapping[str, str]) -> str:
 
 def _of_motion(wanted: Sequence[str], streams: Sequence[Stream]) -> dict[str, str]:
     """Lines for the first column of each name that may be wanted."""
-    found = {}
+    result = {}
     for name in wanted:
         stream = next((s for s in streams if _MOTION[name].search(s.name)), None)
         if stream is not None:
             degrees = name == "psi" and np.nanmax(np.abs(stream.value)) > _TURN
-            found[name] = f"{{'from': {stream.name!r}, 'unit': 'deg'}}" if degrees else repr(stream.name)
-    return found
+            result[name] = f"{{'from': {stream.name!r}, 'unit': 'deg'}}" if degrees else repr(stream.name)
+    return result
 
 
 def _of_commands(streams: Sequence[Stream]) -> dict[str, str]:
     """Lines for columns that may be commands: those that name a side, or where none does, all."""
     like = [stream for stream in streams if like_a_command(stream.name)]
     sided = [stream for stream in like if side_in(stream.name)] or like
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     for stream in sided[:_MOST]:
         thruster = side_in(stream.name) or re.sub(r"\W", "_", stream.name)
-        found.setdefault(f"{_kind(stream)}_{thruster}", repr(stream.name))
-    return found
+        result.setdefault(f"{_kind(stream)}_{thruster}", repr(stream.name))
+    return result
 
 
 def _kind(stream: Stream) -> str:

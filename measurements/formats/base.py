@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...physics.errors import LogError
 from ...physics.motion import Array
 from ..canonical import Output
-from ..vehicle_types import CraftTold
+from ..vehicle_types import CraftEvidence
 from .text_header import TextHeader, read_header
 from .time_columns import TimeColumn, find_time
 
@@ -108,7 +108,7 @@ class Recording:
     unread: tuple[Name, ...] = ()
     start_ns: int = 0
     out_of_step: float = 0.0
-    crafts: Mapping[str, CraftTold] = field(default_factory=dict)
+    crafts: Mapping[str, CraftEvidence] = field(default_factory=dict)
     clock: str = ""
 
 
@@ -236,9 +236,9 @@ def check_pointer(start: bytes, path: Path) -> None:
     """
     if start.startswith(b"version https://git-lfs.github.com/spec/"):
         size = re.search(rb"^size (\d+)", start, re.MULTILINE)
-        told = f" of {int(size[1]) / 1e6:.3f} MB" if size else ""
+        text = f" of {int(size[1]) / 1e6:.3f} MB" if size else ""
         raise LogError(
-            f"{path}: expected a log, got a Git LFS pointer: it stands for a file{told} that was not downloaded. Run "
+            f"{path}: expected a log, got a Git LFS pointer: it stands for a file{text} that was not downloaded. Run "
             "'git lfs pull' in the repository, or download the file itself."
         )
 

@@ -60,8 +60,8 @@ class Jump:
         >>> Jump(9.95, 10.0, 60.0, 0.0, 0.05).sentence
         '60 m at t = 9.95 s, in 0.05 s (1200 m/s)'
         """
-        told = f"{self.size:.3g} m at t = {self.before:.2f} s, in {self.step:.2g} s ({self.size / self.step:.4g} m/s)"
-        return f"{told}, and back after {self.after - self.before:.3g} s" if self.returns else told
+        text = f"{self.size:.3g} m at t = {self.before:.2f} s, in {self.step:.2g} s ({self.size / self.step:.4g} m/s)"
+        return f"{text}, and back after {self.after - self.before:.3g} s" if self.returns else text
 
 
 def jumps_of(channels: Mapping[str, Channel]) -> tuple[Jump, ...]:
@@ -84,7 +84,7 @@ def jumps_of(channels: Mapping[str, Channel]) -> tuple[Jump, ...]:
     top = _top_speed(time, place)
     far = size > np.maximum(_NOISE * noise, top * np.maximum(_SECONDS, _FIXES * taken))
     at = [row for row in np.flatnonzero(far & (taken <= gap_limit(x, None))).tolist() if _alone(size / taken, row)]
-    return tuple(_told(at, steps, time))
+    return tuple(_sentence(at, steps, time))
 
 
 def _alone(speed: Array, row: int) -> bool:
@@ -103,24 +103,24 @@ def _top_speed(time: Array, place: Array) -> float:
     return float(np.quantile(np.hypot(*(place[ends] - place[rows]).T) / (time[ends] - time[rows]), 0.9))
 
 
-def _told(at: Sequence[int], steps: Array, time: Array) -> list[Jump]:
-    found: list[Jump] = []
+def _sentence(at: Sequence[int], steps: Array, time: Array) -> list[Jump]:
+    result: list[Jump] = []
     open_row: int | None = None
     for row in at:
         north, east = steps[row]
         one = Jump(float(time[row]), float(time[row + 1]), float(north), float(east), float(time[row + 1] - time[row]))
         if open_row is not None and time[row] - time[open_row] <= _BACK:
             left = np.hypot(*(steps[row] + steps[open_row]))
-            if left < _HALF * found[-1].size:
+            if left < _HALF * result[-1].size:
                 if row == open_row + 1:
-                    found.pop()  # a single value: no jump, but a spike
+                    result.pop()  # a single value: no jump, but a spike
                 else:
-                    found[-1] = replace(found[-1], after=one.after, returns=True)
+                    result[-1] = replace(result[-1], after=one.after, returns=True)
                 open_row = None
                 continue
-        found.append(one)
+        result.append(one)
         open_row = row
-    return found
+    return result
 
 
 def holes_of(jumps: Sequence[Jump]) -> list[Span]:

@@ -26,29 +26,29 @@ def command_channels(vehicle: Vehicle | None) -> tuple[str, ...]:
 
 def problems(log: Log, vehicle: Vehicle | None) -> list[str]:
     """Everything that keeps a log from being used for a vehicle, as sentences without the file name."""
-    found = []
+    result = []
     have = log.channels
     if "psi" not in have:
-        found.append(f"expected a heading (psi or a quaternion), got only {_listed(log)}. Map it with a channel map.")
+        result.append(f"expected a heading (psi or a quaternion), got only {_listed(log)}. Map it with a channel map.")
     elif have["psi"].time.size < 2:
-        found.append("expected at least 2 samples of psi, got 1.")
+        result.append("expected at least 2 samples of psi, got 1.")
     else:
-        found += _angle_problems(have["psi"], have.get("r"))
+        result += _angle_problems(have["psi"], have.get("r"))
     velocities = [name for name in ("u", "v") if name not in have]
     if velocities and not {"x", "y"} <= set(have):
-        found.append(
+        result.append(
             f"expected u and v (or x and y, to derive them), but {' and '.join(velocities)} and a position are "
             f"missing; got {_listed(log)}. Map them with a channel map."
         )
     missing = [name for name in command_channels(vehicle) if name not in have]
     told = _numbered(log, missing) or _mixed(log, missing) or _generalised(log, missing)
-    found += [told] if told else [_command_problem(log, name) for name in missing]
-    found += [
+    result += [told] if told else [_command_problem(log, name) for name in missing]
+    result += [
         f"{name} has one sample in {channel.period:g} s (at least one in 2 s is needed). Is the time column in seconds?"
         for name, channel in have.items()
         if command_kind(name) is None and name not in ("ax", "ay") and channel.period > 2.0
     ]
-    return found
+    return result
 
 
 def require(log: Log, vehicle: Vehicle | None) -> None:
@@ -180,13 +180,13 @@ def _angle_problems(heading: Channel, rate: Channel | None) -> list[str]:
 
 def _turning(heading: Channel, period: float) -> Array:
     """Change of a heading that is given modulo a period, in its unit a second; in parts, which takes less memory."""
-    found, rows = np.empty(heading.time.size), heading.time.size
+    result, rows = np.empty(heading.time.size), heading.time.size
     for begin in range(0, rows, _PART):
         first, last = max(begin - 1, 0), min(begin + _PART + 1, rows)
         angle = np.unwrap(heading.value[first:last], period=period)
         part = np.gradient(angle, heading.time[first:last])
-        found[begin : begin + _PART] = part[begin - first : begin - first + _PART]
-    return found
+        result[begin : begin + _PART] = part[begin - first : begin - first + _PART]
+    return result
 
 
 def _followed(turning: Array, measured: Array) -> tuple[float, float, float]:

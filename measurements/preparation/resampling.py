@@ -58,18 +58,18 @@ def segments(start: float, end: float, holes: Sequence[Span]) -> list[Span]:
     >>> segments(0.0, 10.0, [(4.0, 6.0), (5.0, 7.0)])
     [(0.0, 4.0), (7.0, 10.0)]
     """
-    found = []
+    result = []
     for low, high in sorted(holes):
         if high <= start:
             continue
         if low > start:
-            found.append((start, min(low, end)))
+            result.append((start, min(low, end)))
         start = max(start, high)
         if start >= end:
             break
     if start < end:
-        found.append((start, end))
-    return found
+        result.append((start, end))
+    return result
 
 
 def even_grid(anchors: Array, span: Span, step: float) -> Array:

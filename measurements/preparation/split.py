@@ -164,11 +164,11 @@ class Fold:
         source : the log
         begin, end : of the spans (n,) [s]
         """
-        found = np.zeros(begin.shape, bool)
+        result = np.zeros(begin.shape, bool)
         for name, start, stop in self.stretches:
             if name == source:
-                found |= (begin < stop - _EDGE) & (end > start + _EDGE)
-        return found
+                result |= (begin < stop - _EDGE) & (end > start + _EDGE)
+        return result
 
 
 def folds_of(motions: Sequence[Motion]) -> tuple[Fold, ...]:

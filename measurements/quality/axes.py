@@ -37,7 +37,7 @@ class Track:
     angle : from the way by speeds to the way by position, clockwise [rad]
     quarters : quarter turns in that angle; None where it is none of these
     unit : the other unit of a length or a speed that the scale is; 1 for none, None for a scale that is no unit
-    left : share of the track that this leaves unexplained
+    unexplained : share of the track that this leaves unexplained
     size : how much this reading explains beside that of the log as it is recorded
     unrelated : how much of the track no reading explains, beyond noise
     """
@@ -49,14 +49,14 @@ class Track:
     angle: float
     quarters: int | None
     unit: float | None
-    left: float
+    unexplained: float
     size: Size
     unrelated: Size
 
     @property
     def certain(self) -> bool:
         """True when the track follows from heading and speeds."""
-        return self.left < OVERWHELMING
+        return self.unexplained < OVERWHELMING
 
     @property
     def sound(self) -> bool:
@@ -230,12 +230,12 @@ def _given(rules: Mapping[str, tuple[str, float]]) -> Callable[[Channels], dict[
     """Give each channel the stamps and values of another, times a sign."""
 
     def apply(channels: Channels) -> dict[str, Channel]:
-        found = dict(channels)
+        result = dict(channels)
         for name, (source, sign) in rules.items():
             if source in channels:
                 one = channels[source]
-                found[name] = Channel(name, one.time, sign * one.value, one.origin, one.lost)
-        return found
+                result[name] = Channel(name, one.time, sign * one.value, one.origin, one.lost)
+        return result
 
     return apply
 

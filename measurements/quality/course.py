@@ -32,7 +32,7 @@ class Course:
     turn : -1 where course plus heading keeps to one angle, else 1
     angle : that angle, from bow to track, clockwise [rad]
     quarters : quarter turns in that angle; None where it is none of these
-    left : share of the way that goes across this reading
+    unexplained : share of the way that goes across this reading
     size : how much this reading explains beside that of the log as it is recorded, over half of the way, which is what
         a heading of no meaning leaves across it
     drifts : whether a current, or drift in turns, would have to be most of the way for the log to be right as recorded;
@@ -43,7 +43,7 @@ class Course:
     turn: int
     angle: float
     quarters: int | None
-    left: float
+    unexplained: float
     size: Size
     drifts: bool
     unrelated: Size

@@ -41,7 +41,7 @@ class Examination:
         return tuple(finding.fix.sentence for finding in self.findings if finding.fix is not None)
 
     @property
-    def left(self) -> tuple[str, ...]:
+    def still_wrong(self) -> tuple[str, ...]:
         """What is still wrong with `clean`, as sentences."""
         unfixed = [finding for finding in self.findings if finding.fix is None]
         return tuple(finding.sentence for finding in unfixed if finding.verdict in SEVERITY[:2])
@@ -116,7 +116,7 @@ def verdict(findings: Sequence[Finding], missing: Sequence[str] = (), curable: b
         if unsure:
             return f"Usable if this is right, which the log cannot tell: {unsure}. No defect was found.{more}"
         return f"Usable; no defect was found.{more}"
-    told = "; ".join(finding.short or finding.sentence for finding in worst[:_TOLD])
+    text = "; ".join(finding.short or finding.sentence for finding in worst[:_TOLD])
     more = f"; and {len(worst) - _TOLD} more" if len(worst) > _TOLD else ""
     refused = " discover refuses it as it is." if any(finding.refused for finding in findings) else ""
-    return f"{'Usable after repair' if defects else 'Usable, but mind'}: {told}{more}.{refused}"
+    return f"{'Usable after repair' if defects else 'Usable, but mind'}: {text}{more}.{refused}"

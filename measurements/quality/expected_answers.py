@@ -65,7 +65,7 @@ def as_expected(told: Mapping[str, Answer], expected: Mapping[str, Expected]) ->
     return all(e.ahead_as(a) and e.turns_as(a) for a, e in pairs)
 
 
-def told_of(
+def classify_answers(
     records: Sequence[Record], expected: Mapping[str, Expected]
 ) -> tuple[dict[str, Answer], list[Trials], Likely | None]:
     """The answers that are certain; the trials that contradict each other; and what is likely if nothing is certain."""
@@ -88,7 +88,9 @@ def _likely(one: Trials, expected: Mapping[str, Expected]) -> Likely | None:
     if not one.best.in_step:
         return None
     others = [trial for trial in one.contrary if trial.in_step]
-    chance = max([BY_CHANCE, *(chance_of_no_more(trial.left, one.best.left) for trial in others)])
+    chance = max(
+        [BY_CHANCE, *(chance_of_no_more(trial.residual_squares, one.best.residual_squares) for trial in others)]
+    )
     known = {name: answer for name, answer in one.best.answers.items() if name in expected}
     return Likely(known, chance) if chance < _LIKELY else None
 

@@ -324,9 +324,9 @@ class Fault:
         """The rule: a defect where the fault is overwhelming, a warning where it is likely, else nothing."""
         if not self.size.warns:
             return None
-        return self.told("defect" if self.size.refuses else "warning")
+        return self.in_words("defect" if self.size.refuses else "warning")
 
-    def told(self, verdict: Verdict) -> Finding:
+    def in_words(self, verdict: Verdict) -> Finding:
         """The fault in words."""
         words: Words = self.kind.value
         known = {"names": " and ".join(self.channels), "share": self.size.share, "weight": self.size.weight}

@@ -202,7 +202,7 @@ def taken_at(channels: Channels, fixes: Fixes, time: Array) -> dict[str, Channel
         rows.append(np.full(more.size, fixes.row[k]))
     every, row = np.concatenate(stamps), np.concatenate(rows)
     order = np.argsort(every, kind="stable")
-    found = dict(channels)
+    result = dict(channels)
     for name in ("x", "y"):
-        found[name] = replace(found[name], time=every[order], value=found[name].value[row[order]])
-    return found
+        result[name] = replace(result[name], time=every[order], value=result[name].value[row[order]])
+    return result

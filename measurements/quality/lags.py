@@ -145,14 +145,14 @@ def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, bl
     rows = smooth.shape[0] - 2 * margin
     count = max(1, round(rows / block))
     edges = np.linspace(0, rows, count + 1).astype(int)
-    found = np.empty((count, lags.size, smooth.shape[1], smooth.shape[1]))
+    result = np.empty((count, lags.size, smooth.shape[1], smooth.shape[1]))
     for b in range(count):
         first, last = margin + edges[b], margin + edges[b + 1]
         part = smooth[first:last].copy()
         for k, lag in enumerate(lags):
             part[:, :drivers] = smooth[first - lag : last - lag, :drivers]
-            found[b, k] = part.T @ part
-    return found
+            result[b, k] = part.T @ part
+    return result
 
 
 def _size(grams: Array, lags: NDArray[np.int64], lag: int) -> Size:
@@ -229,7 +229,7 @@ def turns(logs: Sequence[Log], scale: float, late: float = 0.0) -> Turns | None:
     return Turns(*_joined(found)) if found else None
 
 
-def apart(logs: Sequence[Log]) -> Size | None:
+def unexplained_turning(logs: Sequence[Log]) -> Size | None:
     """How much of the turning of the heading the yaw rate does not explain, whichever of them is how late.
 
     None where the pieces are too few. The noise of the heading is no turning.

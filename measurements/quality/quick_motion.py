@@ -12,7 +12,7 @@ from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ..clock import band_passed
 from ..statistics.signals import noise_level
-from .record import RATE, Record, Stretch, shared
+from .record import RATE, Record, Stretch, computed_once
 
 _SLOW = 0.1
 """Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
@@ -31,7 +31,7 @@ _DIGITS = 1e-6
 
 def neutral_of(records: Sequence[Record], name: str) -> float | None:
     """The value at which a command stays while the boat lies at rest, in its unit; None where that is not seen."""
-    return shared(records, ("neutral", name), lambda: _neutral(records, name)) if records else None
+    return computed_once(records, ("neutral", name), lambda: _neutral(records, name)) if records else None
 
 
 def _neutral(records: Sequence[Record], name: str) -> float | None:
@@ -121,7 +121,7 @@ class Part:
 
     speeds: Array
     rates: Array
-    left: Array
+    residual: Array
     states: tuple[Array, Array]
     commands: Array
     noise: Array
@@ -207,12 +207,12 @@ def _pushes(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> Array:
     """Accelerations of surge and yaw (n, c, 2) that each thruster makes along a motion, by the vehicle."""
     scales = {thruster.channel: f"{thruster.name}_scale" for thruster in vehicle.thrusters}
     without = vehicle.with_values(dict.fromkeys(scales.values(), 0.0))
-    rest, found = modelled_acceleration(without, motion)[:, [0, 2]], np.zeros((motion.time.size, len(names), 2))
+    rest, result = modelled_acceleration(without, motion)[:, [0, 2]], np.zeros((motion.time.size, len(names), 2))
     for place, name in enumerate(names):
         if name in scales:
             alone = without.with_values({scales[name]: vehicle.value(scales[name])})
-            found[:, place] = modelled_acceleration(alone, motion)[:, [0, 2]] - rest
-    return found
+            result[:, place] = modelled_acceleration(alone, motion)[:, [0, 2]] - rest
+    return result
 
 
 def _white(record: Record, motion: Motion, band: tuple[float, float]) -> Array:
@@ -272,7 +272,7 @@ def unexplained(parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]]) -> Arr
     for axis in range(2):
         table, target = (
             np.concatenate([one[use] for one, use in zip(every, rows, strict=True)])
-            for every in ([part.states[axis] for part in parts], [part.left[:, axis] for part in parts])
+            for every in ([part.states[axis] for part in parts], [part.residual[:, axis] for part in parts])
         )
         found.append(target - table @ np.linalg.lstsq(table, target, rcond=1e-6)[0])
     return np.column_stack(found)

@@ -230,7 +230,7 @@ class Record:
         return sum(stretch.portion.weight * stretch.motion.duration for stretch in self.stretches)
 
 
-def shared(records: Sequence[Record], name: Hashable, make: Callable[[], _T]) -> _T:
+def computed_once(records: Sequence[Record], name: Hashable, make: Callable[[], _T]) -> _T:
     """Compute something of some records once, whichever check asks for it first.
 
     Parameters

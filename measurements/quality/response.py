@@ -15,7 +15,7 @@ from ..statistics.blocks import CI, Fit, robust_fit, surely_more
 from .faults import Size, size_of
 from .lags import FOLLOWS, Response, lag_anywhere
 from .quick_motion import centre_of, stands_still
-from .record import RATE, Record, Stretch, shared
+from .record import RATE, Record, Stretch, computed_once
 
 _STEP = 1.0 / RATE
 """Of the even time base [s]."""
@@ -91,11 +91,11 @@ class Fitted:
 
     def errors(self, idle: Collection[str] = (), turning_nothing: Collection[str] = ()) -> Array:
         """Squared errors (n,) where some commands push nothing ahead, and some turn nothing."""
-        found = np.zeros(self.stretch.size)
+        result = np.zeros(self.stretch.size)
         for axis, silent in enumerate((idle, turning_nothing)):
             kept = np.delete(self.columns[axis], [k for k, name in enumerate(self.names) if name in silent], axis=1)
-            found += self._errors(axis, kept)
-        return found
+            result += self._errors(axis, kept)
+        return result
 
     def _errors(self, axis: int, columns: Array) -> Array:
         wanted = self.changes[:, axis]
@@ -134,14 +134,15 @@ class Trial:
     ----------
     seconds : the delay tried [s]; negative where the boat moves before it is told to
     answers : to each command of one kind
-    left : (stretches,) what this leaves of the changes of surge and yaw, over what the best delay leaves on average
+    residual_squares : (stretches,) what this leaves of the changes of surge and yaw, over what the best delay leaves on
+        average
     row : from one record of the commands to the next [s]
     fitted : what was fitted, to be weighed against other explanations
     """
 
     seconds: float
     answers: Mapping[str, Answer]
-    left: Array
+    residual_squares: Array
     row: float = COARSE
     fitted: "Fitted | None" = None
 
@@ -198,7 +199,7 @@ def trials(records: Sequence[Record]) -> list[Trials]:
     left out where one of them only ever moves with the others, and where there are fewer than eight stretches of the
     slowest period in the band. The error is infinite where a command makes too little of what the boat does.
     """
-    return shared(records, "trials", lambda: _trials(records)) if records else []
+    return computed_once(records, "trials", lambda: _trials(records)) if records else []
 
 
 def _trials(records: Sequence[Record]) -> list[Trials]:
@@ -242,7 +243,7 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     lags = np.arange(-(margin // coarse), margin // coarse + 1) * coarse
 
     def left_at(tables: Sequence[_Table]) -> Array:
-        return np.column_stack([_left(tables, lags.tolist(), margin, axis) for axis in range(2)])
+        return np.column_stack([_residual_squares(tables, lags.tolist(), margin, axis) for axis in range(2)])
 
     left, late = left_at(tables), _late_speeds(records)
     if late:  # late speeds answer later than the gyro does: no one delay fits both, and a wrong one turns a sign round
@@ -256,10 +257,14 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     tried = sorted({int(np.argmin(score)), *inner.tolist(), int(near[np.argmin(score[near])])}, key=lambda k: score[k])
     full = {name: _full(records, name, centre[name]) for name in names}
     found = [_trial(tables, int(lags[k]), margin, full, left[tried[0]], row) for k in tried]
-    if found[0].left.size < _LEAST_BLOCKS:
+    if found[0].residual_squares.size < _LEAST_BLOCKS:
         return None
     stepped = next((trial for trial in found if trial.in_step), None)
-    return Trials(found[0], tuple(one for one in found[1:] if not surely_more(one.left, found[0].left)), stepped)
+    return Trials(
+        found[0],
+        tuple(one for one in found[1:] if not surely_more(one.residual_squares, found[0].residual_squares)),
+        stepped,
+    )
 
 
 def _scores(left: Array) -> Array:
@@ -272,7 +277,7 @@ def _late_speeds(records: Sequence[Record]) -> float:
     if not all(set(record.log.channels) >= MADE_GOOD for record in records):
         return 0.0
     every = [(record, stretch) for record in records for stretch in record.stretches]
-    lag = shared(records, "late speeds", lambda: lag_anywhere([made_good(*pair) for pair in every], _STEP))
+    lag = computed_once(records, "late speeds", lambda: lag_anywhere([made_good(*pair) for pair in every], _STEP))
     known = lag is not None and lag.explained >= FOLLOWS and abs(lag.seconds) > max(_STEP, CI * lag.error)
     return lag.seconds if lag is not None and known else 0.0
 
@@ -328,7 +333,7 @@ _DRAG = (slice(0, 2), slice(2, 5))
 """The drag of surge and of yaw among the columns of a table: no number that decides."""
 
 
-def _left(tables: Sequence[_Table], lags: Sequence[int], margin: int, axis: int) -> Array:
+def _residual_squares(tables: Sequence[_Table], lags: Sequence[int], margin: int, axis: int) -> Array:
     """What least squares leave of the changes of surge or of yaw at each lag, (lags,)."""
     many, drag = tables[0].commands.shape[1], _DRAG[axis]
     size = many + drag.stop - drag.start + 1

@@ -56,9 +56,9 @@ def block_draws(blocks: int, draws: int, seed: int | tuple[int, ...]) -> Array:
     seed : of the draws
     """
     rng = np.random.default_rng(seed)
-    found = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws).astype(float)
-    found.flags.writeable = False
-    return found
+    result = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws).astype(float)
+    result.flags.writeable = False
+    return result
 
 
 @lru_cache(maxsize=2)
@@ -73,9 +73,9 @@ def block_weights(blocks: int, draws: int, seed: int | tuple[int, ...]) -> Array
     blocks, draws : numbers of both
     seed : of the draws
     """
-    found = blocks * np.random.default_rng(seed).dirichlet(np.ones(blocks), size=draws)
-    found.flags.writeable = False
-    return found
+    result = blocks * np.random.default_rng(seed).dirichlet(np.ones(blocks), size=draws)
+    result.flags.writeable = False
+    return result
 
 
 def share_of_draws(passes: NDArray[np.bool_]) -> float:

@@ -31,19 +31,19 @@ R = TypeVar("R")
 
 
 @contextmanager
-def beside(work: Callable[[], R]) -> Iterator[Callable[[], R]]:
+def run_in_fork(work: Callable[[], R]) -> Iterator[Callable[[], R]]:
     """Begin a computation beside this process; what is given waits for its result, once, and raises what it raised.
 
     Parameters
     ----------
-    work : takes nothing, changes nothing, and returns or raises what can be pickled; see `steps_beside`
+    work : takes nothing, changes nothing, and returns or raises what can be pickled; see `run_steps_in_fork`
     """
-    with steps_beside(lambda: (work() for _ in range(1))) as steps:
+    with run_steps_in_fork(lambda: (work() for _ in range(1))) as steps:
         yield lambda: next(steps)
 
 
 @contextmanager
-def steps_beside(work: Callable[[], Iterator[R]]) -> Iterator[Iterator[R]]:
+def run_steps_in_fork(work: Callable[[], Iterator[R]]) -> Iterator[Iterator[R]]:
     """Begin a computation of some steps beside this process; what is given waits for each, and raises what it raised.
 
     It is done here, when its results are asked for, where there is no second processor or no safe fork: on other
@@ -54,11 +54,11 @@ def steps_beside(work: Callable[[], Iterator[R]]) -> Iterator[Iterator[R]]:
     ----------
     work : takes nothing, changes nothing, and gives, one after the other, or raises what can be pickled
     """
-    if not at_hand():
+    if not fork_available():
         yield work()
         return
     here, there = multiprocessing.Pipe(duplex=False)
-    process = multiprocessing.get_context("fork").Process(target=_hand_back, args=(work, here, there), daemon=True)
+    process = multiprocessing.get_context("fork").Process(target=_send_result, args=(work, here, there), daemon=True)
     try:
         process.start()
     except OSError:  # no more processes, or no memory for one
@@ -91,7 +91,7 @@ def _received(work: Callable[[], Iterator[R]], here: Connection) -> Iterator[R]:
         yield found
 
 
-def shared(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
+def parallel_map(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
     """A function of each item, every other one beside this process; see `beside`."""
     if len(items) < 2:
         return [function(item) for item in items]
@@ -99,7 +99,7 @@ def shared(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
     def others() -> list[R]:
         return [function(item) for item in items[1::2]]
 
-    with beside(others) as rest:
+    with run_in_fork(others) as rest:
         found = [function(item) for item in items[::2]]
         others_found = rest()
     every = [*found, *others_found]
@@ -107,14 +107,14 @@ def shared(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
     return every
 
 
-def load_before_forks(modules: Sequence[str]) -> None:
+def preload_modules(modules: Sequence[str]) -> None:
     """Load modules that each forked process would load for itself; one that needs what is not installed is left out."""
     for module in modules:
         with suppress(ImportError):
             import_module(module)
 
 
-def at_hand() -> bool:
+def fork_available() -> bool:
     """True when there is a second processor for a forked process, and no other thread of Python in its way."""
     if sys.platform != "linux" or len(os.sched_getaffinity(0)) < 2:
         return False
@@ -128,7 +128,7 @@ def _resident() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1024.0
 
 
-def _hand_back(work: Callable[[], Iterator[R]], here: Connection, there: Connection) -> None:
+def _send_result(work: Callable[[], Iterator[R]], here: Connection, there: Connection) -> None:
     """In the forked process: hand back results or an error; Ctrl-C is left to who waits for them, and ends with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for number in (signal.SIGTERM, signal.SIGHUP):

@@ -85,17 +85,17 @@ def _density(a: float, b: float, x: float) -> float:
 def _fraction(a: float, b: float, x: float) -> float:
     """The continued fraction of DLMF 8.17.22, from its front (Lentz 1976, doi:10.1364/AO.15.000668)."""
     upper, lower = 1.0, 1.0 / (1.0 - (a + b) * x / (a + 1.0))
-    found = lower
+    result = lower
     for m in range(1, _TERMS):
         even = m * (b - m) * x / ((a + 2 * m - 1.0) * (a + 2 * m))
         odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1.0))
-        before = found
+        before = result
         for term in (even, odd):
             upper, lower = 1.0 + term / upper, 1.0 / (1.0 + term * lower)
-            found *= upper * lower
-        if abs(found - before) <= _ROUNDING * abs(found):
+            result *= upper * lower
+        if abs(result - before) <= _ROUNDING * abs(result):
             break
-    return found
+    return result
 
 
 def _root(a: float, b: float, probability: float) -> float:

@@ -321,14 +321,14 @@ def power_of(axis: int, form: Form, envelope: Envelope, degree: Exponents) -> Ar
         exponents["uvr".index(factor.strip("|"))] += 1
     monomials = basis(degree).monomials
     column = monomials.index((exponents[0], exponents[1], exponents[2]))
-    found = np.zeros((len(envelope.orthants), len(monomials)))
+    result = np.zeros((len(envelope.orthants), len(monomials)))
     for k, far in enumerate(envelope.orthants):
         size = far[axis]
         for factor in form.factors:
             x = far["uvr".index(factor.strip("|"))]
             size *= abs(x) if factor.startswith("|") else x
-        found[k, column] = size
-    return found
+        result[k, column] = size
+    return result
 
 
 def vehicle_power(vehicle: Vehicle, envelope: Envelope, degree: Exponents) -> Array:

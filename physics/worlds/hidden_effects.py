@@ -56,13 +56,13 @@ def parse_effects(texts: Sequence[str]) -> dict[str, tuple[float, ...]]:
     RequestError
         for an effect that cannot be read, or is given twice.
     """
-    found: dict[str, tuple[float, ...]] = {}
+    result: dict[str, tuple[float, ...]] = {}
     for text in texts:
         name, values = parse_effect(text)
-        if name in found:
+        if name in result:
             raise RequestError(f"--effect {text}: {name} is given twice; give each effect once, with all its values")
-        found[name] = values
-    return found
+        result[name] = values
+    return result
 
 
 def effect_symbols(effect: Effect, vehicle: Vehicle) -> tuple[str, ...]:

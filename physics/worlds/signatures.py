@@ -12,7 +12,7 @@ from ..errors import RequestError
 from ..forces import modelled_acceleration
 from ..momentum_balance import mass_matrix
 from ..motion import AXES, Array, Motion
-from ..sampled_series import told_by
+from ..sampled_series import explained_share
 from ..vehicle import Vehicle, hull_of
 from .hidden_effects import apply_effects
 from .manoeuvres import COMMAND_STEP, programme
@@ -207,5 +207,5 @@ def _telling(vehicle: Vehicle, motions: Sequence[Motion], force: Array) -> tuple
         for name, values in zip(_SIGNALS, series, strict=True):
             found[name].append(values)
     joined = {name: np.concatenate(parts) for name, parts in found.items()}
-    best = max(_SIGNALS, key=lambda name: told_by(joined[name], force))
+    best = max(_SIGNALS, key=lambda name: explained_share(joined[name], force))
     return best, joined[best]

@@ -7,8 +7,8 @@ from enum import Enum
 import numpy as np
 from scipy.stats import chi2
 
+from ...discovery.effect_findings import EffectFinding
 from ...discovery.evidence.weighing import CERTAINLY
-from ...discovery.found_effects import FoundEffect
 from ...physics.presentation import listing, number, unit_text, words
 from ..run_contents import RunFolder
 from ..sureness import FileNumber, file_numbers, odds, vehicle_value, verdict_word
@@ -51,7 +51,7 @@ class Held:
     verdict: str
     odds: str
     number: FileNumber
-    found: FoundEffect | None = None
+    found: EffectFinding | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +227,7 @@ def _doubts(held: Sequence[Held | None], runs: Sequence[RunFolder], names: Seque
                 yield why
 
 
-def _hides(run: RunFolder, found: FoundEffect, here: RunFolder, name: str) -> str:
+def _hides(run: RunFolder, found: EffectFinding, here: RunFolder, name: str) -> str:
     """Why a run does not show that an effect which another run found is absent; empty where it does.
 
     The absence counts where the log was searched for the effect and can show it, no look-alike stands in its place, and
@@ -267,7 +267,7 @@ def _said(run: RunFolder, held: Held) -> str:
     return "no evidence" if item.thrusters and item.key != held.found.key else verdict_word(item)
 
 
-def _candidate(run: RunFolder, found: FoundEffect) -> FoundEffect | None:
+def _candidate(run: RunFolder, found: EffectFinding) -> EffectFinding | None:
     """What a run says of an effect: of the same thruster, or else of another; None where it did not look for it."""
     items = [item for item in run.findings.candidates if item.effect == found.effect]
     return next((item for item in items if item.key == found.key), items[0] if items else None)

@@ -14,7 +14,7 @@ from ..hull_diary import (
     caution,
     change_sentence,
     differs_sentence,
-    first_told,
+    in_telling_order,
     odd_sentence,
     plain,
     unchanged_sentence,
@@ -79,8 +79,8 @@ def _lead(runs: Sequence[RunFolder], numbers: Sequence[SharedNumber]) -> str:
     lack = [f"{whole} lack {listing(sure)}{f', and probably {listing(likely)}' if likely else ''}."] * bool(sure)
     lack = lack or [f"{whole} probably lack {listing(likely)}."] * bool(likely)
     counts = [(relation.value, [one.symbol for one in numbers if one.relation is relation]) for relation in Relation]
-    told = [f"{word[:1].upper()}{word[1:]}: {', '.join(symbols)}." for word, symbols in counts if symbols]
-    return " ".join([*lack, *told])
+    texts = [f"{word[:1].upper()}{word[1:]}: {', '.join(symbols)}." for word, symbols in counts if symbols]
+    return " ".join([*lack, *texts])
 
 
 def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
@@ -183,7 +183,7 @@ COURSE = (
 
 def diary_page(diary: DiaryFacts) -> str:
     """The HTML text of the page."""
-    boats = first_told(diary.boats)
+    boats = in_telling_order(diary.boats)
     sections = [
         *_verdicts(diary, boats, _linked),
         element("h2", BOATS),
@@ -199,7 +199,7 @@ def diary_page(diary: DiaryFacts) -> str:
 
 def glance(diary: DiaryFacts) -> Html:
     """What stands on top of the page, for another page that does not go on with every boat."""
-    boats = first_told(diary.boats)
+    boats = in_telling_order(diary.boats)
     drawing = element("div", strip(diary, boats), cls="scroll")
     days = element("section", element("h2", BOATS), drawing, element("p", STRIP, cls="muted"), cls="card")
     return render(*_verdicts(diary, boats, _named), days)

@@ -166,7 +166,9 @@ class JudgedPieces:
         """What a model changes of the nominal one: symbol, value before and after."""
         both = ((symbol, self.nominal.value(symbol), after) for symbol, after in model.values.items())
         return [
-            one for one in both if one[1] != one[2] and not apart(self.nominal, one[0]) and not apart(model, one[0])
+            one
+            for one in both
+            if one[1] != one[2] and not thrusters_differ(self.nominal, one[0]) and not thrusters_differ(model, one[0])
         ]
 
     def moved(self, shares: Mapping[str, float]) -> tuple[Vehicle, ...]:
@@ -183,7 +185,7 @@ class JudgedPieces:
         )
 
 
-def apart(vehicle: Vehicle, symbol: str) -> bool:
+def thrusters_differ(vehicle: Vehicle, symbol: str) -> bool:
     """True when thrusters differ in what all share as a rule: no single number moves that."""
     return len(values_of(vehicle, symbol)) > 1
 
@@ -207,8 +209,8 @@ def _pieces(
 def _model_of_rows(judged: pd.DataFrame, findings: Findings) -> NDArray[np.intp]:
     """The number of the model that was fitted without each row; -1 where every model saw it."""
     folds = findings.folds.models if findings.folds else ()
-    found = np.full(len(judged), -1 if folds else 0, dtype=np.intp)
+    result = np.full(len(judged), -1 if folds else 0, dtype=np.intp)
     for k, fold in enumerate(folds):
         for log, begin, end in fold.stretches:
-            found[(judged["log"] == log) & judged["time"].between(begin, end)] = k
-    return found
+            result[(judged["log"] == log) & judged["time"].between(begin, end)] = k
+    return result

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from ...comparison.facts import CORRECTED, NOMINAL, Comparison
 from ...comparison.recommendation import BASELINE
+from ...discovery.effect_findings import EffectFinding
 from ...discovery.findings import Findings, Step
-from ...discovery.found_effects import FoundEffect
 from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, share_removed, words
 from ...physics.vehicle import Vehicle
@@ -279,7 +279,7 @@ def _in_play(findings: Findings) -> str:
     return "no name; model.yaml is the nominal model."
 
 
-def _with_rivals(item: FoundEffect) -> str:
+def _with_rivals(item: EffectFinding) -> str:
     """A name with its odds and what the log cannot tell it from."""
     others = listing(twins(item))
     inside = ", ".join(filter(None, (odds(item), f"or {others}" * bool(others))))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...measurements.statistics.processors import shared
+from ...measurements.statistics.processors import parallel_map
 from ...physics.files import at_end
 from ...physics.presentation import listing, unit_text
 from ...physics.registry_members import objects_in
@@ -35,7 +35,7 @@ CHAPTERS = tuple(sorted(objects_in(chapters, Chapter), key=lambda chapter: chapt
 def page(run: RunFolder) -> str:
     """The HTML text of the report."""
     name = run.nominal.name
-    sections = shared(lambda chapter: chapter.write(run), CHAPTERS)
+    sections = parallel_map(lambda chapter: chapter.write(run), CHAPTERS)
     told = [(chapter, section) for chapter, section in zip(CHAPTERS, sections, strict=True) if section is not None]
     return document(name, f"what the model of {name} is missing", [_in_place(*one) for one in told], _contents(told))
 

@@ -67,8 +67,8 @@ def notes_list(comparison: Comparison) -> RenderableType | None:
     """What a reader must know of the comparison; None where there is nothing."""
     names, notes = tuple(model.name for model in comparison.models), comparison.notes
     # A note may begin with the name of a model, which keeps its letters.
-    told = [f"{note if note.startswith(names) else note[:1].upper() + note[1:]}." for note in notes]
-    return section("Notes", bullets(told)) if notes else None
+    texts = [f"{note if note.startswith(names) else note[:1].upper() + note[1:]}." for note in notes]
+    return section("Notes", bullets(texts)) if notes else None
 
 
 def _legend(told: set[str], first: str, fitted: bool) -> RenderableType | None:

@@ -113,8 +113,8 @@ def _reported(effect: Effect) -> str:
 def _alike(found: Signature) -> str:
     if not found.alike:
         return "nothing else, even in gentle driving"
-    told = [f"{name.replace('_', ' ')} ({cosine:.2f})" for name, cosine in found.alike]
-    return f"{listing(told)}: cosine between the forces in gentle driving, where only a manoeuvre tells them apart"
+    texts = [f"{name.replace('_', ' ')} ({cosine:.2f})" for name, cosine in found.alike]
+    return f"{listing(texts)}: cosine between the forces in gentle driving, where only a manoeuvre tells them apart"
 
 
 def _when(effect: Effect) -> str:

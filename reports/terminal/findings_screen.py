@@ -7,8 +7,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ...comparison.facts import Comparison
-from ...discovery.findings import Advice, Calibrated, Findings, Left, SensorError, Step
-from ...discovery.found_effects import FoundEffect, FoundTerm
+from ...discovery.effect_findings import EffectFinding, FittedTerm
+from ...discovery.findings import Advice, Calibrated, Findings, NotCalibrated, SensorError, Step
 from ...discovery.lawful.price_of_law import Passivity
 from ...discovery.search.estimation import Interval
 from ...physics.motion import AXES
@@ -102,7 +102,7 @@ def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) 
 
 
 def steps_table(
-    steps: Sequence[Step], candidates: Sequence[FoundEffect] = (), comparison: Comparison | None = None
+    steps: Sequence[Step], candidates: Sequence[EffectFinding] = (), comparison: Comparison | None = None
 ) -> Table:
     """The error falling: one row per added effect, acceleration and rollout error per axis on held-out data.
 
@@ -145,7 +145,7 @@ def _errors(acceleration: ByAxis, rollout: RolloutRecord) -> list[str]:
     return cells + [number(rollout.of(axis), 2) for axis in (*AXES, "position")]
 
 
-def error_left(steps: Sequence[Step], deciding: str = "") -> str:
+def remaining_error(steps: Sequence[Step], deciding: str = "") -> str:
     """What is left of the rollout error after the last step, by axis, and which errors a step made larger.
 
     Empty when nothing was added.
@@ -158,12 +158,12 @@ def error_left(steps: Sequence[Step], deciding: str = "") -> str:
     shares = ", ".join(f"{axis} {percent(ratio)}" for axis, ratio in ratios.items())
     worse = [axis for axis, ratio in ratios.items() if ratio > _WORSE]
     larger = f" Larger than before: {listing(worse)}." if worse else ""
-    told = f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{larger}"
-    return " ".join([told, *risen(steps, horizon)])
+    text = f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{larger}"
+    return " ".join([text, *risen(steps, horizon)])
 
 
 def candidates_table(
-    candidates: Sequence[FoundEffect], nominal: Vehicle, *, most: int = 12, short: bool = False
+    candidates: Sequence[EffectFinding], nominal: Vehicle, *, most: int = 12, short: bool = False
 ) -> RenderableType:
     """The `most` surest effects with verdict, odds, value and 95 % interval, and the error that returns without each.
 
@@ -178,12 +178,12 @@ def candidates_table(
     return _effects("Effects, surest first", in_order(candidates)[:most], nominal, f"{caption}{more}")
 
 
-def added_table(candidates: Sequence[FoundEffect], nominal: Vehicle) -> RenderableType:
+def added_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> RenderableType:
     """The effects that a person added by name, with their fitted values; see `candidates_table`."""
     return _effects("Effects added, fitted together", in_order(candidates), nominal, _caption(candidates))
 
 
-def unnamed_table(terms: Sequence[FoundTerm]) -> Table:
+def unnamed_table(terms: Sequence[FittedTerm]) -> Table:
     """Terms that no effect of the catalogue stands for: axis, monomial, value, 95 % interval, how often selected."""
     table = plain_table("Terms without a name", "a term here is a hint, not a cause")
     table.add_column("axis", no_wrap=True)
@@ -203,7 +203,7 @@ def calibrated_table(rows: Sequence[Calibrated]) -> RenderableType:
     return Fitting([_calibrated_in(rows, units) for units in (True, False)])
 
 
-def left_list(left: Sequence[Left], absorbed: Sequence[str] = ()) -> RenderableType | None:
+def not_calibrated_list(left: Sequence[NotCalibrated], absorbed: Sequence[str] = ()) -> RenderableType | None:
     """Parameters that were to be calibrated and stay as they were, with the reason, and effects that took no part."""
     pairs = [(item.symbol, item.why) for item in left]
     parts: list[RenderableType] = [section("Left as they were", glossary(pairs))] if pairs else []
@@ -240,7 +240,7 @@ def sensors_list(sensors: Sequence[SensorError]) -> RenderableType | None:
     return section("What the log does wrong", bullets(told)) if told else None
 
 
-def not_judged(candidates: Sequence[FoundEffect]) -> str:
+def not_judged(candidates: Sequence[EffectFinding]) -> str:
     """The effects that this log cannot show, as a sentence; empty when there are none."""
     names = list(dict.fromkeys(effect_words(item) for item in candidates if item.cannot_tell))
     return f"Could not be judged in this log: {listing(names)}." if names else ""
@@ -255,18 +255,18 @@ def advice_list(advice: Sequence[Advice]) -> RenderableType | None:
     return section("What to record next", bullets(lines)) if lines else None
 
 
-def _caption(candidates: Sequence[FoundEffect]) -> str:
+def _caption(candidates: Sequence[EffectFinding]) -> str:
     """What the columns of a table of effects are."""
     return f"{sure_caption(candidates)}; {BACK}: {COMES_BACK}"
 
 
-def _effects(title: str, candidates: Sequence[FoundEffect], nominal: Vehicle, caption: str) -> RenderableType:
+def _effects(title: str, candidates: Sequence[EffectFinding], nominal: Vehicle, caption: str) -> RenderableType:
     """Effects with values: each interval beside its value where there is room, or else below it."""
     return Fitting([_effects_in(candidates, nominal, plain_table(title, caption), *gaps) for gaps in _GAPS])
 
 
 def _effects_in(
-    candidates: Sequence[FoundEffect], nominal: Vehicle, table: Table, gap: str, gap_in_heading: str
+    candidates: Sequence[EffectFinding], nominal: Vehicle, table: Table, gap: str, gap_in_heading: str
 ) -> Table:
     """The table with its columns and rows.
 
@@ -317,7 +317,7 @@ def _after(row: Calibrated) -> str:
     return within(row.after, known, minus="-") if known else number(row.after, 4)
 
 
-def _names(candidates: Sequence[FoundEffect]) -> dict[str, str]:
+def _names(candidates: Sequence[EffectFinding]) -> dict[str, str]:
     """Effects in words, with the thruster where only one is meant."""
     found: dict[str, list[str]] = {}
     for item in candidates:

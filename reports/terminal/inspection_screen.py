@@ -12,7 +12,7 @@ from ...measurements.activity import Excitation
 from ...measurements.canonical import command_kind, unit_of
 from ...measurements.inspection import ChannelSummary, Inspection, Inspections
 from ...measurements.quality.finding import Finding, Verdict
-from ...measurements.thrusters_in_log import FoundThruster
+from ...measurements.thrusters_in_log import DetectedThruster
 from ...physics.presentation import listing, number, percent, unit_text
 from ...physics.vehicle import Vehicle
 from .layout import ASIDE, BAD, GOOD, UNSURE, Fitting, Prose, bullets, plain_table, section, stacked
@@ -28,9 +28,9 @@ def quality_parts(findings: Sequence[Finding]) -> list[RenderableType]:
     if tabled:
         parts.append(_table(tabled))
     for verdict, title, style in (("cannot tell", "Cannot be told", ASIDE), ("ok", "Checked and sound", "")):
-        told = [f"{item.check}: {item.sentence}" for item in findings if item.verdict == verdict]
-        if told:
-            parts.append(section(title, bullets(told, style)))
+        texts = [f"{item.check}: {item.sentence}" for item in findings if item.verdict == verdict]
+        if texts:
+            parts.append(section(title, bullets(texts, style)))
     return parts
 
 
@@ -155,8 +155,8 @@ def _plan(inspection: Inspection, vehicle: Vehicle | None) -> list[str]:
         many = len(plan.segments)
         spans = [f"{_tenths(part.start)} to {_tenths(part.end)} s" for part in plan.segments[:_MOST_STRETCHES]]
         more = f" and {many - len(spans)} more" if many > len(spans) else ""
-        told = f"{many} stretches without gaps" if many > 1 else "one stretch without gaps"
-        lines.append(f"Take {told}: {', '.join(spans)}{more}.")
+        text = f"{many} stretches without gaps" if many > 1 else "one stretch without gaps"
+        lines.append(f"Take {text}: {', '.join(spans)}{more}.")
     commands = [channel.name for channel in inspection.channels if command_kind(channel.name)]
     if vehicle is not None:
         wanted = listing([thruster.channel for thruster in vehicle.thrusters])
@@ -281,13 +281,13 @@ _HULL = ("mass", "inertia_z", "X_udot", "Y_vdot", "N_rdot", "X_u", "Y_v", "N_r")
 _UNITS = {"mass": "kg", "inertia_z": "kg m^2"}
 
 
-def init_screen(vehicle: Vehicle, thrusters: Sequence[FoundThruster], doubts: Sequence[str]) -> list[RenderableType]:
+def init_screen(vehicle: Vehicle, thrusters: Sequence[DetectedThruster], doubts: Sequence[str]) -> list[RenderableType]:
     """Thrusters, numbers of the hull with their sources, and what nobody told and no log shows."""
     parts: list[RenderableType] = [_thrusters(vehicle, thrusters), _hull(vehicle)]
     return [*parts, section("To look at", bullets(doubts), style=f"bold {UNSURE}")] if doubts else parts
 
 
-def _thrusters(vehicle: Vehicle, thrusters: Sequence[FoundThruster]) -> Table:
+def _thrusters(vehicle: Vehicle, thrusters: Sequence[DetectedThruster]) -> Table:
     table = plain_table("Thrusters")
     table.add_column("thruster", no_wrap=True)
     table.add_column("side", no_wrap=True)
@@ -297,15 +297,15 @@ def _thrusters(vehicle: Vehicle, thrusters: Sequence[FoundThruster]) -> Table:
     table.add_column("unit", no_wrap=True)
     table.add_column("N ahead", justify="right")
     for one, built in zip(thrusters, vehicle.thrusters, strict=True):
-        told = f"log; was {one.read_as}{', turned round' * one.turned}" if one.read_as != one.channel else "log"
+        text = f"log; was {one.read_as}{', turned round' * one.turned}" if one.read_as != one.channel else "log"
         if one.turned and one.read_as == one.channel:
-            told = "log; turned round"
+            text = "log; turned round"
         ends = (one.output.astern, one.output.neutral, one.output.ahead)
         full = built.curve.thrust(np.array([one.output.ahead]), built.command)
         table.add_row(
             one.name,
             one.side or "?",
-            told if one.by_log else "name",
+            text if one.by_log else "name",
             *(number(end, 4) for end in ends),
             unit_text(unit_of(one.channel)),
             number(float(full[0])),

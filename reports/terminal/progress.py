@@ -70,7 +70,7 @@ class Progress:
         so_far, left = time.monotonic() - self._since, 0.0
         if isinstance(line, Stage) and line.behind:
             self._course.begin(line, so_far)
-            left = self._course.left(so_far)
+            left = self._course.time_left(so_far)
         if isinstance(line, Stage) and on_terminal():
             if line.behind:
                 self._stage, self._detail = line, ""
@@ -126,11 +126,11 @@ class Progress:
         if self._counted is not None:
             words, share, left = self._counted
         if self._stage:
-            share, left = self._course.share(so_far), self._course.left(so_far)
+            share, left = self._course.share(so_far), self._course.time_left(so_far)
             words = f"{self._stage}: {words}" if words else self._stage
-        told = f"{so_far:.0f} s" + (f", {about(left)}" if left >= _WORTH_TELLING else "")
+        text = f"{so_far:.0f} s" + (f", {about(left)}" if left >= _WORTH_TELLING else "")
         bar = f"{_cells(share)} " if share and columns >= _NARROWEST else ""
-        line, room = f"  {bar}{told}  ", columns - 1
+        line, room = f"  {bar}{text}  ", columns - 1
         used = len(line) - (len(bar) - _CELLS - 1 if bar else 0)
         return line + _cut(one_line(words), max(room - used, 0))
 
@@ -275,7 +275,7 @@ EPOCHS_A_LINE = 10
 """Epochs between plain lines: thirty for a training of the usual 300."""
 
 
-def epochs_told(epochs: int, say: Say | None) -> "Callable[[Epoch], None]":
+def epoch_lines(epochs: int, say: Say | None) -> "Callable[[Epoch], None]":
     """A function that tells of an epoch; the time left is that of all epochs, which a training seldom needs."""
     begun, first = time.monotonic(), [0]
 

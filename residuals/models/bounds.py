@@ -133,14 +133,14 @@ def bound_power(model: NetworkModel, envelope: Envelope, limit: float, force: Ar
     perceptron = _perceptron(model)
     if perceptron is None:
         return Bounded(False)
-    found = Bounded(True)
+    result = Bounded(True)
     for gain in _gains(model):
         head, bias = perceptron.layers[-1]
         heads = [*perceptron.layers[:-1], (head * gain[:, None], bias * gain)]
-        found = _bound(model, Perceptron(heads, perceptron.lines), envelope, limit, force)
-        if not found.proved:
+        result = _bound(model, Perceptron(heads, perceptron.lines), envelope, limit, force)
+        if not result.proved:
             break
-    return found
+    return result
 
 
 def _gains(model: NetworkModel) -> Array:
@@ -270,7 +270,7 @@ def _crossing(vehicle: Vehicle, middle: Array, half: Array) -> Array:
 
 def _monomials(vehicle: Vehicle) -> list[tuple[float, tuple[int, int, int], Array]]:
     """The power of each damping term: its coefficient, exponents of u, v, r, and where an odd count of moduli is."""
-    found = []
+    result = []
     for value, axis, form in active_terms(vehicle):
         powers, moduli = [0, 0, 0], np.zeros(3, dtype=int)
         powers[axis] += 1
@@ -278,8 +278,8 @@ def _monomials(vehicle: Vehicle) -> list[tuple[float, tuple[int, int, int], Arra
             k = "uvr".index(factor.strip("|"))
             powers[k] += 1
             moduli[k] += factor.startswith("|")
-        found.append((value, (powers[0], powers[1], powers[2]), moduli % 2 == 1))
-    return found
+        result.append((value, (powers[0], powers[1], powers[2]), moduli % 2 == 1))
+    return result
 
 
 def _monomial(x: Array, powers: tuple[int, int, int]) -> Array:

@@ -165,11 +165,11 @@ class OnnxAnswer:
         found = [(each.name, each.type, list(each.shape or ())) for each in session.get_inputs()]
         parts = _told_apart([(label, shape) for label, _, shape in found], thrusters)
         if parts is None or any(kind not in _TYPES for _, kind, _ in found):
-            told = ", ".join(f"{label} {kind} {tuple(shape)}" for label, kind, shape in found)
+            text = ", ".join(f"{label} {kind} {tuple(shape)}" for label, kind, shape in found)
             raise RequestError(
                 f"model {name}: expected some of the inputs velocity (n, 3), heading (n,) and commands "
                 f"(n, {thrusters}), or one of them side by side (n, {4 + thrusters}), as float or double "
-                f"tensors, got {told or 'none'}; "
+                f"tensors, got {text or 'none'}; "
                 "export it with input_names=['velocity', 'heading', 'commands']"
             )
         self._inputs = [

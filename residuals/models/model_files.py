@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError, VehicleError, listed, shown
 from ...physics.files import on_top, strict_json, write_bytes, write_text, written_by, yaml_text
-from ...physics.folders import finish, replace_folder
+from ...physics.folders import finish_move, replace_folder
 from ...physics.reading import (
     Number,
     Plain,
@@ -182,7 +182,7 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
         another network.
     """
     source = Path(folder)
-    finish(source)
+    finish_move(source)
     settings = _settings(source)
     require_torch()
     from .network_model import NetworkModel, scaling_of

@@ -21,9 +21,9 @@ from ...physics.vehicle import Vehicle
 from ..networks.base import Memory, Network, Scaling, through
 from ..networks.trust import Trust
 from .base import Kind, Model
-from .coasting import SETTLE
 from .interval import Interval, least_known, sizes
 from .network_inputs import network_inputs, stacked_inputs
+from .unforced_states import SETTLE
 
 
 @contextmanager
@@ -178,7 +178,7 @@ class NetworkModel(Model):
         return rollout(physics, motion, starts, steps, _OpenLoop(self, motion, np.asarray(starts, dtype=int)))
 
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
-        """See `Model.settled`; a network with a memory sees the state for `coasting.SETTLE`."""
+        """See `Model.settled`; a network with a memory sees the state for `unforced_states.SETTLE`."""
         if not velocity.shape[0]:
             return np.zeros((0, 3))
         thrust, _ = held_thrust(self.vehicle, commands)
@@ -273,9 +273,9 @@ class NetworkWalk:
 
     def follow(self, seen: Array) -> Array:
         """Correction of rows (n, inputs) that have come, (n, 3); the network remembers them."""
-        found, self._memory = self._asked(seen)
-        self.said = found[-1]
-        return found
+        result, self._memory = self._asked(seen)
+        self.said = result[-1]
+        return result
 
     def ahead(self, seen: Array) -> Array:
         """Correction of rows (n, inputs) that would come next, (n, 3); the network remembers nothing of them."""

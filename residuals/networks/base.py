@@ -53,7 +53,7 @@ class Scaling:
 class Grown:
     """A network that is fitted at once to all rows of a training part, and not by steps along a gradient.
 
-    No law plays a part while it is, and no training goes on from it. `training.growing` knows how it is found.
+    No law plays a part while it is, and no training goes on from it. `training.tabular_fit` knows how it is found.
 
     Attributes
     ----------

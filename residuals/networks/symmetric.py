@@ -73,9 +73,9 @@ class Symmetric(Network):
         mean, scale, image, sides, pulled = (self.get_buffer(label).double() for label in labels)
         units, layers = int(self.options["units"]), int(self.options["layers"])
         with torch.random.fork_rng(devices=[]):
-            found = MLP(self.scaling, units=2 * units, layers=layers, activation=2).to(self.get_buffer("input_mean"))
-        found.gain = self.gain
-        mine, theirs = ([m for m in net.body if isinstance(m, nn.Linear)] for net in (self, found))
+            result = MLP(self.scaling, units=2 * units, layers=layers, activation=2).to(self.get_buffer("input_mean"))
+        result.gain = self.gain
+        mine, theirs = ([m for m in net.body if isinstance(m, nn.Linear)] for net in (self, result))
         for k, (own, both) in enumerate(zip(mine, theirs, strict=True)):
             weight, bias = own.weight.double(), own.bias.double()
             turned = weight / scale @ image.mT if k == 0 else weight
@@ -85,9 +85,9 @@ class Symmetric(Network):
             both.bias.copy_(torch.cat((bias, bias + shift)))
         weight, bias = self.head.weight.double(), self.head.bias.double()
         rest = self.head(self.body((-mean / scale).to(self.get_buffer("input_mean")))).double()
-        found.head.weight.copy_(0.5 * pulled @ torch.cat((weight, sides[:, None] * weight), dim=1))
-        found.head.bias.copy_(0.5 * pulled @ ((1.0 + sides) * (bias - rest)))
-        return found
+        result.head.weight.copy_(0.5 * pulled @ torch.cat((weight, sides[:, None] * weight), dim=1))
+        result.head.bias.copy_(0.5 * pulled @ ((1.0 + sides) * (bias - rest)))
+        return result
 
 
 def _image(reach: Array) -> Array:
@@ -106,7 +106,7 @@ def _image(reach: Array) -> Array:
             "network symmetric: expected each thruster to have a partner on the other side, or to sit on the keel; "
             "this vehicle has one without; take another network, such as mlp"
         )
-    found = np.zeros((3 + drives, 3 + drives))
-    found[range(3), range(3)] = _SIDES
-    found[3 + np.arange(drives), 3 + partner] = sign
-    return found
+    result = np.zeros((3 + drives, 3 + drives))
+    result[range(3), range(3)] = _SIDES
+    result[3 + np.arange(drives), 3 + partner] = sign
+    return result

@@ -65,10 +65,10 @@ class Trust:
 
     def gain(self, distance: Array) -> Array:
         """The gain (..., 3) at distances (...)."""
-        return _left(distance, self.reaches) @ self.weights.T
+        return _faded(distance, self.reaches) @ self.weights.T
 
 
-def _left(distance: Array, reaches: Array) -> Array:
+def _faded(distance: Array, reaches: Array) -> Array:
     """What is left (..., reaches + 1) of what fades within each reach, and of what does not, at distances (...)."""
     far = np.append(reaches, np.inf)
     return np.maximum(1.0 - (np.asarray(distance)[..., None] / far) ** 2, 0.0) ** 2
@@ -81,24 +81,26 @@ def directions(size: int) -> Array:
     return np.concatenate([axes, np.sqrt(0.5) * np.array(pairs).reshape(-1, size)])
 
 
-class Tried(NamedTuple):
+class HeldOutTrial(NamedTuple):
     """A correction on rows that it was not trained on, one after the other in time.
 
     Attributes
     ----------
     lacking : (rows, 3) what the vehicle lacks [m/s^2, m/s^2, rad/s^2]
-    said : (rows, 3) the correction
+    predicted : (rows, 3) the correction
     distance : (rows,) from what it was trained on [deviations]
     stretch : which of the stretches of a log they are: what happens in one tells of itself alone
     """
 
     lacking: Array
-    said: Array
+    predicted: Array
     distance: Array
     stretch: int
 
 
-def stacked(tried: Sequence[Tried], rows: int, *, common: bool = False, seed: int = 0) -> tuple[Array, Array, Array]:
+def stacked(
+    tried: Sequence[HeldOutTrial], rows: int, *, common: bool = False, seed: int = 0
+) -> tuple[Array, Array, Array]:
     """Reaches, weights and standard errors of a `Trust`, by what was tried.
 
     With c the correction at a distance d from training,
@@ -130,7 +132,8 @@ def stacked(tried: Sequence[Tried], rows: int, *, common: bool = False, seed: in
     grams = np.zeros((len(stretches), 3, count + 1, count + 1))
     for one in tried:
         columns = np.concatenate(
-            [_left(one.distance, reaches)[:, None, :count] * one.said[:, :, None], one.lacking[:, :, None]], axis=2
+            [_faded(one.distance, reaches)[:, None, :count] * one.predicted[:, :, None], one.lacking[:, :, None]],
+            axis=2,
         )
         starts = np.arange(0, len(columns) - rows + 1, rows)
         added = np.add.reduceat(columns[: len(starts) * rows], starts) if starts.size else columns[:0]
@@ -146,7 +149,7 @@ def stacked(tried: Sequence[Tried], rows: int, *, common: bool = False, seed: in
     found = np.zeros((_DRAWS, 3, reaches.size + 1))
     found[..., :count] = [[_weights(gram) for gram in np.tensordot(draw, grams, 1)] for draw in draws]
     at = np.append(0.0, reaches)
-    return reaches, found.mean(axis=0), (found @ _left(at, reaches).T).std(axis=0)
+    return reaches, found.mean(axis=0), (found @ _faded(at, reaches).T).std(axis=0)
 
 
 def _weights(gram: Array) -> Array:

@@ -7,7 +7,7 @@ from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.vehicle import Vehicle
 from .epochs import probes_of
-from .probes import Part, Probed, parts, rollout_ratio_of
+from .probes import HeldOutPart, Probed, held_out_parts, rollout_ratio_of
 from .training_settings import Choice, TrainingSettings
 
 KINDS = (Choice("gp"), Choice("gp", heading=True), Choice("symmetric"), Choice("mlp"), Choice("lstm"))
@@ -58,10 +58,10 @@ def candidates(
     RequestError
         where none could be tried, such as on a log that is too short.
     """
-    every = parts(split.train, vehicle, settings.window)
+    every = held_out_parts(split.train, vehicle, settings.window)
     blocks, regions = ([part for part in every if part.block is block] for block in (True, False))
 
-    def tried(before: Sequence[Candidate], asked: Sequence[Part]) -> list[Candidate]:
+    def tried(before: Sequence[Candidate], asked: Sequence[HeldOutPart]) -> list[Candidate]:
         found = []
         for one in before:
             if progress is not None:

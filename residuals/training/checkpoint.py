@@ -178,7 +178,7 @@ Auditor = Callable[[NetworkModel], Verdict]
 
 
 @dataclass(frozen=True, slots=True)
-class Chosen:
+class SelectedCheckpoint:
     """The weights that are kept.
 
     Attributes
@@ -192,7 +192,7 @@ class Chosen:
 
 
 @final
-class Chooser:
+class CheckpointSelector:
     """Loads weights into a model, and puts it before the laws.
 
     Parameters
@@ -208,7 +208,7 @@ class Chooser:
         self._against: list[Array] = []
         self._silent = True
 
-    def best(self, ranked: list[int], kept: Weights) -> Chosen:
+    def best(self, ranked: list[int], kept: Weights) -> SelectedCheckpoint:
         """Load the best weights that the auditor passes, or the best.
 
         Parameters
@@ -220,11 +220,11 @@ class Chooser:
         for number in asked if self.auditor is not None else []:
             self.model.network.load_state_dict(_of(kept, number))
             if self._passes():
-                return Chosen(number, True)
+                return SelectedCheckpoint(number, True)
         self.model.network.load_state_dict(_of(kept, ranked[0]))
-        return Chosen(ranked[0], None if self.auditor is None else False)
+        return SelectedCheckpoint(ranked[0], None if self.auditor is None else False)
 
-    def mended(self, found: Chosen, again: Again) -> Chosen:
+    def mended(self, found: SelectedCheckpoint, again: Again) -> SelectedCheckpoint:
         """Train on at the states against the laws until the auditor passes one; leave all as it is where it passed one.
 
         The weights at the end of a round are put before it, for those of its first epochs have learnt the least.
@@ -242,7 +242,7 @@ class Chooser:
                 break
             self.model.network.load_state_dict(weights)
             if self._passes():
-                return Chosen(number, True)
+                return SelectedCheckpoint(number, True)
             told = not self._silent
         self.model.network.load_state_dict(before)
         return found
@@ -271,9 +271,9 @@ class Chooser:
             ratio = float((_squares(self.model, self.held_out) / unit).mean()) if unit.size else 1.0
             return unlawful, told[number].rmse * (np.sqrt(ratio) if np.isfinite(ratio) else np.inf)
 
-        found = sorted(best, key=error)
-        self.model.network.load_state_dict(_of(kept, found[0]))
-        return found
+        result = sorted(best, key=error)
+        self.model.network.load_state_dict(_of(kept, result[0]))
+        return result
 
 
 def _of(kept: Weights, number: int) -> dict[str, Tensor]:

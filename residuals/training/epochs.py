@@ -18,12 +18,12 @@ from ...physics.vehicle import Vehicle
 from ..models.network_model import NetworkModel, one_thread
 from ..models.neural import CHECKPOINT
 from ..networks.base import Network
-from .checkpoint import Auditor, Checkpoint, Chooser, cloned, read_checkpoint, write_checkpoint
-from .growing import grow
+from .checkpoint import Auditor, Checkpoint, CheckpointSelector, cloned, read_checkpoint, write_checkpoint
 from .history import Epoch, best_epochs, stale
 from .losses import Objective
 from .preparation import Prepared, prepare_training
-from .probes import Part, Probed, parts, probed, trust_of
+from .probes import HeldOutPart, Probed, held_out_parts, train_probes, trust_of
+from .tabular_fit import fit_tabular
 from .trained import Trained, interval_of
 from .training_settings import Choice, TrainingSettings, asks_its_log
 
@@ -85,7 +85,7 @@ def train(
             if progress is not None:
                 progress(run.history[-1])
         model = NetworkModel(vehicle, deepcopy(run.network).cpu(), prepared.time_step, pure=choice.pure)
-        chooser = Chooser(model, split.validation, auditor, run.learns_laws)
+        chooser = CheckpointSelector(model, split.validation, auditor, run.learns_laws)
         ranked = chooser.ranked(run.history, run.kept)
         if asks_its_log(choice, chosen):
             model.trust(trust_of(model, split, choice.probes or probes_of(split, vehicle, choice, chosen)))
@@ -101,7 +101,11 @@ def train(
 
 
 def probes_of(
-    split: Split, vehicle: Vehicle, choice: Choice, settings: TrainingSettings, asked: Sequence[Part] | None = None
+    split: Split,
+    vehicle: Vehicle,
+    choice: Choice,
+    settings: TrainingSettings,
+    asked: Sequence[HeldOutPart] | None = None,
 ) -> Probed:
     """Networks like one to be trained that know parts of the training part alone, and what they say of the rest.
 
@@ -112,8 +116,8 @@ def probes_of(
     asked : the parts; None for all of them
     """
     fresh, few = replace(choice, start=None, probes=None), probe_settings(settings)
-    every = parts(split.train, vehicle, few.window) if asked is None else asked
-    return probed(split, every, lambda part: train(part, vehicle, fresh, settings=few).model)
+    every = held_out_parts(split.train, vehicle, few.window) if asked is None else asked
+    return train_probes(split, every, lambda part: train(part, vehicle, fresh, settings=few).model)
 
 
 def probe_settings(settings: TrainingSettings) -> TrainingSettings:
@@ -250,7 +254,7 @@ class _Run:
         if self.grown is None:
             self._judge(self._pass(_rate(self.settings, self._next)))
         else:
-            self._judge(grow(network, prepared.table, self.settings.seed, self.settings.epochs))
+            self._judge(fit_tabular(network, prepared.table, self.settings.seed, self.settings.epochs))
         if self.folder is not None:
             write_checkpoint(
                 self.folder,

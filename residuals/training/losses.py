@@ -10,7 +10,7 @@ from ...physics.forces import ForceEquation, relative_velocity
 from ...physics.integration import runge_kutta
 from ...physics.laws.energy import EXCESS_UNIT, coasting_power, full_force, full_power, surplus
 from ...physics.vehicle import Vehicle
-from ..models.coasting import Coasting
+from ..models.unforced_states import UnforcedStates
 from ..networks.base import Memory, Network
 from .training_settings import TrainingSettings
 from .windows import Augmenter, Windows
@@ -128,14 +128,14 @@ class Objective:
     met : states more at which the laws are asked for: those that an audit met against them
     """
 
-    met: Coasting | None = None
+    met: UnforcedStates | None = None
 
     def __init__(
         self,
         windows: Windows,
         filter_matrix: Tensor,
         unit: Tensor,
-        coasting: Coasting,
+        coasting: UnforcedStates,
         vehicle: Vehicle,
         settings: TrainingSettings,
         *,

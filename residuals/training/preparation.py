@@ -24,9 +24,9 @@ from ...physics.momentum_balance import thruster_matrix
 from ...physics.motion import Array, Motion
 from ...physics.thrusters import neutral_command
 from ...physics.vehicle import Vehicle
-from ..models.coasting import Coasting
 from ..models.network_inputs import input_names, network_inputs
 from ..models.network_model import NetworkModel, scaling_of
+from ..models.unforced_states import UnforcedStates
 from ..networks.base import Network, Scaling, through
 from ..networks.registry import NETWORKS, build, default_options, network_named
 from ..scores import same_filter, target_acceleration
@@ -51,7 +51,7 @@ class Judge:
         self,
         data: DataSet,
         vehicle: Vehicle,
-        coasting: Coasting,
+        coasting: UnforcedStates,
         unit: Array,
         *,
         pure: bool,
@@ -158,7 +158,7 @@ class Prepared:
     network: Network
     objective: Objective
     judge: Judge
-    asked_at: Callable[[Array], Coasting]
+    asked_at: Callable[[Array], UnforcedStates]
     pure: bool
     table: tuple[Array, Array]
     time_step: float
@@ -214,13 +214,13 @@ def prepare_training(
     idle = np.array([neutral_command(t) for t in vehicle.thrusters])
     how = {**chosen, "time_step": windows.time_step, "remembers": remembers, "like": like}
 
-    def coasting(states: Array) -> Coasting:
+    def coasting(states: Array) -> UnforcedStates:
         commands = pool[np.random.default_rng(5).integers(0, pool.shape[0], states.shape[0])]
         commands[::2] = idle
-        return Coasting(vehicle, states, commands, **how)
+        return UnforcedStates(vehicle, states, commands, **how)
 
-    def asked_at(states: Array) -> Coasting:
-        return Coasting(vehicle, states[:, :4], states[:, 4:], **how)
+    def asked_at(states: Array) -> UnforcedStates:
+        return UnforcedStates(vehicle, states[:, :4], states[:, 4:], **how)
 
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
     judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen)

@@ -17,7 +17,7 @@ from ...physics.vehicle import Vehicle
 from ..models.base import VehicleModel
 from ..models.network_inputs import network_inputs
 from ..models.network_model import NetworkModel
-from ..networks.trust import Tried, Trust, stacked
+from ..networks.trust import HeldOutTrial, Trust, stacked
 from ..scores import rollout_errors, target_acceleration
 
 WARM_UP = 2.0
@@ -35,15 +35,15 @@ Probe = Callable[[Split], NetworkModel]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class HeldOutPart:
     """Motions that a probe knows, others of the same log that it is asked, and whether these are a block of time."""
 
     known: DataSet
-    asked: DataSet
+    held_out: DataSet
     block: bool
 
 
-def parts(data: DataSet, vehicle: Vehicle, seconds: float) -> list[Part]:
+def held_out_parts(data: DataSet, vehicle: Vehicle, seconds: float) -> list[HeldOutPart]:
     """The ways in which a training part is parted; none where it is too short.
 
     Parameters
@@ -70,7 +70,7 @@ def parts(data: DataSet, vehicle: Vehicle, seconds: float) -> list[Part]:
     return [_parted(data, pieces, set(asked.tolist()), block=block) for asked, block in every_part]
 
 
-def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], *, block: bool) -> Part:
+def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], *, block: bool) -> HeldOutPart:
     """The part whose stretches of these numbers are asked; neighbours are joined."""
     both: tuple[list[tuple[int, int, int]], ...] = ([], [])
     for n, (k, start, stop) in enumerate(pieces):
@@ -86,7 +86,7 @@ def _parted(data: DataSet, pieces: list[tuple[int, int, int]], asked: set[int], 
         replace(data, motions=cut(data.motions, where), unfiltered=None if raw is None else cut(raw, where))
         for where in both
     )
-    return Part(known, held, block)
+    return HeldOutPart(known, held, block)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +99,7 @@ class Probed:
     blocks : the probes of the blocks of time, each with its block and the stretches that this consists of
     """
 
-    tried: tuple[Tried, ...] = ()
+    tried: tuple[HeldOutTrial, ...] = ()
     blocks: tuple[tuple[NetworkModel, DataSet, frozenset[int]], ...] = ()
 
     def __add__(self, other: "Probed") -> "Probed":
@@ -107,7 +107,7 @@ class Probed:
         return Probed((*self.tried, *other.tried), (*self.blocks, *other.blocks))
 
 
-def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
+def train_probes(split: Split, asked: Sequence[HeldOutPart], probe: Probe) -> Probed:
     """Train the probes of one kind, one for each of some parts of the training part of a split.
 
     Parameters
@@ -116,21 +116,21 @@ def probed(split: Split, asked: Sequence[Part], probe: Probe) -> Probed:
     asked : the parts
     probe : trains one network
     """
-    tried: list[Tried] = []
+    tried: list[HeldOutTrial] = []
     blocks = []
     for part in asked:
         try:
             model = probe(replace(split, train=part.known))
-            said = told(model, part.known, part.asked)
+            said = predict_held_out(model, part.known, part.held_out)
         except RequestError:  # a loss that is not finite, perhaps, or too few rows for a window: it tells nothing
             continue
         tried += said
         if part.block:
-            blocks.append((model, part.asked, frozenset(one.stretch for one in said)))
+            blocks.append((model, part.held_out, frozenset(one.stretch for one in said)))
     return Probed(tuple(tried), tuple(blocks))
 
 
-def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
+def predict_held_out(model: NetworkModel, known: DataSet, asked: DataSet) -> list[HeldOutTrial]:
     """Predict the correction of a network on data that it did not learn, stretch by stretch; its gain is 1 then.
 
     Parameters
@@ -142,7 +142,7 @@ def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
     seen = np.concatenate([network_inputs(model.vehicle, motion, model.heading) for motion in known.motions])
     model.trust(Trust.within(model.network.known(model.network.scaling.inputs.apply(seen))))
     first = round(WARM_UP / model.time_step) if model.remembers else 0
-    found = []
+    result = []
     for motion in asked.motions:
         lacking = target_acceleration(model.vehicle, motion, asked, False)
         said, distance = model.correction(motion), model.beyond(motion)
@@ -150,8 +150,8 @@ def told(model: NetworkModel, known: DataSet, asked: DataSet) -> list[Tried]:
         for one in np.unique(stretch[first:]).tolist():
             rows = np.flatnonzero(stretch == one)
             rows = rows[rows >= first]
-            found.append(Tried(lacking[rows], said[rows], distance[rows], one))
-    return found
+            result.append(HeldOutTrial(lacking[rows], said[rows], distance[rows], one))
+    return result
 
 
 def trust_of(model: NetworkModel, split: Split, found: Probed) -> Trust:
@@ -163,10 +163,10 @@ def trust_of(model: NetworkModel, split: Split, found: Probed) -> Trust:
     split : with its training and validation part
     found : what the probes predicted
     """
-    return trusted(model, (*found.tried, *told(model, split.train, split.validation)))
+    return trusted(model, (*found.tried, *predict_held_out(model, split.train, split.validation)))
 
 
-def trusted(model: NetworkModel, tried: Sequence[Tried]) -> Trust:
+def trusted(model: NetworkModel, tried: Sequence[HeldOutTrial]) -> Trust:
     """The gain of a network that knows its distances, by what was tried."""
     gain = model.network.gain
     assert gain is not None, "`told` has measured from where distances are"

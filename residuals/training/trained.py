@@ -101,7 +101,7 @@ def interval_of(model: NetworkModel, split: Split) -> Interval:
     if len(near.found) < _FEW:
         near = unseen
     both = _Rows(*(np.concatenate(pair) for pair in zip(learnt, unseen, strict=True)))
-    found = Interval(
+    result = Interval(
         level=LEVEL,
         learnt=calibrated(known.found, known.error, near.found, near.error),
         alone=calibrated(learnt.found, learnt.alone, both.found, both.alone),
@@ -109,9 +109,9 @@ def interval_of(model: NetworkModel, split: Split) -> Interval:
     )
     far = unseen.where(unseen.beyond > 0.0)
     if len(far.found) < _FEW:
-        return found
-    wider = widening(far.error, found.margin(far.found, far.weight, far.beyond))
-    return found.model_copy(update={"wider": tuple(wider.tolist())})
+        return result
+    wider = widening(far.error, result.margin(far.found, far.weight, far.beyond))
+    return result.model_copy(update={"wider": tuple(wider.tolist())})
 
 
 def _rows(model: NetworkModel, data: DataSet) -> _Rows:

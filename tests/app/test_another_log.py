@@ -14,12 +14,12 @@ from verbs import done
 
 import undertow
 from undertow.app import worker
-from undertow.app.desk import Desk
 from undertow.app.file_names import FileNames
 from undertow.app.shown import OnLog
 from undertow.app.views import headline as says
-from undertow.workflows.opened_log import UNSEEN
-from undertow.workflows.workbench_facts import Searched, Source, Stand
+from undertow.app.worker_service import WorkerService
+from undertow.workflows.log_view import UNSEEN
+from undertow.workflows.workbench_facts import ModelChoice, Searched, Source
 
 DEMO_LOG, NOMINAL = ROOT / "data" / "gazebo_blueboat.csv.gz", ROOT / "data" / "demo.yaml"
 FIRST, SECOND = "surge_quadratic_damping", "yaw_quadratic_damping"
@@ -53,7 +53,7 @@ def on_other(session) -> OnLog:
 
 
 def test_a_second_log_is_predicted_as_compare_does(second: Path, tmp_path: Path):
-    desk, stand = Desk(), Stand((FIRST, SECOND))
+    desk, stand = WorkerService(), ModelChoice((FIRST, SECOND))
     desk.open(DEMO, str(tmp_path))
     desk.fit(stand)
     opened, fit = desk.try_on(Source((str(second),)), stand, str(tmp_path), NAMES)
@@ -77,11 +77,11 @@ def test_a_second_log_is_predicted_as_compare_does(second: Path, tmp_path: Path)
     known = np.isfinite(fit.columns["u_low"])
     assert (fit.columns["u_low"] <= fit.columns["u"])[known].all()
     assert (fit.columns["u"] <= fit.columns["u_high"])[known].all()
-    assert desk.fit(Stand((FIRST,), moved=(("X_uu", -5.0),))).band is None  # by hand: no rows tell its errors
+    assert desk.fit(ModelChoice((FIRST,), moved=(("X_uu", -5.0),))).band is None  # by hand: no rows tell its errors
 
 
 def test_five_minutes_are_read_and_predicted_within_a_second(second: Path, tmp_path: Path):
-    desk, stand = Desk(), Stand((FIRST, SECOND))
+    desk, stand = WorkerService(), ModelChoice((FIRST, SECOND))
     desk.open(DEMO, str(tmp_path))
     desk.fit(stand)
     took = []
@@ -194,21 +194,21 @@ def test_a_second_log_that_cannot_be_read_leaves_all_as_it_was(second: Path, tmp
 
 
 def test_a_log_that_a_fit_has_seen_is_told_whatever_it_is_called(tmp_path: Path):
-    desk = Desk()
+    desk = WorkerService()
     desk.open(Source((str(DEMO_LOG),), str(NOMINAL)), str(tmp_path))
     copy = shutil.copy(DEMO_LOG, tmp_path / "upload-9.csv.gz")
     names = FileNames(tmp_path)
     names.call(Path(copy), "harbour.csv.gz")
-    opened, _ = desk.try_on(Source((str(copy),)), Stand(), str(tmp_path), names)
+    opened, _ = desk.try_on(Source((str(copy),)), ModelChoice(), str(tmp_path), names)
     assert opened.judged == "The model was fitted to harbour.csv.gz: its errors are too small there."
 
 
 def test_a_vehicle_file_that_was_fitted_to_the_second_log_is_told(second: Path, tmp_path: Path):
-    desk = Desk()
+    desk = WorkerService()
     desk.open(Source((str(second),), str(NOMINAL)), str(tmp_path))
-    model = desk.take("model", Stand((FIRST,)), str(tmp_path), NAMES)
+    model = desk.take("model", ModelChoice((FIRST,)), str(tmp_path), NAMES)
     desk.open(Source((str(DEMO_LOG),), model), str(tmp_path))
-    opened, _ = desk.try_on(Source((str(second),)), Stand(), str(tmp_path), NAMES)
+    opened, _ = desk.try_on(Source((str(second),)), ModelChoice(), str(tmp_path), NAMES)
     assert opened.judged.startswith("The vehicle file may have been fitted to second.csv")
 
 
@@ -221,7 +221,7 @@ def test_the_headline_tells_of_the_log_that_is_shown(second: Path):
             shown = session.shown
             assert says.headline(shown).startswith("second.csv: measured")
             assert says.how_well(shown) == UNSEEN
-            assert says.found(shown) == "The search of gazebo_blueboat.csv.gz: The model is missing drag."
+            assert says.search_sentence(shown) == "The search of gazebo_blueboat.csv.gz: The model is missing drag."
             hidden = replace(shown.searches[DEMO], hidden=(0.1, 0.0, 0.0))
             shown.searches[DEMO] = hidden
             assert "not corrected" in says.how_well(shown)

@@ -17,7 +17,7 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 from nicegui.page import page
 
-from undertow.app.plots.error_map import Cells, ErrorMap, told
+from undertow.app.plots.error_map import Cells, ErrorMap, cell_in_words
 from undertow.app.plots.level_of_detail import (
     Path,
     joined,
@@ -276,7 +276,7 @@ def test_the_map_sends_the_cells_that_have_rows(sent: Sent):
 
 
 def test_a_cell_tells_its_ranges_its_error_and_its_seconds():
-    words = told(cells(VALUE), 0, 0)
+    words = cell_in_words(cells(VALUE), 0, 0)
     assert words == "surge speed, m/s 0 to 1.0, turn rate, rad/s −0.50 to 0: error 0.050 m/s, 12 s"
 
 

@@ -16,14 +16,14 @@ from tabs import DEMO, fit_of, history_of, opened, worker_of
 from verbs import done
 
 from undertow.app import worker
-from undertow.app.errands import LOST
 from undertow.app.session import Session
 from undertow.app.steps import History, Step, same_commands
 from undertow.app.views.opening import stored_as
+from undertow.app.worker_client import LOST
 from undertow.workflows.init import Doubt
-from undertow.workflows.opened_log import OpenedLog
+from undertow.workflows.log_view import LogView
 from undertow.workflows.workbench import Workbench
-from undertow.workflows.workbench_facts import OWN_NUMBERS, Card, Place, Searched, Source, Stand, Wire
+from undertow.workflows.workbench_facts import OWN_NUMBERS, Card, ModelChoice, Place, Searched, Source, Wire
 
 DEMO_LOG = ROOT / "data" / "gazebo_blueboat.csv.gz"
 FIRST, SECOND = "surge_quadratic_damping", "yaw_quadratic_damping"
@@ -174,7 +174,7 @@ def test_a_log_is_repaired_and_opened_again(tmp_path):
             assert "degrees" in session.errands.trouble or "degrees" in str(session.shown.opened)
             await session.repair()
             assert session.shown.source is not None
-            assert session.names.told(session.shown.source.logs[0]).endswith("repaired.csv")
+            assert session.names.with_user_names(session.shown.source.logs[0]).endswith("repaired.csv")
             assert session.shown.opened is not None
             assert session.errands.trouble == ""
             assert session.commands().splitlines()[0] == "undertow inspect log.csv --fix repaired.csv"
@@ -379,34 +379,34 @@ def test_a_training_that_is_stopped_does_not_tell_the_trouble_of_a_step_before(m
 
 
 def test_what_no_command_does_is_said():
-    stand = Stand((OWN_NUMBERS, FIRST), (("X_uu", -3.0),))
+    stand = ModelChoice((OWN_NUMBERS, FIRST), (("X_uu", -3.0),))
     told = same_commands(Source(), stand, (SECOND,)).splitlines()
     assert told[:2] == ["undertow demo", f"undertow add {FIRST} --run undertow-demo --refit --out model.yaml"]
     assert "X_uu = -3" in told[2]
-    alone = same_commands(Source(), Stand((OWN_NUMBERS,)), (SECOND,)).splitlines()
+    alone = same_commands(Source(), ModelChoice((OWN_NUMBERS,)), (SECOND,)).splitlines()
     assert "undertow fit" in alone[1]
     made = Source(logs=("a.csv",), hull=(("mass", 22.0),))
-    assert "--no-refit" in same_commands(made, Stand((FIRST,)), (OWN_NUMBERS, SECOND), refits=True)
+    assert "--no-refit" in same_commands(made, ModelChoice((FIRST,)), (OWN_NUMBERS, SECOND), refits=True)
 
 
 def test_another_log_is_compared():
-    told = same_commands(Source(), Stand((FIRST,)), (FIRST,), other=Source(("/tmp/x/lake.csv",), frame="enu"))
+    told = same_commands(Source(), ModelChoice((FIRST,)), (FIRST,), other=Source(("/tmp/x/lake.csv",), frame="enu"))
     vehicle = "--vehicle undertow-demo/nominal.yaml --frame enu"
     assert told.splitlines()[1] == f"undertow compare lake.csv {vehicle} --model undertow-demo"
     made = Source(("a.csv",), hull=(("mass", 22.0),))
-    told = same_commands(made, Stand((FIRST,)), (), other=Source(("lake.csv",))).splitlines()
+    told = same_commands(made, ModelChoice((FIRST,)), (), other=Source(("lake.csv",))).splitlines()
     assert told[-1] == "undertow compare lake.csv --vehicle run/nominal.yaml --map channels.yaml --model model.yaml"
-    assert "--model" not in same_commands(made, Stand(), (), other=Source(("lake.csv",))).splitlines()[-1]
+    assert "--model" not in same_commands(made, ModelChoice(), (), other=Source(("lake.csv",))).splitlines()[-1]
 
 
 def test_what_the_files_must_have_is_said():
     source = Source(("a.csv",), "v.yaml", changed=(("mass", 24.0),), places=(Place("port", -0.4, -0.3, 0.0),))
-    told = same_commands(source, Stand(), ()).splitlines()
+    told = same_commands(source, ModelChoice(), ()).splitlines()
     assert told[1] == "# The vehicle file must have: mass = 24; port at x = -0.4, y = -0.3, angle = 0"
 
 
 def test_a_correction_that_no_command_leaves_out_is_said():
-    told = same_commands(Source(), Stand((FIRST,), left=("gyro_scale",)), (FIRST,)).splitlines()
+    told = same_commands(Source(), ModelChoice((FIRST,), left=("gyro_scale",)), (FIRST,)).splitlines()
     assert told[0] == "undertow demo"
     assert told[1].endswith("which no command does: gyro scale")
 
@@ -441,7 +441,7 @@ def test_a_correction_of_a_sensor_is_taken_out_and_made_again(tmp_path):
             assert await session.take("page") is None
             assert "gyro scale" in session.errands.trouble
             await session.undo()
-            assert session.shown.stand == Stand((FIRST,))
+            assert session.shown.stand == ModelChoice((FIRST,))
             assert fit_of(session).error == pytest.approx(fit.error)
             np.testing.assert_allclose(session.shown.opened.table["r"], corrected.table["r"])
         finally:
@@ -474,20 +474,20 @@ def test_the_workbench_says_the_numbers_that_add_says():
     import undertow
 
     inputs = undertow.read_inputs(DEMO_LOG, ROOT / "data" / "demo.yaml", progress=None)
-    bench, run = Workbench(OpenedLog(inputs)), undertow.add([FIRST, SECOND], inputs, progress=None)
+    bench, run = Workbench(LogView(inputs)), undertow.add([FIRST, SECOND], inputs, progress=None)
     for names, step in zip(((), (FIRST,), (FIRST, SECOND)), run.findings.steps, strict=True):
-        said = bench.fit(Stand(names)).error
+        said = bench.fit(ModelChoice(names)).error
         assert said["position"] == pytest.approx(step.rollout("10").position, rel=1e-9)
         assert said["yaw"] == pytest.approx(step.rollout("10").yaw, rel=1e-9)
     model = run.discovery.corrected
-    assert bench.vehicle(Stand((FIRST, SECOND))).values == pytest.approx(model.values, rel=1e-9)
+    assert bench.vehicle(ModelChoice((FIRST, SECOND))).values == pytest.approx(model.values, rel=1e-9)
 
 
 def test_rows_of_several_logs_stand_one_after_the_other():
     import undertow
 
     inputs = undertow.read_inputs(DEMO_LOG, ROOT / "data" / "demo.yaml", progress=None)
-    opened = OpenedLog(inputs).opened()
+    opened = LogView(inputs).opened()
     time = opened.table["time"]
     assert (np.diff(time) > 0.0).all()
     assert {values.size for values in opened.table.values()} == {time.size}
@@ -501,7 +501,7 @@ def test_each_of_several_logs_has_its_place_on_the_axis_of_time(tmp_path):
     for name, seconds in (("one", "40"), ("two", "60")):
         done("simulate", "-v", "blueboat", "--duration", seconds, "--out", str(tmp_path / f"{name}.csv"))
     inputs = undertow.read_inputs([tmp_path / "one.csv", tmp_path / "two.csv"], "blueboat", progress=None)
-    opened = OpenedLog(inputs).opened()
+    opened = LogView(inputs).opened()
     one, two = opened.logs
     assert (one.name, two.name) == ("one.csv", "two.csv")
     assert one.begin == opened.table["time"][0]

@@ -103,7 +103,7 @@ def told_of(path: Path, *beside: Path, paths: bool = True) -> str:
         session._paths = paths
         try:
             await session.open(Source((str(path), *map(str, beside))))
-            return session.names.told(session.errands.trouble)
+            return session.names.with_user_names(session.errands.trouble)
         finally:
             session.close()
 

@@ -9,7 +9,7 @@ from tabs import DEMO, fit_of, history_of, opened, worker_of
 
 from undertow.app import worker
 from undertow.physics.vehicle import load_vehicle
-from undertow.workflows.workbench_facts import Searched, Stand
+from undertow.workflows.workbench_facts import ModelChoice, Searched
 
 FIRST, SECOND = "surge_quadratic_damping", "yaw_quadratic_damping"
 
@@ -25,7 +25,7 @@ def test_a_file_that_is_taken_while_a_step_is_fitted_is_of_what_is_shown():
         try:
             adding = asyncio.create_task(session.add(FIRST))
             await asyncio.sleep(0.0)
-            assert session.shown.stand == Stand()
+            assert session.shown.stand == ModelChoice()
             taken = await session.take("model")
             assert taken is not None
             assert load_vehicle(taken).value("X_uu") == 0.0
@@ -45,7 +45,7 @@ def test_the_way_from_a_place_is_that_of_the_model_that_is_shown():
         try:
             _, way, _ = await asyncio.gather(session.add(FIRST), session.way(60.0), session.add(SECOND))
             assert way is not None
-            first, both = [await session.ask("way", Stand(names), 60.0) for names in ((FIRST,), (FIRST, SECOND))]
+            first, both = [await session.ask("way", ModelChoice(names), 60.0) for names in ((FIRST,), (FIRST, SECOND))]
             np.testing.assert_array_equal(way.after, first.after)
             assert np.abs(way.after - both.after).max() > 0.01
         finally:
@@ -118,7 +118,7 @@ def test_a_slider_that_is_moved_after_its_fitted_value_was_asked_for_stays_moved
             )
             assert session.shown.stand.moved == (("X_uu", -4.0),)
             await session.undo()
-            assert session.shown.stand == Stand((FIRST, SECOND))
+            assert session.shown.stand == ModelChoice((FIRST, SECOND))
         finally:
             session.close()
 

@@ -9,29 +9,29 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the workbench needs nicegui: pip install '.[app]'")
 
-from undertow.app.errands import Audience, Errands, Work
 from undertow.app.file_names import FileNames
 from undertow.app.shown import OnLog, Shown
 from undertow.app.steps import History, Step
 from undertow.app.vehicle_numbers import assumed_of, form_of
-from undertow.app.views.headline import found, headline, how_well, leans_on, stair_name
+from undertow.app.views.headline import headline, how_well, leans_on, search_sentence, stair_name
 from undertow.app.views.hero import worst
 from undertow.app.views.words import in_a_line
+from undertow.app.worker_client import Observers, Work, WorkerClient
 from undertow.physics.vehicle import load_vehicle, shipped_vehicles
-from undertow.workflows.first_vehicle import put_right
-from undertow.workflows.workbench_facts import Assumed, Check, Fit, Opened, Searched, Source, Stand, Value
+from undertow.workflows.first_vehicle import with_corrections
+from undertow.workflows.workbench_facts import Assumed, Check, Fit, ModelChoice, Opened, Searched, Source, Value
 
 DRAG, LIFT = "surge_quadratic_damping", "sway_lift"
 NOMINAL = Fit((), {"position": 4.0, "surge": 0.8}, 0, {}, unseen=False)
 ASSUMED = (Assumed("full thrust", ("thrust_scale",), "sure to a factor of 2.5"), Assumed("damping", ("X_u",)))
 OPENED = Opened("a.csv", "boat", 60.0, (), (), (), {"time": np.zeros(1)}, (), 10.0, NOMINAL, assumed=ASSUMED)
 SEARCHED = Searched("missing", "The model is missing drag and lift.", ("It betters much.",), (DRAG, LIFT), ())
-AS_IT_WAS = Stand()
+AS_IT_WAS = ModelChoice()
 
 
-def shown_with(stand: Stand = AS_IT_WAS, fit: Fit = NOMINAL, *, searched: bool = True) -> Shown:
-    audience, source = Audience(), Source()
-    shown = Shown(Errands(audience, None), audience, Path())
+def shown_with(stand: ModelChoice = AS_IT_WAS, fit: Fit = NOMINAL, *, searched: bool = True) -> Shown:
+    audience, source = Observers(), Source()
+    shown = Shown(WorkerClient(audience, None), audience, Path())
     shown.history, shown.fitted = History((Step(source, stand),)), OnLog(OPENED, fit)
     shown.searches = {source: SEARCHED} if searched else {}
     return shown
@@ -44,15 +44,15 @@ def fitted(*names: str, by_hand: bool = False, **error: float) -> Fit:
 def test_the_headline_tells_of_the_model_that_is_shown():
     assert headline(shown_with(searched=False)).startswith("a.csv: measured")
     before = shown_with()
-    assert (headline(before), found(before)) == (SEARCHED.headline, "")
-    one = shown_with(Stand((DRAG,)), fitted(DRAG, position=1.0))
+    assert (headline(before), search_sentence(before)) == (SEARCHED.headline, "")
+    one = shown_with(ModelChoice((DRAG,)), fitted(DRAG, position=1.0))
     assert headline(one) == "With surge quadratic damping, 10 s predictions err by 1.0 m instead of 4.0 m"
-    assert found(one) == f"The search: {SEARCHED.headline}"
+    assert search_sentence(one) == f"The search: {SEARCHED.headline}"
     assert how_well(one).startswith("75")
-    both = shown_with(Stand((LIFT, DRAG), (("X_u", 1.0),)), fitted(LIFT, DRAG, by_hand=True, position=5.0))
+    both = shown_with(ModelChoice((LIFT, DRAG), (("X_u", 1.0),)), fitted(LIFT, DRAG, by_hand=True, position=5.0))
     assert headline(both).startswith("With all that was found and numbers moved by hand, 10 s predictions err by 5.0 m")
     assert "on rows that a fit saw" in how_well(both)
-    away = shown_with(Stand((DRAG,)), replace(fitted(DRAG, position=9.0), lost=3))
+    away = shown_with(ModelChoice((DRAG,)), replace(fitted(DRAG, position=9.0), lost=3))
     assert headline(away) == "With surge quadratic damping, 10 s predictions run away"
 
 
@@ -63,7 +63,7 @@ def test_the_step_by_hand_bears_its_own_name():
 
 def test_what_the_result_leans_on_is_told_until_it_is_fitted():
     assert "full thrust (sure to a factor of 2.5) and damping" in leans_on(shown_with())
-    after = leans_on(shown_with(Stand((DRAG,)), fitted(DRAG, position=1.0)))
+    after = leans_on(shown_with(ModelChoice((DRAG,)), fitted(DRAG, position=1.0)))
     assert "full thrust" in after
     assert "damping" not in after
 
@@ -73,7 +73,7 @@ def test_what_a_person_puts_in_is_assumed_no_more():
         update={"sources": {"mass": "typical, to be replaced", "damping": {"X_u": "a guess, to be replaced"}}}
     )
     assert [one.what for one in assumed_of(vehicle)] == ["mass", "damping"]
-    assert [one.what for one in assumed_of(put_right(vehicle, {"mass": 90.0}, ()))] == ["damping"]
+    assert [one.what for one in assumed_of(with_corrections(vehicle, {"mass": 90.0}, ()))] == ["damping"]
     port = "force: full 30 N, sure to a factor of 2.5; y: half of 0.5 m (typical, to be replaced)"
     guessed = vehicle.model_copy(update={"sources": {"thrusters": {"port": port}}})
     assert [(one.what, one.sure) for one in assumed_of(guessed)] == [
@@ -81,7 +81,7 @@ def test_what_a_person_puts_in_is_assumed_no_more():
         ("places of the thrusters", ""),
     ]
     assert "full 30 N" in next(field.source for field in form_of(guessed, ()).numbers if field.symbol == "thrust_scale")
-    assert assumed_of(put_right(guessed, {"thrust_scale": 1.2}, ()), placed=True) == ()
+    assert assumed_of(with_corrections(guessed, {"thrust_scale": 1.2}, ()), placed=True) == ()
     assert not any(assumed_of(load_vehicle(name)) for name in shipped_vehicles())
 
 
@@ -113,6 +113,6 @@ def test_names_of_uploads_are_safe_in_a_file_and_quoted_in_a_command():
     names.call(Path("/tmp/x/upload-2.csv"), 'a "b": <c>.csv')
     names.call(Path("/tmp/x/upload-12.csv"), "my log.csv")
     text = "/tmp/x/upload-1.csv upload-2.csv, upload-12.csv; boat of upload-12"
-    assert names.told("upload-1.csv and upload-2.csv") == 'upload-2.csv and a "b": <c>.csv'
+    assert names.with_user_names("upload-1.csv and upload-2.csv") == 'upload-2.csv and a "b": <c>.csv'
     assert names.in_file(text) == "upload-2.csv a_b_c_.csv, my_log.csv; boat of my_log"
     assert names.in_commands("undertow discover upload-2.csv") == "undertow discover 'a \"b\": <c>.csv'"

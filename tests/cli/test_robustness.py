@@ -88,7 +88,7 @@ def test_an_interruption_that_a_finalizer_passes_over_is_raised_again() -> None:
                 time.sleep(20)
                 print("it went on")
         except KeyboardInterrupt as error:
-            print(interruption.told(error))
+            print(interruption.exit_message(error))
         """
     )
     assert (ran.stdout, ran.stderr) == ("('interrupted', 130)\n", "")

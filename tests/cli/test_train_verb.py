@@ -14,7 +14,7 @@ from undertow.comparison.models_by_name import load_model
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.reports.terminal.progress import Progress, epoch_words, epochs_told
+from undertow.reports.terminal.progress import Progress, epoch_lines, epoch_words
 from undertow.residuals.models.model_files import load_network
 from undertow.residuals.training.history import Epoch
 from undertow.workflows.inputs import read_inputs
@@ -286,14 +286,14 @@ def test_a_terminal_sees_a_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
     monkeypatch.setenv("COLUMNS", "160")
     epoch = Epoch(3, 0.25, 0.125, 0.01)
     assert epoch_words(epoch) == "loss 0.25, validation error 0.125, breaks the laws at 1.0 %"
-    epochs_told(9, Progress())(epoch)
+    epoch_lines(9, Progress())(epoch)
     assert "validation error 0.125" in " ".join(capsys.readouterr().err.split())
 
 
 def test_epochs_beyond_the_last_are_those_at_states_against_the_laws() -> None:
     told: list[str] = []
     for number in (10, 20):
-        epochs_told(12, told.append)(Epoch(number, 0.25, 0.125, 0.0))
+        epoch_lines(12, told.append)(Epoch(number, 0.25, 0.125, 0.0))
     assert told[0].startswith("epoch 10 of at most 12: loss")
     assert told[1].startswith("epoch 20, at states against the laws: loss")
 

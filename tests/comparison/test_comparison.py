@@ -25,8 +25,8 @@ from undertow.comparison.comparison import (
 )
 from undertow.comparison.facts import Comparison
 from undertow.comparison.recommendation import best
-from undertow.discovery.basis import choose
-from undertow.discovery.found_effects import FoundEffect
+from undertow.discovery.basis import choose_balance
+from undertow.discovery.effect_findings import EffectFinding
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.preparation.prepare import WEAK, DataSet
 from undertow.measurements.prepared_logs import ALL, Inputs, Parts
@@ -37,7 +37,7 @@ from undertow.physics.presentation import percent
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.reports.terminal.comparison_screen import failures_table
-from undertow.reports.wording import risen, told_of
+from undertow.reports.wording import models_sentence, risen
 from undertow.residuals.models.base import HoldVelocity, Model, VehicleModel, ZeroAcceleration, baselines
 from undertow.residuals.models.network_inputs import in_box
 from undertow.residuals.scores import Errors, evaluate
@@ -210,7 +210,7 @@ def test_a_step_that_errs_more_says_where_and_how_much(inputs: Inputs):
     (told,) = risen([better, worse], "10")
     assert told.startswith("With Munk moment, the surge acceleration error rises from ")
     assert "2 s predictions" not in told
-    effect = FoundEffect(effect="munk_moment", verdict="missing", confidence=1.0, error_drop=0.5)
+    effect = EffectFinding(effect="munk_moment", verdict="missing", confidence=1.0, error_drop=0.5)
     assert risen([worse], "10", effect)[0].startswith("With it, the surge acceleration error")
     assert risen([worse], "10", effect.but(effect="sway_lift")) == []
 
@@ -229,7 +229,7 @@ def test_the_recommended_model_is_told_of_and_the_others_are_named(found: dict[s
     assert {place["model"] for place in found["failures"]} <= {"nominal", "true"}
     told = Comparison.read(found, "comparison.json", "")
     printed = io.StringIO()
-    Console(file=printed, width=200).print(failures_table(told.failures, told_of(told.models, told.structure)))
+    Console(file=printed, width=200).print(failures_table(told.failures, models_sentence(told.models, told.structure)))
     assert "Failures of nominal and true; not looked at: calibrated and unlawful." in printed.getvalue()
 
 
@@ -375,9 +375,9 @@ def test_validation_rows_are_not_fitted_where_they_judge(inputs: Inputs, calibra
 def test_the_basis_of_a_discovery_serves_its_comparison(
     inputs: Inputs, calibrated: tuple[list[Model], list[str]], monkeypatch: pytest.MonkeyPatch
 ):
-    basis = choose(inputs.fitting, inputs.vehicle, DiscoverySettings())
+    basis = choose_balance(inputs.fitting, inputs.vehicle, DiscoverySettings())
     (anew,), _ = calibrated
-    monkeypatch.delattr("undertow.discovery.calibration.before_calibration.choose")
+    monkeypatch.delattr("undertow.discovery.calibration.before_calibration.choose_balance")
     (model,), _ = calibrated_model(inputs, basis)
     assert model.vehicle == anew.vehicle
 

@@ -7,10 +7,10 @@ import pytest
 
 from undertow.discovery.candidates.candidate import Kind, candidates
 from undertow.discovery.claims import Tests as Asked
-from undertow.discovery.claims import claims, widened
+from undertow.discovery.claims import gather_claims, widen_intervals
 from undertow.discovery.evidence.invariance import Invariance
-from undertow.discovery.evidence.limits import clearance
-from undertow.discovery.evidence.other_forms import Beside, OtherForms
+from undertow.discovery.evidence.limits import null_distance
+from undertow.discovery.evidence.unmodelled_forces import FreeFormRefit, UnmodelledForces
 from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.findings import OtherForm
 from undertow.discovery.judgement import REASONS, features
@@ -44,7 +44,7 @@ NAMED = Evidence(
 
 def test_what_no_test_concerns_has_no_size():
     assert Asked().sizes(NAMED) == {}
-    assert Asked().told(NAMED)[Reason.LOOK_ALIKES] == "hull fouling"
+    assert Asked().explanations(NAMED)[Reason.LOOK_ALIKES] == "hull fouling"
 
 
 @pytest.mark.parametrize(
@@ -52,8 +52,8 @@ def test_what_no_test_concerns_has_no_size():
     [
         (Asked(limits={DRAG: "it stands at a limit"}), "at_limit", 1.0),
         (Asked(accused={DRAG: (0.7, "gyro latency")}), "accused", 0.7),
-        (Asked(forms=OtherForms((), {DRAG: Beside(margin=7.0)})), "substitute", 7.0),
-        (Asked(forms=OtherForms((), {DRAG: Beside(margin=-30.0)})), "substitute", -30.0),
+        (Asked(forms=UnmodelledForces((), {DRAG: FreeFormRefit(margin=7.0)})), "substitute", 7.0),
+        (Asked(forms=UnmodelledForces((), {DRAG: FreeFormRefit(margin=-30.0)})), "substitute", -30.0),
         (Asked(rolls=True), "rolls", 1.0),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
@@ -91,9 +91,9 @@ def test_every_test_that_has_a_size_tells_what_it_found():
     every = Asked(
         limits={DRAG: "at a limit"},
         accused={DRAG: (1.0, "gyro scale")},
-        forms=OtherForms((FORM,), {DRAG: Beside(0.6, {"X_uu": 3.0}, 7.0, FORM)}),
+        forms=UnmodelledForces((FORM,), {DRAG: FreeFormRefit(0.6, {"X_uu": 3.0}, 7.0, FORM)}),
     )
-    told = every.told(replace(NAMED, late=0.7, out_of_step=0.2, unexplained=0.3))
+    told = every.explanations(replace(NAMED, late=0.7, out_of_step=0.2, unexplained=0.3))
     speaking = {reason for reason in REASONS.values() if "{told}" in reason.sentence} - {Reason.FILE_VALUE}
     assert speaking <= set(told)
     assert (
@@ -105,7 +105,7 @@ def test_every_test_that_has_a_size_tells_what_it_found():
 
 def claimed(evidence: Evidence, interval: Interval | None, tests: Asked | None = None, kept: tuple[str, ...] = (DRAG,)):
     intervals = {} if interval is None else {"X_uu": interval}
-    return claims([evidence], POOL, HULL, intervals, tests or Asked(), kept)
+    return gather_claims([evidence], POOL, HULL, intervals, tests or Asked(), kept)
 
 
 def test_a_claim_holds_the_numbers_of_its_evidence():
@@ -135,7 +135,7 @@ def test_a_value_of_the_file_that_an_interval_holds_is_not_excluded(interval, ex
 
 def test_what_is_left_takes_a_verdict_and_counts_once_in_the_odds():
     wide, narrow = ({"X_uu": Interval(FILE - 10.0 - half, FILE - 10.0 + half)} for half in (12.0, 2.0))
-    claim = claims([NAMED], POOL, HULL, wide, Asked(), (DRAG,), narrow)[DRAG]
+    claim = gather_claims([NAMED], POOL, HULL, wide, Asked(), (DRAG,), narrow)[DRAG]
     assert not claim.null_excluded, "of the interval that is told"
     assert claim.tests["file_value"] == pytest.approx(0.2), "of the one without what is left"
 
@@ -152,9 +152,9 @@ def test_of_several_numbers_the_one_that_is_farthest_out_counts():
     near, far = (HULL.value(symbol) for symbol in coupling.symbols)
     ends = (Interval(near - 1.0, near + 1.0), Interval(far + 4.0, far + 6.0))
     intervals = dict(zip(coupling.symbols, ends, strict=True))
-    assert clearance(coupling, HULL, intervals) == pytest.approx(5.0)
-    assert clearance(coupling, HULL, {coupling.symbols[0]: ends[0]}) == pytest.approx(0.0)
-    assert clearance(coupling, HULL, {}) is None
+    assert null_distance(coupling, HULL, intervals) == pytest.approx(5.0)
+    assert null_distance(coupling, HULL, {coupling.symbols[0]: ends[0]}) == pytest.approx(0.0)
+    assert null_distance(coupling, HULL, {}) is None
 
 
 MIDDLE, HALF = FILE - 10.0, 2.0
@@ -163,7 +163,7 @@ MIDDLE, HALF = FILE - 10.0, 2.0
 def wide(tests: Asked | None = None, apart=(), left: float = 0.0) -> Interval:
     """The interval of a drag of 10 +- 2 N s^2/m^2 beyond the file's, widened."""
     own = {"X_uu": Interval(MIDDLE - HALF, MIDDLE + HALF)}
-    return widened(own, POOL, HULL, tests or Asked(), apart, {DRAG: left})["X_uu"]
+    return widen_intervals(own, POOL, HULL, tests or Asked(), apart, {DRAG: left})["X_uu"]
 
 
 def half(interval: Interval) -> float:
@@ -183,7 +183,7 @@ def test_what_is_left_and_what_parts_differ_by_are_added_in_squares():
 
 @pytest.mark.parametrize("by", [-3.0, 3.0])
 def test_an_interval_reaches_to_the_estimate_beside_other_forces_and_no_further_on_the_other_side(by: float):
-    form = OtherForms((FORM,), {DRAG: Beside(0.2, {"X_uu": by})})
+    form = UnmodelledForces((FORM,), {DRAG: FreeFormRefit(0.2, {"X_uu": by})})
     found = wide(Asked(forms=form))
     near, far = (found.upper, found.lower) if by < 0.0 else (found.lower, found.upper)
     assert abs(near - MIDDLE) == pytest.approx(HALF)
@@ -210,7 +210,7 @@ def test_folds_that_agree_or_are_too_few_widen_nothing():
 
 def test_an_interval_ends_at_the_limits_of_the_number():
     """Damping never drives: what widens an interval does not carry it beyond nothing at all."""
-    form = OtherForms((FORM,), {DRAG: Beside(0.9, {"X_uu": 1e4})})
+    form = UnmodelledForces((FORM,), {DRAG: FreeFormRefit(0.9, {"X_uu": 1e4})})
     found = wide(Asked(forms=form))
     limits = next(p for c in POOL if c.key == DRAG for p in c.parameters)
     assert found.lower >= limits.lower
@@ -219,7 +219,7 @@ def test_an_interval_ends_at_the_limits_of_the_number():
 
 
 def test_a_wide_interval_takes_the_verdict_of_a_name():
-    form = OtherForms((FORM,), {DRAG: Beside(0.9, {"X_uu": 15.0})})
+    form = UnmodelledForces((FORM,), {DRAG: FreeFormRefit(0.9, {"X_uu": 15.0})})
     tests = Asked(forms=form)
     narrow, broad = Interval(MIDDLE - HALF, MIDDLE + HALF), wide(tests)
     assert claimed(NAMED, narrow)[DRAG].null_excluded

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import Bench, add_effects
-from undertow.discovery.balance.long_logs import UNKNOWN, misalignment, nuisances
+from undertow.discovery.balance.long_logs import UNKNOWN, correct_compass, misalignment
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.basis import unexplained
+from undertow.discovery.basis import fit_all_forces
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
 from undertow.discovery.findings import Step
@@ -101,7 +101,7 @@ def test_what_a_run_on_rollouts_found_is_added_with_its_numbers(nominal: Vehicle
     wrong = nominal.with_values({symbol: 0.8 * nominal.value(symbol) for symbol in ("X_u", "N_r")})
     settings = DiscoverySettings(refit=True)
     run = find_missing([log], wrong, settings)
-    assert run.basis.rolls
+    assert run.basis.uses_rollouts
     told = tuple(
         Step(added=label, acceleration_rmse=ByAxis(), rollout_rmse={}, values=values_of_step(vehicle, wrong))
         for label, vehicle in run.steps
@@ -129,7 +129,7 @@ def test_white_noise_is_not_coloured(nominal: Vehicle) -> None:
     log = white(driven(nominal.with_values(HIDDEN), 4.0, 0), 1)
     weak = WeakForm([log], WeakSettings())
     search = Search(weak, nominal, candidates(nominal), SearchSettings())
-    assert not unexplained(weak, search).coloured.any()
+    assert not fit_all_forces(weak, search).coloured.any()
 
 
 def test_a_compass_deviation_is_measured_and_taken_away(nominal: Vehicle) -> None:
@@ -204,7 +204,7 @@ def test_a_short_field_log_is_undecided(nominal: Vehicle) -> None:
 
 def test_too_few_straight_runs_leave_a_deviation_beside_which_is_judged(nominal: Vehicle) -> None:
     motion = driven(nominal, 4.0, 0).slice(0, 250)
-    clear = nuisances([motion])
+    clear = correct_compass([motion])
     assert 0.0 < clear.turned <= UNKNOWN
     assert "right to within 2 degrees" in clear.notes[0]
 
@@ -214,7 +214,7 @@ def test_a_law_of_sway_is_found_beside_what_a_compass_may_lack(nominal: Vehicle)
     log = coloured(driven(nominal.with_values({"Y_vv": -150.0}), 4.0, 0), (0.04, 0.03, 0.01), 1.0, seed=2)
     for turned in (log, deviated(log, 1.0, 0.0, 0.0)):
         found = find_missing([turned], nominal)
-        assert found.basis.rolls
+        assert found.basis.uses_rollouts
         (drag,) = (c for c in found.findings.added if c.effect == "sway_quadratic_damping")
         assert drag.terms[0].value == pytest.approx(-150.0 - nominal.value("Y_vv"), rel=0.15)
 

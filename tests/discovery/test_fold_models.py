@@ -9,7 +9,7 @@ import pytest
 from undertow.discovery.add_effects import add_effects
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
-from undertow.discovery.basis import choose
+from undertow.discovery.basis import choose_balance
 from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.candidates.linearisation import Linearisation
 from undertow.discovery.discover import find_missing
@@ -92,7 +92,7 @@ def test_folds_are_those_of_the_whole_log_where_rollouts_judge(motion: Motion):
     ends = [*range(0, 21, 3), 120]
     rows = [round(end / motion.time_step) for end in ends]
     pieces = [motion.slice(first + 2, last) for first, last in pairwise(rows)]
-    basis = choose(pieces, HULL, DiscoverySettings()).rolling("rollouts judge")
+    basis = choose_balance(pieces, HULL, DiscoverySettings()).with_rollouts("rollouts judge")
     assert len(basis.balance().motions) == 1
     added = add_effects(pieces, HULL, ["surge_quadratic_damping"], DiscoverySettings(), basis)
     assert added.unseen.folds == folds_of(pieces)
@@ -103,7 +103,7 @@ def test_without_the_only_fold_with_commands_a_model_stays_as_it_was():
     driven = simulate_world(HULL, {"surge_quadratic_damping": -8.0}, duration=240.0, noise="field", seed=4).motion()
     later = driven.time > driven.time[0] + 48.0
     idle = replace(driven, commands=np.where(later[:, None], 0.0, driven.commands))
-    basis = choose([idle], HULL, DiscoverySettings()).rolling("rollouts judge")
+    basis = choose_balance([idle], HULL, DiscoverySettings()).with_rollouts("rollouts judge")
     added = add_effects([idle], HULL, ["surge_quadratic_damping"], DiscoverySettings(), basis)
     first, *others = (vehicle.value("X_uu") for vehicle in added.unseen.steps[-1])
     assert first == HULL.value("X_uu")

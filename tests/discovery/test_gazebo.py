@@ -11,7 +11,7 @@ from places import ROOT, shared
 
 from undertow.discovery.add_effects import add_effects
 from undertow.discovery.discover import Discovery, find_missing
-from undertow.discovery.findings import FoundTerm
+from undertow.discovery.findings import FittedTerm
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.prepared_logs import Inputs
 from undertow.residuals.models.base import VehicleModel
@@ -45,7 +45,7 @@ def errors(run: str, found: Discovery) -> tuple[RolloutRecord, RolloutRecord]:
     return before["10"].record, after["10"].record
 
 
-def terms(run: Discovery) -> dict[str, FoundTerm]:
+def terms(run: Discovery) -> dict[str, FittedTerm]:
     return {t.symbol: t for c in run.findings.candidates if c.verdict == "missing" for t in c.terms}
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from undertow.discovery.found_effects import LIKELY, MISSING, Claim, Worth
+from undertow.discovery.effect_findings import LIKELY, MISSING, Claim, Worth
 from undertow.discovery.judgement import (
     REASONS,
     SHARE,

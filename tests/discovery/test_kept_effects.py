@@ -5,7 +5,7 @@ import pytest
 from undertow.discovery import kept_effects
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.candidates.candidate import candidates
-from undertow.discovery.kept_effects import with_untold
+from undertow.discovery.kept_effects import add_subthreshold
 from undertow.discovery.search.floating import Search, SearchSettings, State
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -27,7 +27,7 @@ def drag(search: Search) -> State:
 
 
 def test_what_predicts_better_joins_what_is_named(search: Search, drag: State):
-    more = with_untold(search, drag, (EXPONENT,), ShootingSettings())
+    more = add_subthreshold(search, drag, (EXPONENT,), ShootingSettings())
     assert set(search.named(more.active)) == {DRAG, EXPONENT}
     assert more.score < drag.score
     assert more.vehicle.value("thrust_exponent") == pytest.approx(0.8, abs=0.03)
@@ -35,19 +35,19 @@ def test_what_predicts_better_joins_what_is_named(search: Search, drag: State):
 
 def test_what_earns_nothing_does_not(search: Search, drag: State):
     both = search.evaluate(drag.vehicle, (DRAG, EXPONENT))
-    assert with_untold(search, both, (LIFT,), ShootingSettings()) is both
+    assert add_subthreshold(search, both, (LIFT,), ShootingSettings()) is both
 
 
 def test_one_that_earns_nothing_does_not_keep_another_out(search: Search, drag: State):
-    more = with_untold(search, drag, (LIFT, EXPONENT), ShootingSettings())
+    more = add_subthreshold(search, drag, (LIFT, EXPONENT), ShootingSettings())
     assert set(search.named(more.active)) == {DRAG, EXPONENT}
 
 
 def test_what_ends_at_a_limit_does_not_join(search: Search, drag: State, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(kept_effects, "limit_at", lambda parameter, value, start: value)
-    assert with_untold(search, drag, (EXPONENT,), ShootingSettings()) is drag
+    assert add_subthreshold(search, drag, (EXPONENT,), ShootingSettings()) is drag
 
 
 def test_nothing_joins_a_model_in_which_nothing_is_named(search: Search):
     nothing = search.evaluate(HULL, ())
-    assert with_untold(search, nothing, (EXPONENT,), ShootingSettings()) is nothing
+    assert add_subthreshold(search, nothing, (EXPONENT,), ShootingSettings()) is nothing

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import add_effects
-from undertow.discovery.balance.shooting import rollout_squares, rollouts_object
+from undertow.discovery.balance.shooting import rollout_squares, rollouts_contradict
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import shortlist
 from undertow.discovery.discover import find_missing
+from undertow.discovery.effect_findings import EffectFinding
 from undertow.discovery.findings import Findings
-from undertow.discovery.found_effects import FoundEffect
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.reason import Reason
@@ -140,9 +140,9 @@ def test_rollouts_object_to_a_wrong_force_and_not_to_the_right_one(draggy: Motio
     right = HULL.with_values({"X_uu": HULL.value("X_uu") - 6.0, "yaw_trim": 1.0})
     wrong = right.with_values({"yaw_trim": 4.0})
     good, bad = rollout_squares([draggy], right), rollout_squares([draggy], wrong)
-    assert rollouts_object(good, bad, overlap=2)
-    assert not rollouts_object(bad, good, overlap=2)
-    assert not rollouts_object(good, good, overlap=2)
+    assert rollouts_contradict(good, bad, overlap=2)
+    assert not rollouts_contradict(bad, good, overlap=2)
+    assert not rollouts_contradict(good, good, overlap=2)
 
 
 def test_rollouts_that_overlap_are_no_independent_witnesses():
@@ -150,7 +150,7 @@ def test_rollouts_that_overlap_are_no_independent_witnesses():
     for _ in range(300):
         draws = rng.exponential(size=(2, 30, 3))
         one, other = np.stack([draws[:, k : k + 27] for k in range(4)]).mean(axis=0)
-        objections += rollouts_object(one, other, overlap=4)
+        objections += rollouts_contradict(one, other, overlap=4)
     assert objections <= 15  # 2.5 % on this side, and what chance scatters; starts taken as independent: 14 %
 
 
@@ -198,7 +198,7 @@ def test_nothing_hidden_gives_nothing_missing():
 
 
 def test_adding_by_name_fits_what_is_asked_and_nothing_else(draggy: Motion):
-    unsure = FoundEffect(effect="yaw_trim", verdict="possible", confidence=0.8, error_drop=0.1)
+    unsure = EffectFinding(effect="yaw_trim", verdict="possible", confidence=0.8, error_drop=0.1)
     sure = unsure.but(effect="surge_quadratic_damping", verdict="missing", confidence=0.98)
     searched = Findings(verdict="missing", missing=(sure.effect,), candidates=(sure, unsure))
     names = [sure.effect, unsure.effect]

@@ -7,9 +7,9 @@ import pytest
 
 from undertow.discovery import kept_effects as selected
 from undertow.discovery import selection
-from undertow.discovery.balance.shooting import rollouts_part
+from undertow.discovery.balance.shooting import rollout_difference
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.basis import beside_few, choose
+from undertow.discovery.basis import choose_balance, residual_of_few_forces
 from undertow.discovery.candidates.candidate import Kind, candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
@@ -18,7 +18,7 @@ from undertow.discovery.evidence.unexplained import inclusion
 from undertow.discovery.search.estimation import profile_interval
 from undertow.discovery.search.floating import Search, SearchSettings, State
 from undertow.discovery.search.gram import GramScores
-from undertow.discovery.search.thruster_scales import in_plain_words, same_model
+from undertow.discovery.search.thruster_scales import as_common_scale, is_equivalent
 from undertow.discovery.selection import Selection
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.statistics.signals import sensor_noise
@@ -86,20 +86,20 @@ def test_an_effect_under_the_material_share_must_change_rollouts():
     nothing = search.evaluate(HULL, ())
     found = search.run()
     assert found.active == ("surge_quadratic_damping",)
-    assert search.matters(nothing, found)
+    assert search.is_material(nothing, found)
     small = replace(search.settings, materiality=10.0, least=10.0)
-    assert not Search(search.balance, HULL, search.pool, small).matters(nothing, found)
+    assert not Search(search.balance, HULL, search.pool, small).is_material(nothing, found)
     between = replace(search.settings, materiality=10.0)
-    assert Search(search.balance, HULL, search.pool, between).matters(nothing, found)
-    assert not Search(search.balance, HULL, search.pool, replace(between, weight=10.0)).matters(nothing, found)
+    assert Search(search.balance, HULL, search.pool, between).is_material(nothing, found)
+    assert not Search(search.balance, HULL, search.pool, replace(between, weight=10.0)).is_material(nothing, found)
 
 
 def test_two_models_part_by_what_lies_between_them():
     motion = world({}, duration=60.0)
-    assert rollouts_part([motion], HULL, HULL) == pytest.approx(0.0)
+    assert rollout_difference([motion], HULL, HULL) == pytest.approx(0.0)
     draggy = HULL.with_values({"X_uu": -20.0})
-    assert rollouts_part([motion], HULL, draggy)[0] > 0.1
-    assert rollouts_part([motion.slice(0, 50)], HULL, draggy) == pytest.approx(0.0)
+    assert rollout_difference([motion], HULL, draggy)[0] > 0.1
+    assert rollout_difference([motion.slice(0, 50)], HULL, draggy) == pytest.approx(0.0)
 
 
 def test_both_thrusters_scales_are_told_as_a_common_one_and_the_weaker_one():
@@ -107,7 +107,7 @@ def test_both_thrusters_scales_are_told_as_a_common_one_and_the_weaker_one():
     search = searched(motion)
     twice = ("thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
     state = search.evaluate(HULL.with_values({"port_scale": 0.7, "stbd_scale": 0.9}), twice)
-    plain = in_plain_words(search, state)
+    plain = as_common_scale(search, state)
     assert set(plain.active) == {"thrust_scale", "thruster_asymmetry[port]"}
     assert plain.vehicle.value("thrust_scale") == pytest.approx(0.9, rel=0.02)
     assert plain.vehicle.value("port_scale") == pytest.approx(0.7 / 0.9, rel=0.02)
@@ -122,17 +122,17 @@ def test_two_scales_stay_as_they_are_where_the_common_one_is_no_candidate():
     search = Search(WeakForm([motion], WeakSettings()), HULL, pool, SearchSettings())
     twice = ("thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
     state = search.evaluate(HULL.with_values({"port_scale": 0.7, "stbd_scale": 0.9}), twice)
-    assert in_plain_words(search, state) is state
+    assert as_common_scale(search, state) is state
 
 
 def test_two_of_three_scales_are_no_rivals_of_the_third():
     active = ("thrust_scale", "thruster_asymmetry[port]")
-    assert same_model(HULL, active, "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
-    assert not same_model(HULL, active, "thruster_asymmetry[port]", "munk_moment")
-    assert not same_model(HULL, ("thrust_scale",), "thrust_scale", "thruster_asymmetry[stbd]")
+    assert is_equivalent(HULL, active, "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
+    assert not is_equivalent(HULL, active, "thruster_asymmetry[port]", "munk_moment")
+    assert not is_equivalent(HULL, ("thrust_scale",), "thrust_scale", "thruster_asymmetry[stbd]")
     third = HULL.thrusters[0].model_copy(update={"name": "bow"})
     three = HULL.model_copy(update={"thrusters": (*HULL.thrusters, third)})
-    assert not same_model(three, active, "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
+    assert not is_equivalent(three, active, "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
 
 
 def test_a_dead_zone_has_an_interval_by_profile():
@@ -203,10 +203,10 @@ def test_scores_that_matter_are_those_within_the_limits():
     linear, scores = search.linearise(HULL, ())
     changes = [{key: option} for key, options in linear.options.items() for option in options]
     changes += [one | other for one in changes[1:6] for other in changes[6:]]
-    right = np.array(search.quicks(scores, changes))
-    free = np.array(search.quicks(scores, changes, below=-1e300))
+    right = np.array(search.score_all_linearised(scores, changes))
+    free = np.array(search.score_all_linearised(scores, changes, below=-1e300))
     below = float(np.median(right))
-    found = np.array(search.quicks(scores, changes, below))
+    found = np.array(search.score_all_linearised(scores, changes, below))
     assert (free < right - 1.0).any()  # limits matter here
     np.testing.assert_array_equal(found[right < below], right[right < below])
     assert (found[right >= below] >= below).all()
@@ -225,13 +225,13 @@ def test_scores_that_matter_are_those_within_the_limits():
 def test_rollouts_are_asked_at_once_where_a_few_forces_on_each_axis_explain_no_log(
     error: float, many: bool, coarse: bool, thorough: bool, asked: bool, monkeypatch: pytest.MonkeyPatch
 ):
-    basis = choose([world({}, duration=60.0)], HULL, DiscoverySettings())
-    assert basis.sensed
+    basis = choose_balance([world({}, duration=60.0)], HULL, DiscoverySettings())
+    assert basis.has_sensor_noise
     terms: list[State] = []
-    monkeypatch.setattr(selection, "beside_few", lambda weak, search, most: np.full(3, error**2))
-    monkeypatch.setattr(selection, "plenty", lambda weak: many)
-    monkeypatch.setattr(selected, "leaves_structure", lambda search, state: True)
-    monkeypatch.setattr(selection, "leaves_structure", lambda search, state: True)
+    monkeypatch.setattr(selection, "residual_of_few_forces", lambda weak, search, most: np.full(3, error**2))
+    monkeypatch.setattr(selection, "has_enough_tests", lambda weak: many)
+    monkeypatch.setattr(selected, "has_residual_structure", lambda search, state: True)
+    monkeypatch.setattr(selection, "has_residual_structure", lambda search, state: True)
     monkeypatch.setattr(selection, "coarse_records", lambda motions: ("a record",) * coarse)
 
     def with_terms(weak: WeakForm, search: Search, state: State, say: Say) -> tuple[Search, State]:
@@ -239,15 +239,15 @@ def test_rollouts_are_asked_at_once_where_a_few_forces_on_each_axis_explain_no_l
         return search, state
 
     monkeypatch.setattr(selection, "_with_terms", with_terms)
-    assert Selection(basis, lambda text: None, thorough=thorough).unsettled is not None
+    assert Selection(basis, lambda text: None, thorough=thorough).needs_rollouts is not None
     assert bool(terms) is asked
 
 
 def test_few_forces_explain_what_one_effect_makes():
-    search = choose([world({"surge_quadratic_damping": -20.0})], HULL, DiscoverySettings()).instant
+    search = choose_balance([world({"surge_quadratic_damping": -20.0})], HULL, DiscoverySettings()).force_search
     assert isinstance(search.balance, WeakForm)
-    none, one, six = (beside_few(search.balance, search, most) for most in (0, 1, 6))
+    none, one, six = (residual_of_few_forces(search.balance, search, most) for most in (0, 1, 6))
     assert none[0] > 4.0 * one[0] >= 4.0 * six[0]
-    assert not search.leaves_structure(six)
-    rest = search.balance.balance(HULL)
+    assert not search.has_residual_structure(six)
+    rest = search.balance.residual(HULL)
     assert (none <= (rest**2).mean(axis=0) * (1.0 + 1e-12)).all()  # less what is calibrated in every model

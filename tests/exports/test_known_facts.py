@@ -110,4 +110,4 @@ def test_a_number_of_a_run_says_how_sure_it_is_and_its_interval_is_that_of_the_w
     )
     assert told["Y_vv"].sure == "likely (87 %)"
     assert told["mass"].sure == ""
-    assert "95 % interval -77.0 to -71.0; likely (87 %)" in told["Y_vv"].told
+    assert "95 % interval -77.0 to -71.0; likely (87 %)" in told["Y_vv"].line

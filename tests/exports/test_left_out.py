@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from exported import facts
 
-from undertow.exports.approximation import told, total_thrust
+from undertow.exports.approximation import missing_forces, total_thrust
 from undertow.exports.formats.base import Given
 from undertow.exports.formats.registry import format_named
 from undertow.physics.laws.damping_power import Envelope
@@ -26,7 +26,7 @@ def sizes(sentence: str) -> dict[str, tuple[float, float]]:
 
 
 def test_a_drag_is_worth_what_it_is_over_the_box():
-    (sentence,) = told(BOAT, BOX, {"X_uu": 0.0})
+    (sentence,) = missing_forces(BOAT, BOX, {"X_uu": 0.0})
     assert sentence.startswith("surge_quadratic_damping (X_uu = -8): the missing force, root mean square")
     ((mean, most),) = [sizes(sentence)["surge"]]
     assert list(sizes(sentence)) == ["surge"]
@@ -37,7 +37,7 @@ def test_a_drag_is_worth_what_it_is_over_the_box():
 def test_what_comes_with_wind_and_time_says_how_much_of_them():
     boat = BOAT.with_values({"wind_x": 0.2, "current_rate_north": 0.02, "thrust_rate": -0.05, "yaw_trim": 1.5})
     asked = {"wind_x": 0.0, "current_rate_north": 0.0, "thrust_rate": 0.0, "yaw_trim": 0.0}
-    sentences = {s.partition(" ")[0]: s for s in told(boat, BOX, asked)}
+    sentences = {s.partition(" ")[0]: s for s in missing_forces(boat, BOX, asked)}
     assert "in 5 m/s of wind" in sentences["apparent_wind"]
     assert "after 10 minutes" in sentences["turning_current"]
     assert "after 10 minutes" in sentences["battery_sag"]
@@ -49,7 +49,7 @@ def test_what_comes_with_wind_and_time_says_how_much_of_them():
 def test_lag_and_delay_are_worth_a_step_of_full_thrust():
     late = BOAT.with_values({"lag": 0.3, "delay": 0.2})
     assert total_thrust(late) == pytest.approx(70.0)
-    lines = told(late, BOX, {"lag": 0.0, "delay": 0.0})
+    lines = missing_forces(late, BOX, {"lag": 0.0, "delay": 0.0})
     assert [line.partition(":")[0] for line in lines] == ["thruster_lag (lag = 0.3)", "input_delay (delay = 0.2)"]
     assert all("by up to 70 N" in line for line in lines)
 
@@ -61,7 +61,7 @@ def one_late() -> Vehicle:
 
 
 def test_what_one_thruster_has_alone_is_told():
-    (sentence,) = told(one_late(), BOX, {"lag": 0.0})
+    (sentence,) = missing_forces(one_late(), BOX, {"lag": 0.0})
     assert sentence.startswith("thruster_lag (lag = 0 (port), 0.4 (stbd)): thrust is early, by up to 35 N")
     assert stated(BOAT.with_values({"lag": 0.3}), "lag", 4, "s") == "lag = 0.3 s"
 
@@ -76,4 +76,4 @@ def test_a_format_without_lag_says_whose_it_leaves_out(to: str):
 
 
 def test_what_is_the_same_is_not_told():
-    assert told(BOAT, BOX, {"X_uu": -8.0, "lag": 0.0}) == []
+    assert missing_forces(BOAT, BOX, {"X_uu": -8.0, "lag": 0.0}) == []

@@ -11,9 +11,9 @@ from undertow.fleet.causes import changes, rays, stories
 from undertow.fleet.hull_changes import (
     WatchSettings,
     alarms,
+    calibrate_scatter,
     detector,
     odd_day,
-    rehearsed_widening,
     taken_back,
     watched,
 )
@@ -119,7 +119,7 @@ def test_a_single_odd_day_is_no_change_and_hides_none(monkeypatch: pytest.Monkey
     (found,) = changes(boat, scatter, known, stories(PARAMETERS), odd)
     assert (found.causes, found.first) == ((Cause.PROPELLER,), 60)
     fleet = [days_of(20.0 * once), *(days_of(0.0 * once, seed, f"b{seed}") for seed in (1, 2))]
-    assert rehearsed_widening(fleet, day_scatter(fleet), ways, WatchSettings()) < 2.0
+    assert calibrate_scatter(fleet, day_scatter(fleet), ways, WatchSettings()) < 2.0
 
 
 def test_scatter_that_lasts_is_taken_wider(monkeypatch: pytest.MonkeyPatch):
@@ -131,10 +131,10 @@ def test_scatter_that_lasts_is_taken_wider(monkeypatch: pytest.MonkeyPatch):
     settings = WatchSettings(budget=4.0)
     calm, moody = ([days_of(change, 1), days_of(change[::-1], 2, "two")] for change in (0.0 * lasting, lasting))
     ways = rays(PARAMETERS)
-    at_rest = rehearsed_widening(calm, day_scatter(calm), ways, settings)
-    assert rehearsed_widening(moody, day_scatter(moody), ways, settings) > at_rest
+    at_rest = calibrate_scatter(calm, day_scatter(calm), ways, settings)
+    assert calibrate_scatter(moody, day_scatter(moody), ways, settings) > at_rest
     monkeypatch.setattr(rehearsed, "AIM", 1.0)
-    assert rehearsed_widening(calm, day_scatter(calm), ways, settings) < at_rest  # half of the budget may ring
+    assert calibrate_scatter(calm, day_scatter(calm), ways, settings) < at_rest  # half of the budget may ring
 
 
 def test_logs_of_a_day_are_one_and_what_none_says_is_not_known():

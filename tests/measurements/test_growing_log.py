@@ -64,15 +64,15 @@ def test_a_bad_row_is_told_once_and_skipped():
     table.take(["# a remark", "t,u", "0,1", "oops", "x,2", "0.1,3", "0.2,", ""])
     (stream,) = table.streams()
     assert stream.value == pytest.approx([1.0, 3.0, np.nan], nan_ok=True)
-    assert table.told() == ["line 4: expected 2 values, got 1; the row is skipped, and so are others like it"]
-    assert (table.skipped, table.told()) == (2, [])
+    assert table.take_notes() == ["line 4: expected 2 values, got 1; the row is skipped, and so are others like it"]
+    assert (table.skipped, table.take_notes()) == (2, [])
 
 
 def test_time_since_1970_counts_from_the_first_stamp():
     table = GrowingTable("log")
     table.take(["timestamp_ns,u", "1790000000000000001,1", "1790000000050000001,2"])
     assert table.streams()[0].time == pytest.approx([0.0, 0.05], abs=1e-12)
-    assert "time counts from the first stamp" in table.told()[0]
+    assert "time counts from the first stamp" in table.take_notes()[0]
     assert table.start_ns == 1790000000000000001
 
 
@@ -109,7 +109,7 @@ def test_a_channel_that_falls_silent_is_told():
     for k in range(450, 700, 10):
         growing.table.take(rows[k : k + 10])
         growing.motions()
-    (told,) = growing.table.told()
+    (told,) = growing.table.take_notes()
     assert "nothing to follow since t = 24.9 s: u said nothing since" in told
 
 

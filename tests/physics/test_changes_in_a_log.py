@@ -109,7 +109,7 @@ def test_a_log_whose_clock_does_not_begin_at_zero_is_the_same_log(tmp_path: Path
 def test_what_a_model_claims_is_its_own_balance(change: Mapping[str, float]):
     changed, motion = apply_effects(HULL, change), driven()
     weak = WeakForm([motion], WeakSettings(), [modelled_acceleration(changed, motion)])
-    np.testing.assert_allclose(weak.balance(changed), 0.0, atol=1e-9)
+    np.testing.assert_allclose(weak.residual(changed), 0.0, atol=1e-9)
 
 
 def test_drag_that_falls_for_ever_is_refused():

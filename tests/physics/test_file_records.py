@@ -9,7 +9,7 @@ import pytest
 from sample_run import compare_many, write_sample
 
 from undertow.comparison.facts import Comparison, MadeFrom, RulingRecord
-from undertow.discovery.findings import Advice, Calibrated, Findings, FoundTerm, LogFacts
+from undertow.discovery.findings import Advice, Calibrated, Findings, FittedTerm, LogFacts
 from undertow.discovery.identifiability.rehearsal import Excitation, Identifiability
 from undertow.discovery.lawful.price_of_law import Binding, MostPower, Passivity
 from undertow.discovery.search.estimation import Interval
@@ -21,8 +21,8 @@ from undertow.physics.laws.damping_power import Envelope
 FOUND = Findings(verdict="missing", missing=("yaw_trim",), candidates=())
 WHOLE = FOUND.but(
     unnamed=(
-        FoundTerm(symbol="yaw:r", value=-1.0, ci95=Interval(-2.0, 0.0), inclusion=0.7),
-        FoundTerm(symbol="yaw:u", value=math.nan, ci95=None),
+        FittedTerm(symbol="yaw:r", value=-1.0, ci95=Interval(-2.0, 0.0), inclusion=0.7),
+        FittedTerm(symbol="yaw:u", value=math.nan, ci95=None),
     ),
     calibrated=(
         Calibrated(symbol="X_u", before=-1.0, after=-3.0, wanted=-2.0, unit="N s/m", ci95=Interval(-2.5, -1.5)),

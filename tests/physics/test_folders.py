@@ -10,8 +10,8 @@ import pytest
 
 from undertow.physics import folders
 from undertow.physics.errors import RequestError
-from undertow.physics.files import left_beside, write_text
-from undertow.physics.folders import check_folder, finish, held, put_right, replace_folder
+from undertow.physics.files import unfinished_files, write_text
+from undertow.physics.folders import check_folder, finish_move, hold_folder, recover, replace_folder
 
 OLD = {"a": "old a", "b": "old b", "page": "old page"}
 NEW = {"a": "new a", "b": "new b", "c": "new c"}
@@ -36,7 +36,7 @@ def builder(content: dict[str, str]) -> Callable[[Path], list[str]]:
     def build(work: Path) -> list[str]:
         for name, text in content.items():
             write_text(work / name, text)
-        finish(work)  # whoever reads the new files to make others of them does so
+        finish_move(work)  # whoever reads the new files to make others of them does so
         write_text(work / "list", json.dumps({name: digest(text) for name, text in content.items()}))
         return [*content, "list"]
 
@@ -99,8 +99,8 @@ def killed(target: Path, step: int, setup: Callable[[], None] | None = None) -> 
 def test_a_kill_at_any_step_leaves_the_old_or_the_new_folder_whole(first: bool, target: Path):
     outcomes = []
     for step in range(1000):
-        for path in [target, *left_beside(target)]:
-            folders.take_away(path)
+        for path in [target, *unfinished_files(target)]:
+            folders.remove(path)
         if not first:
             replace_folder(target, builder(OLD), own)
             for name, text in MINE.items():
@@ -111,9 +111,9 @@ def test_a_kill_at_any_step_leaves_the_old_or_the_new_folder_whole(first: bool, 
         before, after = ({}, NEW) if first else ({**OLD, **MINE}, {**NEW, **MINE})
         assert found in (before, after), step
         outcomes.append(found == after)
-        put_right(target, own)
+        recover(target, own)
         assert (told(target) if target.exists() else {}) == found, step
-        assert left_beside(target) == [], step
+        assert unfinished_files(target) == [], step
         if ended:
             break
     assert outcomes[0] is False
@@ -128,12 +128,12 @@ def test_where_nothing_can_be_exchanged_the_next_call_ends_what_a_kill_left(
     monkeypatch.setattr(folders, "exchange", lambda one, other: False)
     outcomes = set()
     for step in range(1000):
-        folders.take_away(target)
+        folders.remove(target)
         replace_folder(target, builder(OLD), own)
         (target / "notes.txt").write_text("mine")
         ended = not killed(target, step)
-        finish(target)
-        put_right(target, own)
+        finish_move(target)
+        recover(target, own)
         found = told(target)
         assert found in ({**OLD, "notes.txt": "mine"}, {**NEW, "notes.txt": "mine"}), step
         assert alone(target), step
@@ -245,7 +245,7 @@ def test_what_a_living_process_writes_is_left_alone(target: Path):
 
     def build(work: Path) -> list[str]:
         if os.fork() == 0:  # another process comes to tidy up
-            put_right(target, own)
+            recover(target, own)
             os._exit(0)
         os.wait()
         seen.append(work.is_dir())
@@ -278,7 +278,7 @@ def test_of_several_at_once_one_wins_whole(target: Path):
     assert all(seen)
     assert {k: v for k, v in told(target).items() if k not in MINE} in contents
     assert {name: told(target)[name] for name in MINE} == MINE
-    put_right(target, own)
+    recover(target, own)
     assert alone(target)
 
 
@@ -308,11 +308,11 @@ def test_an_empty_folder_keeps_its_mode(tmp_path: Path):
 
 
 def test_a_folder_is_held_by_one_process(target: Path):
-    with held(target, "trains in"):
+    with hold_folder(target, "trains in"):
         child = os.fork()
         if child == 0:
             try:
-                with held(target, "trains in"):
+                with hold_folder(target, "trains in"):
                     os._exit(0)
             except RequestError:
                 os._exit(7)

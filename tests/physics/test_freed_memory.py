@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from undertow.physics import stage as freed_memory
-from undertow.physics.stage import hand_back
+from undertow.physics.stage import trim_memory
 
 
 def resident() -> int:
@@ -25,10 +25,10 @@ def test_what_lies_between_blocks_in_use_is_handed_back():
     full = resident()
     del blocks
     gc.collect()
-    hand_back()
+    trim_memory()
     assert resident() < full - 0.9 * size * (2000 - len(kept))
 
 
 def test_another_c_library_is_left_alone(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(freed_memory.ctypes, "CDLL", lambda name: object())
-    hand_back()
+    trim_memory()

@@ -6,9 +6,9 @@ import pytest
 from undertow.physics.forces import ForceEquation, apparent_wind, relative_velocity
 from undertow.physics.momentum_balance import (
     balances,
-    beside_the_balance,
     coriolis_matrix,
     damping_matrix,
+    factor_symbols,
     mass_matrix,
     thruster_matrix,
 )
@@ -90,7 +90,7 @@ def test_no_number_of_the_vehicle_is_left_out():
     thruster = {"thrust_scale": 0.9, "lag": 0.3, "dead_zone": 0.05, "gain_ahead_100": 1.2, "port_scale": 0.8}
     vehicle = load_vehicle("blueboat").with_values(FULL | thruster)
     written = {symbol for line in balances(vehicle) for term in (*line.inertia, *line.force) for symbol in term.symbols}
-    beside = set(beside_the_balance(vehicle))
+    beside = set(factor_symbols(vehicle))
     assert set(FULL) - {"current_north", "current_east", "memory_time"} <= written
     assert beside == {*thruster, "current_north", "current_east", "memory_time"}
     assert not written & beside
@@ -100,11 +100,11 @@ def test_no_number_of_the_vehicle_is_left_out():
 def test_what_any_thruster_has_alone_acts_beside_the_terms(late: int):
     vehicle = load_vehicle("blueboat")
     changed = [t.model_copy(update={"lag": 0.4 * (k == late)}) for k, t in enumerate(vehicle.thrusters)]
-    assert beside_the_balance(vehicle) == ()
-    assert beside_the_balance(vehicle.model_copy(update={"thrusters": tuple(changed)})) == ("lag",)
+    assert factor_symbols(vehicle) == ()
+    assert factor_symbols(vehicle.model_copy(update={"thrusters": tuple(changed)})) == ("lag",)
 
 
 def test_terms_that_are_zero_are_left_out():
     vehicle = load_vehicle("blueboat").with_values({"x_g": 0.0, "Y_rdot": 0.0})
     assert all(term.coefficient for line in balances(vehicle) for term in (*line.inertia, *line.force))
-    assert beside_the_balance(vehicle) == ()
+    assert factor_symbols(vehicle) == ()

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from undertow.discovery.effect_findings import EffectFinding, FittedTerm
 from undertow.discovery.findings import Calibrated, Findings
-from undertow.discovery.found_effects import FoundEffect, FoundTerm
 from undertow.discovery.search.estimation import Interval
 from undertow.physics.presentation import MINUS, NARROW
 from undertow.physics.sources import with_sources
@@ -16,9 +16,11 @@ BOAT = load_vehicle("blueboat").with_values({"X_u": -9.0, "X_uu": 0.0, "N_uv": 0
 HOW = "identified by undertow from log.csv"
 
 
-def effect(name: str, verdict: str, sure: float, symbol: str = "", value: float = -8.0, **more: object) -> FoundEffect:
+def effect(
+    name: str, verdict: str, sure: float, symbol: str = "", value: float = -8.0, **more: object
+) -> EffectFinding:
     ends = Interval(value - 1.0, value + 1.0)
-    term = FoundTerm(symbol=symbol, value=value, unit="N s/m", ci95=ends, in_model=value)
+    term = FittedTerm(symbol=symbol, value=value, unit="N s/m", ci95=ends, in_model=value)
     content = {
         "effect": name,
         "verdict": verdict,
@@ -26,7 +28,7 @@ def effect(name: str, verdict: str, sure: float, symbol: str = "", value: float 
         "error_drop": 0.2,
         "terms": (term,) * bool(symbol),
     }
-    return FoundEffect.model_validate({**content, **more})
+    return EffectFinding.model_validate({**content, **more})
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.discovery.basis import choose
+from undertow.discovery.basis import choose_balance
 from undertow.discovery.candidates.candidate import Kind
-from undertow.discovery.hidden_sensors import ARM, COMPASS, HiddenErrors
+from undertow.discovery.sensor_error_search import ARM, COMPASS, HiddenErrors
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log_options import Reading
 from undertow.physics.effects import COMMAND_OFFSET
@@ -16,9 +16,9 @@ from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.inputs import read_inputs
-from undertow.workflows.opened_log import OpenedLog
+from undertow.workflows.log_view import LogView
 from undertow.workflows.workbench import Workbench
-from undertow.workflows.workbench_facts import OWN_NUMBERS, Searched, Stand
+from undertow.workflows.workbench_facts import OWN_NUMBERS, ModelChoice, Searched
 
 HULL = load_vehicle("blueboat")
 DRAG = "surge_quadratic_damping"
@@ -38,7 +38,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def bench(log: Path) -> Workbench:
-    return Workbench(OpenedLog(read_inputs(log, HULL, progress=None)))
+    return Workbench(LogView(read_inputs(log, HULL, progress=None)))
 
 
 @pytest.fixture(scope="module")
@@ -73,44 +73,44 @@ def test_effects_are_fitted_to_what_is_read(bench: Workbench, searched: Searched
     assert (card.name, card.verdict) == (GYRO, "present")
     assert card.numbers[0].startswith("gyro_scale = 0.9500")
     assert "95 %" in card.numbers[0]
-    with_it, without = (bench.fit(Stand((DRAG,), left=left)) for left in ((), (GYRO,)))
+    with_it, without = (bench.fit(ModelChoice((DRAG,), left=left)) for left in ((), (GYRO,)))
     assert with_it.error["yaw"] < 0.3 * without.error["yaw"]
-    recorded = Workbench(OpenedLog(read_inputs(log, HULL, Reading(as_is=True), progress=None)))
-    same = recorded.fit(Stand((DRAG,)))
+    recorded = Workbench(LogView(read_inputs(log, HULL, Reading(as_is=True), progress=None)))
+    same = recorded.fit(ModelChoice((DRAG,)))
     assert without.error == pytest.approx(same.error, rel=1e-9)
     assert [value.after for value in without.values] == pytest.approx([value.after for value in same.values], rel=1e-9)
     np.testing.assert_allclose(bench.opened((GYRO,)).table["r"], recorded.opened().table["r"])
-    assert "without the correction of gyro scale" in str(bench.vehicle(Stand((DRAG,), left=(GYRO,))).sources)
+    assert "without the correction of gyro scale" in str(bench.vehicle(ModelChoice((DRAG,), left=(GYRO,))).sources)
 
 
 def test_no_run_is_made_of_a_log_without_a_correction(bench: Workbench, searched: Searched):
     assert searched.found
     with pytest.raises(RequestError, match=r"no run is made .* \(gyro scale\); take model.yaml"):
-        bench.run(Stand(searched.found, left=(GYRO,)))
-    assert bench.run(Stand(searched.found)).findings.missing == (DRAG,)
+        bench.run(ModelChoice(searched.found, left=(GYRO,)))
+    assert bench.run(ModelChoice(searched.found)).findings.missing == (DRAG,)
 
 
 def test_why_there_is_no_run_is_known_before_one_is_asked_for(bench: Workbench, searched: Searched, log: Path):
-    for stand in (Stand(searched.found), Stand(), Stand((DRAG, "yaw_quadratic_damping"))):
+    for stand in (ModelChoice(searched.found), ModelChoice(), ModelChoice((DRAG, "yaw_quadratic_damping"))):
         assert bench.no_run(stand) == ""
-    assert "moved by hand" in bench.no_run(Stand(searched.found, (("X_uu", -3.0),)))
-    assert "own numbers" in bench.no_run(Stand((OWN_NUMBERS,)))
-    run = bench.run(Stand((OWN_NUMBERS, "sway_lift")))
+    assert "moved by hand" in bench.no_run(ModelChoice(searched.found, (("X_uu", -3.0),)))
+    assert "own numbers" in bench.no_run(ModelChoice((OWN_NUMBERS,)))
+    run = bench.run(ModelChoice((OWN_NUMBERS, "sway_lift")))
     assert {step.added for step in run.findings.steps} == {None, "calibrated", "sway_lift"}
-    fresh = Workbench(OpenedLog(read_inputs(log, HULL, progress=None)))
-    assert "search first, or add an effect" in fresh.no_run(Stand())
+    fresh = Workbench(LogView(read_inputs(log, HULL, progress=None)))
+    assert "search first, or add an effect" in fresh.no_run(ModelChoice())
     with pytest.raises(RequestError, match="search first, or add an effect"):
-        fresh.run(Stand())
+        fresh.run(ModelChoice())
 
 
 def test_what_only_forces_show_is_left_by_its_name(bench: Workbench, log: Path):
     errors, motion = HiddenErrors(0.4, -0.3, 0.1), read_inputs(log, HULL, progress=None).fitting[0]
     for left, rest in (((ARM,), HiddenErrors(0.0, 0.0, 0.1)), ((COMPASS,), HiddenErrors(0.4, -0.3, 0.0))):
-        np.testing.assert_array_equal(errors.leaving(left).corrected(motion).velocity, rest.corrected(motion).velocity)
+        np.testing.assert_array_equal(errors.keeping(left).corrected(motion).velocity, rest.corrected(motion).velocity)
     named = {finding.correction for finding in errors.findings}
     assert named == {ARM, COMPASS}
-    assert errors.leaving(tuple(named)).findings == ()
-    other = Workbench(OpenedLog(read_inputs(log, HULL, progress=None)))
+    assert errors.keeping(tuple(named)).findings == ()
+    other = Workbench(LogView(read_inputs(log, HULL, progress=None)))
     before = other.opened()
     other.resume(Searched("undecided", "", (), (), (), hidden=(0.4, -0.3, 0.0)))
     resumed = other.opened()
@@ -120,8 +120,8 @@ def test_what_only_forces_show_is_left_by_its_name(bench: Workbench, log: Path):
 
 def test_the_timing_of_the_commands_is_fitted_until_it_is_left(log: Path):
     inputs = read_inputs(log, HULL, progress=None).whole()
-    basis = choose(inputs.fitting, HULL, DiscoverySettings())
+    basis = choose_balance(inputs.fitting, HULL, DiscoverySettings())
     assert any(c.kind is Kind.SENSOR for c in basis.pool)
-    left = basis.leaving((COMMAND_OFFSET.symbol,))
+    left = basis.keeping_errors((COMMAND_OFFSET.symbol,))
     assert not any(c.kind is Kind.SENSOR for c in left.pool)
     assert len(left.pool) == len(basis.pool) - 1

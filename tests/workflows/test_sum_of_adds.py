@@ -14,14 +14,14 @@ from verbs import done
 import undertow
 from undertow.app.steps import Step
 from undertow.discovery.findings import Step as ScoredStep
-from undertow.discovery.hidden_sensors import HiddenErrors
+from undertow.discovery.sensor_error_search import HiddenErrors
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.workflows.opened_log import OpenedLog
+from undertow.workflows.log_view import LogView
 from undertow.workflows.run_folder.read import read_run_inputs
 from undertow.workflows.workbench import Workbench
-from undertow.workflows.workbench_facts import OWN_NUMBERS, Searched, Source, Stand
+from undertow.workflows.workbench_facts import OWN_NUMBERS, ModelChoice, Searched, Source
 
 HIDDEN = {"stbd_scale": 0.8, "munk_moment": 20.0}
 NAMES = {"thruster_asymmetry[stbd]", "munk_moment"}
@@ -57,7 +57,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Place:
 
 @pytest.fixture(scope="module")
 def bench(place: Place) -> Workbench:
-    return Workbench(OpenedLog(place.inputs))
+    return Workbench(LogView(place.inputs))
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +129,7 @@ def test_the_workbench_goes_down_the_stairs_of_the_run(place: Place, bench: Work
 
 def test_a_part_is_fitted_from_the_model_of_the_run(place: Place, bench: Workbench, searched: Searched):
     names = names_in(place.run)
-    part = Stand((OWN_NUMBERS, *names[1:]))  # no step of the run has these alone
+    part = ModelChoice((OWN_NUMBERS, *names[1:]))  # no step of the run has these alone
     left = bench.vehicle(part)
     assert left.value({"munk_moment": "N_uv"}.get(names[0], "stbd_scale")) in (0.0, 1.0)
     record = read_run_inputs(place.run)
@@ -138,8 +138,8 @@ def test_a_part_is_fitted_from_the_model_of_the_run(place: Place, bench: Workben
 
 
 def test_what_the_run_has_not_is_added_beside_its_numbers(bench: Workbench, searched: Searched):
-    more = bench.fit(Stand((*searched.found, "yaw_trim")))
-    whole = bench.fit(Stand(searched.found))
+    more = bench.fit(ModelChoice((*searched.found, "yaw_trim")))
+    whole = bench.fit(ModelChoice(searched.found))
     before = {value.symbol: value.after for value in whole.values}
     assert {value.symbol for value in more.values} == {*before, "yaw_trim"}
     assert more.error["position"] == pytest.approx(whole.error["position"], rel=0.2)
@@ -148,16 +148,16 @@ def test_what_the_run_has_not_is_added_beside_its_numbers(bench: Workbench, sear
 
 
 def test_another_worker_goes_on_with_the_numbers_of_the_search(place: Place, bench: Workbench, searched: Searched):
-    other = Workbench(OpenedLog(place.inputs))
+    other = Workbench(LogView(place.inputs))
     other.resume(searched)
-    assert same(other.vehicle(Stand(searched.found)), bench.vehicle(Stand(searched.found)))
-    assert same(other.vehicle(Stand(searched.found[:2])), bench.vehicle(Stand(searched.found[:2])))
+    assert same(other.vehicle(ModelChoice(searched.found)), bench.vehicle(ModelChoice(searched.found)))
+    assert same(other.vehicle(ModelChoice(searched.found[:2])), bench.vehicle(ModelChoice(searched.found[:2])))
 
 
 def test_own_numbers_that_stay_are_not_those_of_the_run(place: Place, bench: Workbench, searched: Searched):
     """What is added to the file as it is, is fitted to the file as it is."""
     names = tuple(names_in(place.run))
-    kept = bench.vehicle(Stand(names))
+    kept = bench.vehicle(ModelChoice(names))
     nominal = load_vehicle(place.vehicle)
     assert all(kept.value(symbol) == nominal.value(symbol) for symbol in ("Y_vdot", "N_rdot"))
     told = done("add", *names, "--run", place.run, "--no-refit", "--json")

@@ -12,7 +12,7 @@ from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.workflows.first_vehicle import check_wires, placed, put_right, rewired, wires_of, write_rewired
+from undertow.workflows.first_vehicle import check_wires, placed, rewired, wires_of, with_corrections, write_rewired
 from undertow.workflows.workbench_facts import Place, Wire
 
 OTTER = load_vehicle("otter")
@@ -99,9 +99,9 @@ def test_a_thruster_is_moved_and_no_other():
     assert first.curve == HULL.thrusters[0].curve
     assert moved.thrusters[1] == HULL.thrusters[1]
     with pytest.raises(VehicleError, match="is on the other side"):
-        put_right(HULL, {}, [Place("port", -0.5, 0.2, 0.0)])
+        with_corrections(HULL, {}, [Place("port", -0.5, 0.2, 0.0)])
     with pytest.raises(VehicleError, match="X_u"):
-        put_right(HULL, {"X_u": 4.0}, [])
-    assert put_right(HULL, {"mass": 24.0}, []).mass == 24.0
+        with_corrections(HULL, {"X_u": 4.0}, [])
+    assert with_corrections(HULL, {"mass": 24.0}, []).mass == 24.0
     with pytest.raises(RequestError, match="has no thruster 'bow': expected"):
         placed(HULL, [Place("bow", 0.0, 0.0, 0.0)])

@@ -6,7 +6,7 @@ from undertow.measurements.inspection import Inspection, inspect_log
 from undertow.measurements.log import read_log
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.workflows.inputs import likely_misplaced, sound
+from undertow.workflows.inputs import likely_misplaced, refuse_broken_logs
 
 HULL = load_vehicle("blueboat")
 PLACES = ("direction", "sides")
@@ -21,19 +21,19 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Inspection:
 
 def test_places_that_show_are_not_doubted(shown: Inspection):
     assert {f.check for f in shown.quality if f.verdict == "ok"} >= set(PLACES)
-    assert sound([shown], (), HULL, as_is=False) == ()
+    assert refuse_broken_logs([shown], (), HULL, as_is=False) == ()
 
 
 def test_places_that_do_not_show_are_the_files_word(shown: Inspection):
     hidden = [f.but(verdict="cannot tell", parts={}) if f.check in PLACES else f for f in shown.quality]
-    (told,) = sound([shown.but(quality=tuple(hidden))], (), HULL, as_is=False)
+    (told,) = refuse_broken_logs([shown.but(quality=tuple(hidden))], (), HULL, as_is=False)
     assert told.startswith("Nothing in the log shows on which side its thrusters are")
 
 
 def test_logs_that_show_it_together_are_believed(shown: Inspection):
     hidden = tuple(f.but(verdict="cannot tell", parts={}) if f.check in PLACES else f for f in shown.quality)
     together = [f for f in shown.quality if f.check in PLACES]
-    assert sound([shown.but(quality=hidden)] * 2, together, HULL, as_is=False) == ()
+    assert refuse_broken_logs([shown.but(quality=hidden)] * 2, together, HULL, as_is=False) == ()
 
 
 def test_two_faults_of_one_cure_are_told_with_it_once(shown: Inspection):

@@ -9,7 +9,7 @@ import pytest
 from undertow.comparison.comparison import Judged, judge
 from undertow.comparison.facts import CALIBRATED, CORRECTED, NOMINAL, Best
 from undertow.comparison.recommendation import share_of_error
-from undertow.discovery.basis import choose
+from undertow.discovery.basis import choose_balance
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.findings import Findings
 from undertow.discovery.settings import DiscoverySettings
@@ -46,7 +46,7 @@ def aside(inputs: Inputs) -> Inputs:
 
 @pytest.fixture(scope="module")
 def found(inputs: Inputs) -> Discovery:
-    return find_missing(inputs.fitting, inputs.vehicle, SETTINGS, None, choose(inputs.fitting, HULL, SETTINGS))
+    return find_missing(inputs.fitting, inputs.vehicle, SETTINGS, None, choose_balance(inputs.fitting, HULL, SETTINGS))
 
 
 @pytest.fixture(scope="module")

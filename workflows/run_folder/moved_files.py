@@ -21,13 +21,13 @@ PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "cvxpy", "clarabe
 
 def versions() -> dict[str, str]:
     """The versions of Python, undertow and the packages that its numbers come from, as far as they are there."""
-    found = {"python": ".".join(map(str, sys.version_info[:3]))}
+    result = {"python": ".".join(map(str, sys.version_info[:3]))}
     for name in PACKAGES:
         try:
-            found[name] = version(name)
+            result[name] = version(name)
         except PackageNotFoundError:
             continue
-    return found
+    return result
 
 
 def command(
@@ -177,14 +177,14 @@ def logs_now(folder: Path, made: Sequence[MadeFile], moved: Moved = UNMOVED) -> 
     given, several = [os.fspath(path) for path in moved.logs], moved.of_several
     named = find_logs(given)[0] if given else ()
     digest = cache(_digest)  # of many logs in a folder each is asked for many times
-    found = [_found(folder, one, named, digest, others=len(made) > 1 or several) for one in made]
-    stray = [path for path in given if os.path.isfile(path) and path not in found]
+    result = [_found(folder, one, named, digest, others=len(made) > 1 or several) for one in made]
+    stray = [path for path in given if os.path.isfile(path) and path not in result]
     if stray and not several:
         raise RequestError(
             f"{stray[0]} is none of the logs that {folder} is of ({listing([shown(one.path) for one in made])}), "
             "by its SHA-256; leave it out, or make a run of it with 'undertow discover'"
         )
-    return found
+    return result
 
 
 def map_now(folder: Path, made: MadeFile | None, given: PathLike | None = None) -> str | None:
@@ -239,10 +239,10 @@ def _found(
             f"folder); put it beside the run folder, or say where it is now with {option}{of_table}"
         )
     came = digest(unlike[0])
-    told = "cannot be read" if came is None else f"has SHA-256 {came[:_TOLD]}..."
+    text = "cannot be read" if came is None else f"has SHA-256 {came[:_TOLD]}..."
     expected = f"{shown(made.path)} with SHA-256 {(made.sha256 or '')[:_TOLD]}..."
     raise RequestError(
-        f"{folder} was made from {expected}, and {unlike[0]} {told}: another file, or one that was changed since. Say "
+        f"{folder} was made from {expected}, and {unlike[0]} {text}: another file, or one that was changed since. Say "
         f"where the one that is meant is, with {option}, or make a run of this one with 'undertow discover'"
     )
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...comparison.facts import AuditRecord, Comparison, MadeFrom
+from ...discovery.effect_findings import FoldRecord
 from ...discovery.findings import Findings
-from ...discovery.found_effects import FoldRecord
 from ...discovery.run_models import values_of_step
 from ...discovery.settings import DiscoverySettings
 from ...measurements.inspection import Inspections
@@ -20,7 +20,7 @@ from ...measurements.log_options import Reading
 from ...measurements.prepared_logs import FOLDS, Inputs, PathLike
 from ...physics.errors import RequestError, VehicleError, listed, shortened, shown
 from ...physics.file_records import Record
-from ...physics.folders import finish
+from ...physics.folders import finish_move
 from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, read_json, reason, text_of
 from ...physics.stage import Say
 from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
@@ -140,7 +140,7 @@ def read_run(folder: PathLike, moved: Moved = UNMOVED) -> RunFolder:
         When a file is missing, cannot be read, or is not of the expected schema.
     """
     folder = Path(folder)
-    finish(folder)
+    finish_move(folder)
     if not folder.is_dir():
         raise RequestError(f"expected a run folder at {folder}, but there is none; {REMEDY}")
     if is_network_folder(folder):
@@ -151,9 +151,9 @@ def read_run(folder: PathLike, moved: Moved = UNMOVED) -> RunFolder:
     digests: dict[str, str] = {}
 
     def content(name: str, most: int = MOST_TEXT) -> bytes:
-        found = _file(folder, name, most, REMEDY)
-        digests[name] = hashlib.sha256(found).hexdigest()[:12]
-        return found
+        result = _file(folder, name, most, REMEDY)
+        digests[name] = hashlib.sha256(result).hexdigest()[:12]
+        return result
 
     findings = read_findings(content("findings.json"), folder / "findings.json")
     if not findings.steps:
@@ -251,14 +251,14 @@ def read_findings(content: bytes, path: Path) -> Findings:
 
 def _bounded(content: bytes, path: Path, remedy: str = REMEDY) -> Any:
     try:
-        found = parse_json(text_of(content))
+        result = parse_json(text_of(content))
     except ValueError as error:
         raise RequestError(f"{path} is not valid JSON ({error}); {remedy}") from None
     try:
-        check_bounds(found)
+        check_bounds(result)
     except ValueError as error:
         raise RequestError(f"{path}: {error}; {remedy}") from None
-    return found
+    return result
 
 
 def _check_horizons(rollouts: Iterable[Mapping[str, Any]], path: Path, remedy: str = REMEDY) -> None:
@@ -319,7 +319,7 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
         when its nominal vehicle cannot be read.
     """
     folder = Path(run)
-    finish(folder)
+    finish_move(folder)
     if is_network_folder(folder):
         raise RequestError(
             f"{folder} is the folder of a trained network, not of a run: effects are added to a vehicle; give a folder "
@@ -356,13 +356,13 @@ def _found(folder: Path, nominal: Vehicle) -> Findings | None:
     """What a run found, its last step with every digit of the model that it wrote; None where that is not there."""
     path = folder / "findings.json"
     try:
-        found = read_findings(read_bytes(path, MOST_TEXT), path)
+        result = read_findings(read_bytes(path, MOST_TEXT), path)
     except (OSError, ValueError, RequestError):
         return None
-    if not found.steps or not found.steps[-1].values:
-        return found
+    if not result.steps or not result.steps[-1].values:
+        return result
     try:
         values = values_of_step(load_vehicle(folder / "model.yaml"), nominal)
     except (OSError, ValueError, RequestError, VehicleError):
-        return found  # with the digits of findings.json
-    return found.but(steps=(*found.steps[:-1], found.steps[-1].but(values=values)))
+        return result  # with the digits of findings.json
+    return result.but(steps=(*result.steps[:-1], result.steps[-1].but(values=values)))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ...comparison.audit import Audit
 from ...comparison.facts import Comparison
 from ...discovery.candidates.candidate import holds_guesses
-from ...discovery.candidates.linearisation import found_forces
+from ...discovery.candidates.linearisation import step_forces
 from ...discovery.discover import Discovery
 from ...discovery.findings import Findings
 from ...discovery.settings import DiscoverySettings
@@ -20,12 +20,12 @@ from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections
 from ...measurements.preparation.standardisation import Standardisation
 from ...measurements.prepared_logs import Inputs
-from ...measurements.statistics.processors import beside
+from ...measurements.statistics.processors import run_in_fork
 from ...physics.errors import RequestError, expect
 from ...physics.files import write_json, write_text, writing
 from ...physics.folders import replace_folder
 from ...physics.presentation import Card
-from ...physics.stage import WRITING, Say, Stage, hand_back
+from ...physics.stage import WRITING, Say, Stage, trim_memory
 from ...physics.vehicle import Vehicle
 from ...reports.terminal.progress import SHOWN, Pace, showing
 from ...residuals.series import SeriesTable
@@ -121,13 +121,13 @@ def write_run(
         progress(Stage("writing the run folder", WRITING))
 
     def build(work: Path) -> list[str]:
-        with beside(partial(_write_viewer_series, run, work / "series.mcap", progress, called)) as written:
+        with run_in_fork(partial(_write_viewer_series, run, work / "series.mcap", progress, called)) as written:
             _write_files(run, work, called)
-            hand_back()
+            trim_memory()
             written()
         seal(work, json.loads(called(json.dumps(_record(run, target), ensure_ascii=False))), DATA)
         if report:
-            hand_back()
+            trim_memory()
             write_page(work)
         return os.listdir(work)
 
@@ -226,7 +226,7 @@ def _write_viewer_series(run: Run, path: Path, progress: Say | None, called: Cal
     if not mcap_installed():
         return
     found, parts = run.discovery, run.inputs.parts
-    forces = found_forces(found.nominal, found.corrected, parts, [label for label, _ in found.steps])
+    forces = step_forces(found.nominal, found.corrected, parts, [label for label, _ in found.steps])
     told = (
         Prediction("before", found.nominal, run.table, "before"),
         Prediction("after", found.corrected, run.table, "after", forces),

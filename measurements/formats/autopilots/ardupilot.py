@@ -16,7 +16,7 @@ from ....physics.motion import Array
 from ...canonical import local_metres
 from ...vehicle_types import by_firmware
 from ..base import Recording, Request, Stream
-from .autopilot import Table, assembled, beside, heading_at, in_order, planar, raw_names, servo_commands
+from .autopilot import Table, assembled, auxiliary_of_columns, heading_at, in_order, planar, raw_names, servo_commands
 
 _BOOKKEEPING = {"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "FILE", "ISBD", "ISBH"}
 """Messages that hold no measurement."""
@@ -99,7 +99,7 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
     commands, driven = _commands(log, parameters)
     notes = [*log.notes, *notes, *told, *heard, *driven]
     chosen = assembled(
-        [*streams, *inertial, *commands, *_beside(log)],
+        [*streams, *inertial, *commands, *_auxiliary(log)],
         [
             name
             for (kind, _), topic in topics.items()
@@ -121,16 +121,16 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
 
 def _topics(log: Messages) -> dict[tuple[str, int | None], str]:
     """Type and sensor of all messages that have a clock -> what they are called."""
-    found: dict[tuple[str, int | None], str] = {}
+    result: dict[tuple[str, int | None], str] = {}
     for name in log.names():
         if name in _BOOKKEEPING or not set(_CLOCKS) & set(log.fields(name)):
             continue
         sensors = log.sensors(name)
         if sensors is None:
-            found[name, None] = name
+            result[name, None] = name
         else:
-            found |= {(name, sensor): f"{name}[{sensor}]" for sensor in sensors}
-    return found
+            result |= {(name, sensor): f"{name}[{sensor}]" for sensor in sensors}
+    return result
 
 
 def _values(log: Messages, name: str) -> tuple[str, ...]:
@@ -251,7 +251,7 @@ def _inertial(
     return [imu.stream(name, value) for name, value in values.items()], notes
 
 
-def _beside(log: Messages) -> list[Stream]:
+def _auxiliary(log: Messages) -> list[Stream]:
     """Battery, motors, mode and waypoint: BAT, ESC, RPM, MODE and CMD of ArduPilot."""
     mode = next((field for field in ("ModeNum", "Mode") if field in log.fields("MODE")), "Mode")
     found = {
@@ -265,7 +265,7 @@ def _beside(log: Messages) -> list[Stream]:
     for number in log.sensors("ESC") or () if "ESC" in log.names() else ():
         found[f"rpm_esc{number + 1}"] = (_one(log, "ESC", number, "RPM"), "RPM", 1.0)
         found[f"motor_current_esc{number + 1}"] = (_one(log, "ESC", number, "Curr"), "Curr", 1.0)
-    return beside(found)
+    return auxiliary_of_columns(found)
 
 
 def _imu_of(core: int, mask: int) -> int:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array, earth_to_body
 from ...canonical import LIMITS, Output, auxiliary_unit, is_canonical
-from ...vehicle_types import CraftTold
+from ...vehicle_types import CraftEvidence
 from ..base import Name, Recording, Request, Stream
 
 AUTOPILOTS = ("dataflash/", "mavlink/", "ulog/")
@@ -92,7 +92,7 @@ class Choice:
 
     notes: tuple[str, ...]
 
-    def recording(self, read: Sequence[Stream], craft: CraftTold | None = None) -> Recording:
+    def recording(self, read: Sequence[Stream], craft: CraftEvidence | None = None) -> Recording:
         """Join the channels and the streams that were read for the rest, of that kind of vehicle."""
         unread = tuple(name for name in self.raw if name not in self.wanted)
         return Recording((*self.derived, *read), self.notes, unread, crafts={"": craft} if craft else {})
@@ -220,7 +220,7 @@ def _pulses(pwm: Array) -> Array:
     return np.where(np.isin(pwm, _NO_PULSE), np.nan, pwm)
 
 
-def beside(tables: Mapping[str, tuple[Table | None, str, float]]) -> list[Stream]:
+def auxiliary_of_columns(tables: Mapping[str, tuple[Table | None, str, float]]) -> list[Stream]:
     """Auxiliary channels by name, each of a column of a table and in its unit; those that are there.
 
     Parameters
@@ -254,14 +254,14 @@ def _ahead(
         found if low <= (found := shape.get(key, null)) <= high else null for key, (null, low, high) in _SHAPE.items()
     )
     output = Output(trim, astern, ahead, source, expo, asymmetry, least / 100.0)
-    told = (
+    text = (
         f"neutral {trim:g} us, full astern {astern:g} us, full ahead {ahead:g} us: the thruster's curve must have them"
     )
     if reversed:
-        told += f"; the output is reversed (ahead is below neutral), mirrored here as {2.0 * trim:g} us - value"
+        text += f"; the output is reversed (ahead is below neutral), mirrored here as {2.0 * trim:g} us - value"
     if silent.any():
-        told += f"; {np.count_nonzero(silent)} rows without pulses (disarmed) taken as neutral"
-    return value, output, told
+        text += f"; {np.count_nonzero(silent)} rows without pulses (disarmed) taken as neutral"
+    return value, output, text
 
 
 @contextmanager

@@ -203,13 +203,13 @@ class DataFlash:
         units = {}
         if self._has("FMTU", "FmtType", "UnitIds"):
             units = {int(row["FmtType"]): row["UnitIds"].decode("latin-1") for row in self.bodies("FMTU")}
-        found = {}
+        result = {}
         for name, kind in self._kinds.items():
             fields, body = self._layouts[kind].fields, self._layouts[kind].body
             place = units[kind].find(_SENSOR) if kind in units else 1 if fields[1:2] in (("I",), ("C",)) else -1
             if 0 <= place < len(fields) and body[fields[place]].kind in "iu":
-                found[name] = fields[place]
-        return found
+                result[name] = fields[place]
+        return result
 
 
 def _next_message(content: mmap.mmap, at: int, lengths: list[int]) -> int:

@@ -80,13 +80,13 @@ class DataFlashText:
 
     def parameters(self) -> list[tuple[str, float]]:
         """Give the PARM messages, in their order."""
-        found = []
+        result = []
         for words in self._rows("PARM"):
             # TimeUS, Name, Value and more; before 2015 Name and Value alone.
             at = 1 if len(words) > 1 and not _is_number(words[1]) else 2
             if len(words) > at + 1 and _is_number(words[at + 1]):
-                found.append((words[at], float(words[at + 1])))
-        return found
+                result.append((words[at], float(words[at + 1])))
+        return result
 
     def texts(self) -> list[str]:
         """Give the MSG messages, in their order, after the stamp that logs have since 2015."""

@@ -14,9 +14,19 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.motion import GRAVITY, Array
 from ...canonical import local_metres
-from ...vehicle_types import CraftTold, by_firmware, by_mav_type
+from ...vehicle_types import CraftEvidence, by_firmware, by_mav_type
 from ..base import Format, Head, Name, Recording, Request, Stream
-from .autopilot import Table, assembled, beside, heading_at, in_order, numbers, planar, raw_names, servo_commands
+from .autopilot import (
+    Table,
+    assembled,
+    auxiliary_of_columns,
+    heading_at,
+    in_order,
+    numbers,
+    planar,
+    raw_names,
+    servo_commands,
+)
 from .mavlink import MOTION, Key, Messages, Telemetry, message_at
 
 _CLOCKS = {"time_boot_ms": 1e3, "time_usec": 1e6}
@@ -96,7 +106,7 @@ def recording(log: Messages, request: Request, where: str, others: Recording | N
     return Recording((*chosen.derived, *read), (*log.notes, *notes), unread, crafts=told)
 
 
-def _craft(reader: "_Reader", numbers: Mapping[str, int]) -> CraftTold | None:
+def _craft(reader: "_Reader", numbers: Mapping[str, int]) -> CraftEvidence | None:
     """What kind of vehicle says so in its HEARTBEAT, or where that is generic, in its first words."""
     vehicle = reader.vehicle
     beats, texts = (
@@ -240,10 +250,10 @@ def _channels(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
         found = planar(place, where, speed, turned)
         streams += found if attitude is not None else found[:2]
     streams += _accelerations(reader, keys)
-    return [*streams, *_commands(reader, keys, prefix), *_beside(reader, keys)]
+    return [*streams, *_commands(reader, keys, prefix), *_auxiliary(reader, keys)]
 
 
-def _beside(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
+def _auxiliary(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
     """Battery, motors, mode and waypoint; what a message says is not known (UINT16_MAX, -1) is no number."""
     names = ("BATTERY_STATUS", "SYS_STATUS", "HEARTBEAT", "MISSION_CURRENT", "RPM", "ESC_TELEMETRY_1_TO_4")
     battery, status, heartbeat, mission, turns, esc = (
@@ -271,7 +281,7 @@ def _beside(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
     for k in range(4):
         found[f"rpm_esc{k + 1}"] = (esc, f"rpm[{k}]", 1.0)
         found[f"motor_current_esc{k + 1}"] = (esc, f"current[{k}]", 1e-2)
-    return beside(found)
+    return auxiliary_of_columns(found)
 
 
 def _accelerations(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:

@@ -18,9 +18,19 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.motion import Array, heading_from_quaternion
 from ...canonical import Output
-from ...vehicle_types import CraftTold, by_mav_type, by_px4_status
+from ...vehicle_types import CraftEvidence, by_mav_type, by_px4_status
 from ..base import DEEPEST, EVERY, Format, Head, Name, Recording, Request, Stream, torn
-from .autopilot import Table, assembled, beside, heading_at, in_order, numbers, planar, raw_names, silenced
+from .autopilot import (
+    Table,
+    assembled,
+    auxiliary_of_columns,
+    heading_at,
+    in_order,
+    numbers,
+    planar,
+    raw_names,
+    silenced,
+)
 
 _MAGIC = b"ULog\x01\x12\x35"
 _START = 16
@@ -141,7 +151,7 @@ class _Log:
 
     def tables(self) -> dict[str, Table]:
         """Unpacked topics by name."""
-        found = {}
+        result = {}
         for data in self.content.data_list:
             # A command counts from when it was given; a measurement, from when the sensor was read.
             clock = data.data["timestamp"]
@@ -151,8 +161,8 @@ class _Log:
             keep = in_order(clock.astype(float))
             columns = {name: numbers(value[keep]) for name, value in data.data.items() if name not in _CLOCKS}
             topic = _topic(data.name, data.multi_id)
-            found[topic] = Table(topic, f"ulog/{data.name}", clock[keep] / 1e6, columns)
-        return found
+            result[topic] = Table(topic, f"ulog/{data.name}", clock[keep] / 1e6, columns)
+        return result
 
     def parameters(self) -> dict[str, float]:
         """Give the parameters with their last values."""
@@ -202,7 +212,7 @@ def _read(head: Head, request: Request) -> Recording:
     return chosen.recording(read, craft)
 
 
-def _craft(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> CraftTold | None:
+def _craft(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> CraftEvidence | None:
     """What kind of vehicle the parameters say, or where these say nothing, the status."""
     told = by_mav_type(int(parameters.get("MAV_TYPE", 0)), "parameters")
     status = tables.get("vehicle_status")
@@ -246,10 +256,10 @@ def _channels(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> t
             streams.append(table.stream(name, table.columns[field]))
             notes.append(f"{name}: {topic}:{field}")
     driven, told = _commands(tables, parameters)
-    return [*streams, *driven, *_beside(tables)], [*notes, *told]
+    return [*streams, *driven, *_auxiliary(tables)], [*notes, *told]
 
 
-def _beside(tables: Mapping[str, Table]) -> list[Stream]:
+def _auxiliary(tables: Mapping[str, Table]) -> list[Stream]:
     """Battery, motors, mode, waypoint and steering: battery_status, esc_status, vehicle_status and their like."""
     names = ("battery_status", "vehicle_status", "mission_result", "esc_status", "actuator_servos")
     power, status, mission, esc, servos = (tables.get(name) for name in names)
@@ -263,7 +273,7 @@ def _beside(tables: Mapping[str, Table]) -> list[Stream]:
         found[f"rpm_esc{k + 1}"] = (esc, f"esc[{k}].esc_rpm", 1.0)
         found[f"motor_current_esc{k + 1}"] = (esc, f"esc[{k}].esc_current", 1.0)
         found[f"steering_servo{k + 1}"] = (servos, f"control[{k}]", 1.0)
-    return [stream for stream in beside(found) if np.isfinite(stream.value).any()]
+    return [stream for stream in auxiliary_of_columns(found) if np.isfinite(stream.value).any()]
 
 
 def _commands(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> tuple[list[Stream], list[str]]:
@@ -313,18 +323,18 @@ def _pulses(column: Array, output: int, motor: int, parameters: Mapping[str, flo
     astern = bool(int(parameters.get("CA_R_REV", 0)) >> motor & 1)
     mirrored = bool(int(parameters.get("PWM_MAIN_REV", 0)) >> output & 1)
     neutral = 0.5 * (low + high) if astern else low
-    told = f"neutral {neutral:g} us, range {low:g} to {high:g} us: the thruster's curve must have them"
+    text = f"neutral {neutral:g} us, range {low:g} to {high:g} us: the thruster's curve must have them"
     value = np.where(column == 0.0, np.nan, column)
     if mirrored:
         value = low + high - value
-        told += f"; the output is reversed (PWM_MAIN_REV), mirrored here as {low + high:g} us - value"
+        text += f"; the output is reversed (PWM_MAIN_REV), mirrored here as {low + high:g} us - value"
     silent = np.isnan(value)
     if silent.any():
-        told += f"; {np.count_nonzero(silent)} rows without pulses taken as neutral"
+        text += f"; {np.count_nonzero(silent)} rows without pulses taken as neutral"
     source = (
         f"PWM_MAIN_MIN{output + 1} {low:g}, PWM_MAIN_MAX{output + 1} {high:g}, CA_R_REV {'yes' if astern else 'no'}"
     )
-    return np.where(silent, neutral, value), Output(neutral, low, high, source), told
+    return np.where(silent, neutral, value), Output(neutral, low, high, source), text
 
 
 def _matches(head: Head) -> bool:

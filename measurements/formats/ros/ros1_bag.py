@@ -110,7 +110,7 @@ def _number(raw: bytes) -> int:
 
 def _fields(raw: bytes | memoryview) -> dict[bytes, bytes]:
     """The `name=value` fields of a record's header, each after its length."""
-    raw, found, at = bytes(raw), {}, 0
+    raw, result, at = bytes(raw), {}, 0
     while at < len(raw):
         if at + 4 > len(raw):
             raise BrokenError("a record's header is damaged")
@@ -118,11 +118,11 @@ def _fields(raw: bytes | memoryview) -> dict[bytes, bytes]:
         name, equals, value = raw[at + 4 : at + 4 + length].partition(b"=")
         if not equals or at + 4 + length > len(raw):
             raise BrokenError("a record's header is damaged")
-        found[name] = value
+        result[name] = value
         at += 4 + length
-    if not found.get(b"op", b"?"):
+    if not result.get(b"op", b"?"):
         raise BrokenError("a record's header is damaged")
-    return found
+    return result
 
 
 def _unpacked(raw: bytes, fields: dict[bytes, bytes], whole: bool) -> memoryview:

@@ -242,21 +242,21 @@ def _on_header_clock(
     assert clock.header is not None
     assert shown.header is not None
     rate = _rate(shown.received, shown.header, 0, -1)
-    told = [
+    texts = [
         f"header stamps are of another clock than the receive times, {_delay(clock):.3f} s apart, at {rate:.3f} times "
         f"its rate (a simulation?); they are used, and {others} topics without one are put on it by {clock.name}"
     ]
     doubt = 0.0
     if exact:
         if slow > LATE:
-            told.append(f"{slowest.name}: received {slow:.3f} s (median) after its header stamps, which are used")
+            texts.append(f"{slowest.name}: received {slow:.3f} s (median) after its header stamps, which are used")
     elif others:
         doubt = max(slow, _ALONE)
         spread = "" if slowest is clock else f", and {slowest.name}, the slowest, comes {slow:.3f} s after it"
-        told.append(
+        texts.append(
             f"topics without a header may be early by {doubt:.3f} s or more, for nothing tells the latency of "
             f"{clock.name}{spread}: a lag or a delay of that size may be none; record /clock to know"
         )
     moved = [stamped[id(s)] if id(s) in stamped else _headers_at(shown, s.received) for s in topics]
     epoch = f"time counts from the first header stamp, {first} ns"
-    return [from_first(stamps, first) for stamps in moved], first, [epoch, *told, *dict.fromkeys(notes)], doubt
+    return [from_first(stamps, first) for stamps in moved], first, [epoch, *texts, *dict.fromkeys(notes)], doubt

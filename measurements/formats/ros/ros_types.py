@@ -236,16 +236,16 @@ class Table:
     def columns(self) -> dict[str, np.ndarray]:
         """The values of each field."""
         table = self._matrix()
-        found = {field: table[:, self._ahead + k] for k, field in enumerate(self._fields)}
+        result = {field: table[:, self._ahead + k] for k, field in enumerate(self._fields)}
         if self._mask is not None:
             bad, masked = self._mask
             fixed = table[:, self._ahead - 1] > bad
-            found |= {field: np.where(fixed, found[field], np.nan) for field in masked if field in found}
+            result |= {field: np.where(fixed, result[field], np.nan) for field in masked if field in result}
         for k, part in enumerate(self._absent.values()):
             known = table[:, k] != -1.0
             if not known.all():
-                found |= {f: np.where(known, found[f], np.nan) for f in self._scalars if f.startswith(part)}
-        return found
+                result |= {f: np.where(known, result[f], np.nan) for f in self._scalars if f.startswith(part)}
+        return result
 
     def frame(self, field: str) -> str:
         """The frame in which a field is given."""

@@ -93,7 +93,7 @@ def is_wide(columns: Sequence[str], clock: TimeColumn | None) -> bool:
 
 def running(columns: Mapping[str, Array]) -> list[str]:
     """The columns that may be the time: numbers that rise from each row to the next, by steps that are much alike."""
-    found = []
+    result = []
     for name, values in columns.items():
         steps = np.diff(values[:_ROWS])
         steps = steps[steps != 0.0] if set(LONG) <= set(columns) else steps  # the fields of a message share a stamp
@@ -103,8 +103,8 @@ def running(columns: Mapping[str, Array]) -> list[str]:
             and steps.min() > 0.0
             and steps.max() < _ALIKE * np.median(steps)
         ):
-            found.append(name)
-    return found
+            result.append(name)
+    return result
 
 
 def not_called_time(columns: Mapping[str, Array]) -> LogError | None:
@@ -131,13 +131,13 @@ def without_names(what: str, columns: Mapping[str, Array], matrix: str | None = 
     """
     clocks, width = running(columns), len(columns)
     at = int(clocks[0].removeprefix("column ")) if clocks else 1
-    told = f" ({' and '.join(clocks[:3])} run{'s' * (len(clocks) == 1)} forward as a time does)" if clocks else ""
+    text = f" ({' and '.join(clocks[:3])} run{'s' * (len(clocks) == 1)} forward as a time does)" if clocks else ""
     line, other = (
         f"{name}: {number}" if matrix is None else f"{name}: {matrix}[{number - 1}]"
         for name, number in (("time", at), ("psi", 1 + at % width))
     )
     return LogError(
-        f"expected a log, got {what} of {width} columns without names{told}. Put a line of names above it, or name the "
+        f"expected a log, got {what} of {width} columns without names{text}. Put a line of names above it, or name the "
         f"columns in a channel map (--map), one line for the time and one for each channel, such as '{line}' and "
         f"'{other}'.",
         f"{line}\n# and a line for each channel (x y psi u v r, the commands), such as\n# {other}\n",
@@ -282,10 +282,10 @@ class _Clock:
     @property
     def notes(self) -> tuple[str, ...]:
         """A note where the time's zero, or its unit, is not the file's own word."""
-        told = f"time counts from the first stamp, {self._clock.name} = {self._cell_or_first}"
+        text = f"time counts from the first stamp, {self._clock.name} = {self._cell_or_first}"
         sized = self._clock.per_second is None and not self._nanoseconds and self._per_second != 1.0
         unit = f" (1/{self._per_second:.0f} s since 1970, by its size)" if sized else ""
-        return (told + unit,) if self._from_first else ()
+        return (text + unit,) if self._from_first else ()
 
     @property
     def _cell_or_first(self) -> Any:
@@ -305,5 +305,5 @@ class _Clock:
         if self._daily:
             stamps = np.unwrap(stamps, period=_DAY)
         # Subtracting before the conversion to seconds keeps the nanoseconds of stamps since 1970.
-        found: Array = (stamps - self._first if self._from_first else stamps) / self._per_second
-        return found
+        result: Array = (stamps - self._first if self._from_first else stamps) / self._per_second
+        return result

@@ -163,7 +163,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: 
     fix = Fix(f"stamps of {moved} moved by {-lag.seconds:+.3f} s", _move(shifts))
     fault = Fault(Kind.APART, names, lag.size, facts, lag.seconds, lag.ci95, fix)
     grave = lag.size.refuses and np.sign(lag.seconds) in pair.grave and not steered
-    return fault.told("defect" if grave else "warning")
+    return fault.in_words("defect" if grave else "warning")
 
 
 def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
@@ -229,7 +229,7 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     facts = {"seconds": -seconds, "shift": seconds, "size": moved}
     fix = Fix(f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds)))
     fault = Fault(Kind.LATE_COMMANDS, channels, size or Size(none, none), facts, seconds, ends, fix)
-    return [fault.told("defect" if far and fault.size.refuses else "warning")]  # in step, for a log in such rows
+    return [fault.in_words("defect" if far and fault.size.refuses else "warning")]  # in step, for a log in such rows
 
 
 def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: float) -> Size | None:

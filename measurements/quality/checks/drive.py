@@ -50,7 +50,7 @@ class Drive(Check):
         if not any(one.refused for one in found):
             all_at_once = [one for one in (_of_another_run(having, parts, names), _all_frozen(parts, names)) if one]
             found = all_at_once[:1] or found
-        return found or _held_beside_their_twins(having, parts, names) or [_sound(parts, names)]
+        return found or _held_of_mirrored_pair(having, parts, names) or [_sound(parts, names)]
 
 
 def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], name: str) -> Finding | None:
@@ -67,7 +67,7 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
         return None
     thruster, a_newton = _newton(records, name)
     pushes = np.concatenate([part.pushes for part in parts])
-    left = _beside_scales(np.concatenate([part.left for part in parts]), pushes)
+    left = _residual_of_scales(np.concatenate([part.residual for part in parts]), pushes)
     surge, yaw = ((left - left[stands].mean(axis=0)) / a_newton).T
     sizes = np.sqrt((pushes**2).mean(axis=0))
     newtons = np.array([np.hypot(*_newton(records, other)[1]) for other in names])
@@ -80,12 +80,12 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
     without = surge**2 + yaw**2
     size = size_of(
         *(without, np.where(stands, (surge - yaw) ** 2, without), np.where(stands, 2.0 * works**2, 0.0)),
-        blocks_of([part.left.shape[0] for part in parts]),
+        blocks_of([part.residual.shape[0] for part in parts]),
     )
     return Fault(Kind.FROZEN, (name,), size, {"seconds": seconds, "push": push}).ruled()
 
 
-def _beside_scales(left: Array, pushes: Array) -> Array:
+def _residual_of_scales(left: Array, pushes: Array) -> Array:
     """What is left (n, 2) of accelerations if each thruster may push more or less than the vehicle says, (n, c, 2)."""
     size = np.maximum(np.sqrt((left**2).mean(axis=0)), 1e-300)
     table = np.concatenate([pushes[:, :, axis] / size[axis] for axis in range(2)])
@@ -101,20 +101,20 @@ def _newton(records: Sequence[Record], name: str) -> tuple[Thruster, Array]:
     return thruster, np.array([float(made[0]), float(made[2])])
 
 
-def _held_beside_their_twins(records: Sequence[Record], parts: Sequence[Part], names: list[str]) -> list[Finding]:
+def _held_of_mirrored_pair(records: Sequence[Record], parts: Sequence[Part], names: list[str]) -> list[Finding]:
     """The findings that a thruster was held at a push while the one that mirrors it worked, for most of the log.
 
     The pair's common push then follows from the one that moves, and what it does alone passes for effects. Whether it
     was held the log cannot tell, and that is no reason to refuse it; a command at an end of its range is saturated.
     """
-    found = []
+    result = []
     whole = sum(part.rates.shape[0] for part in parts) * STEP
     for place, other in _mirrored(records, names):
         rows = [part.long[:, place] & ~part.long[:, other] for part in parts]
         seconds = sum(int(np.count_nonzero(use)) for use in rows) * STEP
         if seconds < max(FEWEST * BLOCK, 0.5 * whole) or _rests_or_saturates(records, names[place]):
             continue
-        found.append(
+        result.append(
             Finding(
                 check="drive",
                 verdict="warning",
@@ -128,7 +128,7 @@ def _held_beside_their_twins(records: Sequence[Record], parts: Sequence[Part], n
                 short=f"{names[place]} stands still beside its twin",
             )
         )
-    return found
+    return result
 
 
 def _mirrored(records: Sequence[Record], names: list[str]) -> list[tuple[int, int]]:
@@ -230,7 +230,7 @@ def _unanswered(records: Sequence[Record], band: tuple[float, float]) -> Size | 
     """
     parts = parts_of(records, band)[2]
     modelled = all(part.modelled for part in parts)
-    found = None
+    result = None
     every = [_tables(parts, axis, band, modelled) for axis in range(2)]
     for lag in sorted(range(-round(_LAGS * RATE), round(_LAGS * RATE) + 1, 2), key=abs):
         for axis, (wanted, driven, hull) in enumerate(every):
@@ -250,10 +250,10 @@ def _unanswered(records: Sequence[Record], band: tuple[float, float]) -> Size | 
             columns = table if modelled else np.column_stack([table, beside])
             left = squared_held_out(target, columns, block) - noise
             size = size_of(left, power - left, power, block)
-            found = size if found is None or size.weight.value < found.weight.value else found
-            if not found.warns:
-                return found
-    return found
+            result = size if result is None or size.weight.value < result.weight.value else result
+            if not result.warns:
+                return result
+    return result
 
 
 def _tables(
@@ -262,7 +262,7 @@ def _tables(
     """Of each part what thrust is to explain (n,), thrust by the vehicle or commands (n, c), and hull states (n, s)."""
     if modelled:
         push = [part.pushes[:, :, axis] for part in parts]
-        wanted = [part.left[:, axis] + one.sum(axis=1) for part, one in zip(parts, push, strict=True)]
+        wanted = [part.residual[:, axis] + one.sum(axis=1) for part, one in zip(parts, push, strict=True)]
         return wanted, push, [part.states[axis] for part in parts]
     driven = [band_passed(_both(part), STEP, band) for part in parts]
     return [part.rates[:, axis] for part in parts], driven, [part.states[axis] for part in parts]

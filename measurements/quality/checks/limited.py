@@ -66,7 +66,7 @@ class Limited(Check):
                 np.concatenate([part.rates[use] for part, use in zip(parts, rows, strict=True)]),
             )
         )
-        block = blocks_of([part.left.shape[0] for part in parts])[np.concatenate(rows)][::_ROWS]
+        block = blocks_of([part.residual.shape[0] for part in parts])[np.concatenate(rows)][::_ROWS]
         noise = np.max([part.noise for part in parts], axis=0) ** 2
         slowly, found = _slow_weight(having), []
         for k in at:
@@ -130,8 +130,8 @@ def _slow_weight(records: Sequence[Record]) -> Share:
     Thrusters that worked beyond their record leave much of it, whatever they did; waves are quicker, and leave little.
     """
     parts = parts_of(records, _SLOWLY)[2]
-    block = blocks_of([part.left.shape[0] for part in parts])
-    left = np.concatenate([part.left for part in parts]) ** 2
+    block = blocks_of([part.residual.shape[0] for part in parts])
+    left = np.concatenate([part.residual for part in parts]) ** 2
     thrust = np.concatenate([part.pushes.sum(axis=1) for part in parts]) ** 2
     return max((ratio_by_blocks(left[:, k], thrust[:, k], block) for k in range(2)), key=lambda one: one.low)
 
@@ -142,7 +142,7 @@ def _stand_by_stand(part: Part) -> tuple[Part, NDArray[np.bool_]]:
     A constant is the thrusters' force, known or not; a slope is what a wake, a current or a filter makes of them.
     """
     line = np.linalg.qr(np.vander(np.arange(_ROWS, dtype=float), 2))[0]
-    left, rates, states = part.left.copy(), part.rates.copy(), tuple(table.copy() for table in part.states)
+    left, rates, states = part.residual.copy(), part.rates.copy(), tuple(table.copy() for table in part.states)
     stands = np.asarray(part.stands.all(axis=1))
     for first, last in np.flatnonzero(np.diff(stands, prepend=False, append=False)).reshape(-1, 2).tolist():
         whole = first + (last - first) // _ROWS * _ROWS
@@ -152,7 +152,7 @@ def _stand_by_stand(part: Part) -> tuple[Part, NDArray[np.bool_]]:
         for table in (left, rates, *states):
             pieces = table[first:whole].reshape(-1, _ROWS, table.shape[1])
             table[first:whole] = (pieces - line @ (line.T @ pieces)).reshape(whole - first, -1)
-    return replace(part, left=left, rates=rates, states=states), stands
+    return replace(part, residual=left, rates=rates, states=states), stands
 
 
 def _extreme(commands: Array, parts: Sequence[Part], rests: NDArray[np.bool_]) -> NDArray[np.bool_]:

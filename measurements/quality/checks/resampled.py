@@ -34,23 +34,23 @@ class Resampled(Check):
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`: a note for each way in which the rows are not measured; none where they are."""
-        found = [finding for record in records for finding in _told(record.log.channels)]
+        found = [finding for record in records for finding in _sentence(record.log.channels)]
         # Several logs of one boat are told of once.
         return list({finding.sentence: finding for finding in found}.values())
 
 
-def _told(channels: Channels) -> list[Finding]:
+def _sentence(channels: Channels) -> list[Finding]:
     table = _table(channels)
     if table is None:
         return []
     time, values, names = table
     fresh = _new(values)
-    found = []
+    result = []
     padded = _padding(time, values, fresh)
     if padded:
         text = f"the log repeats one row for {padded:.2g} s at its end or start: it was filled up there"
         fix = Fix(f"{padded:.2g} s of one repeated row at the ends of the log dropped", _unpadded)
-        found.append(
+        result.append(
             Finding(check="resampled", verdict="note", sentence=text, value=padded, unit="s", channels=names, fix=fix)
         )
     rate = float((time.size - 1) / (time[-1] - time[0]))
@@ -59,7 +59,7 @@ def _told(channels: Channels) -> list[Finding]:
         text = f"all channels of motion are held: measured {rate / rows:.3g} times a second, written {rate:.3g} times"
         fix = Fix(f"rows that repeat the one before dropped: {rate / rows:.3g} rows a second kept", _fresh)
         wrong = "rows that repeat hold no new measurement"
-        found.append(
+        result.append(
             Finding(
                 check="resampled",
                 verdict="note",
@@ -73,10 +73,10 @@ def _told(channels: Channels) -> list[Finding]:
         )
     elif rows := _interpolated(values):
         text = f"the log is interpolated to {rate:.3g} Hz from about {rate / rows:.3g} Hz"
-        found.append(
+        result.append(
             Finding(check="resampled", verdict="note", sentence=text, value=rate / rows, unit="Hz", channels=names)
         )
-    return found
+    return result
 
 
 def _table(channels: Channels) -> tuple[Array, list[Array], tuple[str, ...]] | None:

@@ -5,7 +5,7 @@ from typing import ClassVar, final
 
 from ...kinematics import Kinematics, kinematics_of
 from ..finding import Check, Finding
-from ..record import Record, shared
+from ..record import Record, computed_once
 
 _CHANNELS = {"gyro": ("r",), "compass": ("psi",), "misalignment": ("psi",), "velocity": ("u", "v"), "water": ("u", "v")}
 """Channels that an error is of, by the first word of its name; all others are of positions."""
@@ -19,16 +19,16 @@ class Sensors(Check):
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`."""
-        found, known, apart = [], False, False
+        result, known, apart = [], False, False
         for record in records:
             motions = [stretch.motion for stretch in record.stretches]
-            seen = shared([record], "kinematics", lambda m=motions, r=record: kinematics_of(m, r.log.channels))
+            seen = computed_once([record], "kinematics", lambda m=motions, r=record: kinematics_of(m, r.log.channels))
             known |= bool(seen.values)
             apart |= bool(seen.beyond) or not seen.agree
             log = f"{record.log.name}: " if len(records) > 1 else ""
-            found += [self._wrong(seen, name, log + sentence) for name, sentence in seen.sentences.items()]
-        if found:
-            return found
+            result += [self._wrong(seen, name, log + sentence) for name, sentence in seen.sentences.items()]
+        if result:
+            return result
         if apart:
             text = "the records contradict each other by more than sensors do: units, signs or axes, or a record"
             return [Finding(check=self.name, verdict="cannot tell", sentence=text)]

@@ -16,6 +16,7 @@ from ..expected_answers import (
     all_of,
     as_expected,
     called,
+    classify_answers,
     expected_of,
     likely_reversed,
     likely_swapped,
@@ -23,7 +24,6 @@ from ..expected_answers import (
     or_vehicle,
     side_of,
     swapped,
-    told_of,
 )
 from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
 from ..finding import Check, Finding
@@ -51,7 +51,7 @@ class Placed:
 def placed(records: Sequence[Record]) -> dict[str, Placed]:
     """What logs of one boat show of their commands, whatever the commands are called; only what is certain."""
     expected = expected_of(records, sorted({name for record in records for name in record.commands}))
-    told = told_of(records, expected)[0] if records else {}
+    told = classify_answers(records, expected)[0] if records else {}
     if told and not as_expected(told, expected) and may_be_exchanged(records):
         return {}
     apart = _turns_apart(records)
@@ -75,7 +75,7 @@ class Sides(Check):
         names = list(expected)
         if not names:
             return []
-        told, unsure, likely = told_of(records, expected)
+        told, unsure, likely = classify_answers(records, expected)
         if told and not as_expected(told, expected) and may_be_exchanged(records):
             text = "u and v may be exchanged, so what the thrusters do to surge is not known"
             return [
@@ -204,7 +204,7 @@ def _direction(
     }
     ends = worst.surge - CI * worst.surge_error, worst.surge + CI * worst.surge_error
     fault = Fault(Kind.REVERSED, tuple(wrong), size, facts, worst.surge, ends, parts=parts)
-    return fault.told("defect" if size.refuses else "warning")
+    return fault.in_words("defect" if size.refuses else "warning")
 
 
 def _sides(
@@ -253,7 +253,7 @@ def _sides(
     either = "" if surveyed(logs) else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
     cure = f"{remedy}{or_vehicle(wrong, expected, 'sign of y')}{either}"
     fault = Fault(Kind.SWAPPED, tuple(wrong), size, {"told": "; ".join(lies), "cure": cure}, value, ends, parts=parts)
-    return fault.told("defect" if size.refuses else "warning")
+    return fault.in_words("defect" if size.refuses else "warning")
 
 
 def _either(unsure: Sequence[Trials], expected: Mapping[str, Expected]) -> str:

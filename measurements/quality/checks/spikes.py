@@ -41,13 +41,13 @@ class Spikes(Check):
         found = []
         for name in _MOTION:
             channels = [record.log.channels[name] for record in records if name in record.log.channels]
-            found += _told(name, [channel for channel in channels if channel.time.size >= _LEAST_ROWS])
+            found += _sentence(name, [channel for channel in channels if channel.time.size >= _LEAST_ROWS])
         return found or [
             Finding(check=self.name, verdict="ok", sentence="no value stands out of its record", value=0.0, unit="1")
         ]
 
 
-def _told(name: str, channels: Sequence[Channel]) -> list[Finding]:
+def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
     out = sum(int(np.count_nonzero(_spiked(_values(channel)))) for channel in channels)
     jumps = [float(jump) for channel in channels for jump in _jumps(_values(channel))]
     if len(jumps) > 1 and not out:
@@ -61,7 +61,7 @@ def _told(name: str, channels: Sequence[Channel]) -> list[Finding]:
     share, size = out / sum(channel.time.size for channel in channels), _size(channels, _smoothed)
     fix = Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name))
     fault = Fault(Kind.SPIKES, (name,), size, {"count": out, "part": 100.0 * share}, share, fix=fix)
-    return [fault.told("defect" if size.refuses else "warning")]
+    return [fault.in_words("defect" if size.refuses else "warning")]
 
 
 def _size(channels: Sequence[Channel], mended: Callable[[Array], Array]) -> Size:
@@ -98,11 +98,11 @@ def _spiked(values: Array) -> NDArray[np.bool_]:
     low, high = np.quantile(values, [0.02, 0.98])
     steps = np.diff(values)
     least = max(_OUT * float(high - low), _STEPS * float(np.median(np.abs(steps))))
-    found = np.zeros(values.size, dtype=bool)
+    result = np.zeros(values.size, dtype=bool)
     if least > 0.0:
         before, after = steps[:-1], steps[1:]
-        found[1:-1] = (before * after < 0.0) & (np.minimum(np.abs(before), np.abs(after)) > least)
-    return found
+        result[1:-1] = (before * after < 0.0) & (np.minimum(np.abs(before), np.abs(after)) > least)
+    return result
 
 
 def _jumps(values: Array) -> Array:

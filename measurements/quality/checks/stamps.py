@@ -76,7 +76,7 @@ def _set(channels: Sequence[Channel]) -> list[Finding]:
     if not sets:
         return []
     back = any(by < 0.0 for _, by in sets)
-    told = ", ".join(
+    text = ", ".join(
         f"{'back' if by < 0.0 else 'forward'} by {abs(by):.6g} s at t = {at:.2f} s" for at, by in sets[:_TOLD]
     )
     more = f" and {len(sets) - _TOLD} times more" if len(sets) > _TOLD else ""
@@ -84,7 +84,7 @@ def _set(channels: Sequence[Channel]) -> list[Finding]:
         Finding(
             check="stamps",
             verdict="defect" if back else "warning",
-            sentence=f"the clock was set {told}{more}",
+            sentence=f"the clock was set {text}{more}",
             value=sets[0][1],
             unit="s",
             channels=_names([channel.name for channel in channels if channel.lost.sets]),

@@ -81,7 +81,7 @@ class Stuck(Check):
             facts = {"seconds": longest, "times": _times(len(lengths))}
             fault = Fault(Kind.STUCK, names, Size(counted, counted), facts, longest, parts={"share": share})
             refused = fault.size.refuses
-            told = fault.told("defect" if refused else "warning")
+            told = fault.in_words("defect" if refused else "warning")
             found.append(told.model_copy(update={"reach": Reach.LOG if refused else Reach.SECONDS}))
         return found or [
             Finding(
@@ -105,14 +105,14 @@ def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
     facts = {"value": value, "unit": every[0].unit, "does": drive, "first": first}
     facts["change"] = "change" if many else "changes"
     whole = Size(Share(1.0, 0.0), Share(1.0, 0.0))  # in every row
-    told = Fault(Kind.NEVER, names, whole, facts, value, unit=every[0].unit).told("defect")
+    told = Fault(Kind.NEVER, names, whole, facts, value, unit=every[0].unit).in_words("defect")
     return told.model_copy(update={"reach": Reach.NUMBERS}) if first in ("ax", "ay") else told
 
 
 def _follows(logs: Sequence[Log]) -> bool:
     """True when the track is what heading and speed alone make it: then the boat does not drift indeed."""
     track = track_of(logs)
-    return track is not None and track.certain and track.left < _NO_DRIFT
+    return track is not None and track.certain and track.unexplained < _NO_DRIFT
 
 
 def _moves(record: Record, drive: str, but: tuple[str, ...]) -> bool:
@@ -145,7 +145,7 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
         return []
     same = np.concatenate(([False], steps == 0.0, [False]))
     starts, ends = np.flatnonzero(same[1:] & ~same[:-1]), np.flatnonzero(same[:-1] & ~same[1:])
-    found, period = [], first.period
+    result, period = [], first.period
     before_rows = max(_BEFORE * usual, round(_BEFORE_SECONDS / period) if period > 0.0 else 0)
     long = (time[ends] - time[starts] >= max(_LEAST, 5.0 * usual * period)) & (starts >= before_rows)
     for start, end in zip(starts[long], ends[long], strict=True):
@@ -155,8 +155,8 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
             continue
         if first.name in _GOES_ON and end < steps.size and steps[end] < _PLAINLY * np.median(moving):
             continue
-        found.append((float(time[start]), float(time[end])))
-    return found
+        result.append((float(time[start]), float(time[end])))
+    return result
 
 
 def _rest_moves(log: Log, names: tuple[str, ...], span: tuple[float, float]) -> bool:

@@ -100,7 +100,7 @@ def _by_thrust(records: Sequence[Record]) -> Size | None:
     if not named:
         return None
     block = blocks_of([part[0].size for part in named])
-    (left, power), (other, _) = _left(named, turn), _left(exchanged, turn)
+    (left, power), (other, _) = _residual_squares(named, turn), _residual_squares(exchanged, turn)
     return size_of(left, other, power, block)
 
 
@@ -130,7 +130,7 @@ def _tables(stretch: Stretch, columns: Sequence[int], lag: int, exchange: bool) 
     return table[:, 0], table[:, 1], table[:, 10:], table[:, 2:5], table[:, 5:10]
 
 
-def _left(parts: Sequence[tuple[Array, ...]], turn: Array) -> tuple[Array, Array]:
+def _residual_squares(parts: Sequence[tuple[Array, ...]], turn: Array) -> tuple[Array, Array]:
     """Squared error of the equations of surge and sway, and the power of their changes, (n,) each [m^2/s^4].
 
     The thrusters push the hull along, each by itself; they move it aside only by turning it.

@@ -23,10 +23,10 @@ class TimeUnit(Check):
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`: a finding where the time is in another unit, else none."""
-        return [found for record in records if (found := _told(record.log)) is not None][:1]
+        return [found for record in records if (found := _sentence(record.log)) is not None][:1]
 
 
-def _told(log: Log) -> Finding | None:
+def _sentence(log: Log) -> Finding | None:
     """Heading and track both move as much faster, or slower, than their rates say, by one factor."""
     turning = turning_of([log])
     if turning is None or turning.heading != 1.0 or turning.sign < 0 or not turning.size.warns:

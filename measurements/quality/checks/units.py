@@ -19,7 +19,7 @@ from ..axes import LENGTHS, SPEEDS, Track, mixed_up, surveyed, track_of
 from ..course import course_of, off_course
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
 from ..finding import Channels, Check, Finding, Fix
-from ..lags import Turns, apart, blocks_of_pieces, turns
+from ..lags import Turns, blocks_of_pieces, turns, unexplained_turning
 from ..record import RATE, Record, Stretch
 
 FINE = 0.1
@@ -51,7 +51,7 @@ class Units(Check):
         elif turning is not None:
             found.append(_turns(turning, track))
         elif turned:
-            found.append(_unlike(apart(logs)))
+            found.append(_unlike(unexplained_turning(logs)))
         opposed = None if turning is None else turning.sign < 0
         speeds = _speeds(cured, track, opposed)
         if speeds is None or (speeds.verdict == "ok" and all(_turned_by_heading(log) for log in cured)):
@@ -169,10 +169,10 @@ def _turns(turning: Turning, track: Track | None) -> Finding:
             told = f"{told}; the track follows psi, so r has the opposite sign"
             cure = "turn it with 'r: {from: ..., scale: -1}' in a channel map; or say --frame enu if the log is ENU/FLU"
     fault = Fault(kind, channels, turning.size, {"told": told, "cure": cure}, ratio, ends)
-    if (found := fault.ruled()) is not None:
-        return found
+    if (result := fault.ruled()) is not None:
+        return result
     if abs(ratio - 1.0) > FINE:
-        return fault.told("note")
+        return fault.in_words("note")
     text = f"heading and yaw rate agree in size (ratio {ratio:.3f})"
     return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
 
@@ -181,8 +181,8 @@ def _unlike(left: Size | None) -> Finding:
     """Heading and yaw rate that do not agree: nothing to do with each other, whichever is late, or too little seen."""
     if left is not None:
         facts = {"told": "heading and yaw rate", "cure": "'psi: null' or 'r: null'"}
-        if (found := Fault(Kind.UNRELATED, ("psi", "r"), left, facts, left.weight.value).ruled()) is not None:
-            return found
+        if (result := Fault(Kind.UNRELATED, ("psi", "r"), left, facts, left.weight.value).ruled()) is not None:
+            return result
     return Finding(check="units", verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r"))
 
 
@@ -194,11 +194,15 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
     channels = ("u", "v", "x", "y") if all("v" in log.channels for log in both) else ("u", "x", "y")
     if track is None or not track.certain:
         facts = {"told": "positions and speeds", "cure": "'u: null' (and v) or 'x: null' (and y)"}
-        found = None if track is None else Fault(Kind.UNRELATED, channels, track.unrelated, facts, track.left).ruled()
+        found = (
+            None
+            if track is None
+            else Fault(Kind.UNRELATED, channels, track.unrelated, facts, track.unexplained).ruled()
+        )
         return found or Finding(check="units", verdict="cannot tell", sentence=_MOVES_LITTLE, channels=channels)
     mixed, ratio, ends = mixed_up(track, opposed), track.scale, track.interval
     if mixed is not None:
-        facts = {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - track.left)}
+        facts = {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - track.unexplained)}
         facts |= {"by": "heading and speeds"}
         angle = float(np.degrees(track.angle))
         parts = {"angle": angle, "heading": float(track.turn), "sway": float(track.side)}
@@ -220,7 +224,7 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
     if track.unit != 1.0 and (found := fault.ruled()) is not None:
         return found
     if abs(ratio - 1.0) > FINE:
-        return fault.told("note")
+        return fault.in_words("note")
     text = f"position and speed agree in size (ratio {ratio:.3f})"
     return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
 
@@ -231,20 +235,27 @@ def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
     if course is None:
         return []
     facts = {"told": "heading and track", "cure": "'psi: null' or 'x: null' (and y)"}
-    apart = Fault(Kind.UNRELATED, ("psi", "x", "y"), course.unrelated, facts, course.unrelated.weight.value).ruled()
-    if apart is not None:
-        return [apart]
+    unexplained_turning = Fault(
+        Kind.UNRELATED, ("psi", "x", "y"), course.unrelated, facts, course.unrelated.weight.value
+    ).ruled()
+    if unexplained_turning is not None:
+        return [unexplained_turning]
     rated = any("r" in log.channels for log in logs)  # else the heading alone can be turned
     mixed = off_course(course, opposed if rated else True, surveyed(logs))
     if mixed is None:
         return []
-    facts = {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - course.left), "by": "the heading"}
+    facts = {
+        "told": mixed.sentence,
+        "cure": mixed.remedy,
+        "follows": 100.0 * (1.0 - course.unexplained),
+        "by": "the heading",
+    }
     angle = float(np.degrees(course.angle))
     fault = Fault(Kind.AXES, mixed.channels, course.size, facts, angle, unit="deg")
     if not course.drifts:
         return [found] if (found := fault.ruled()) is not None else []
     text = f"{mixed.sentence}, on one course or in turns to one side: a current or much drift does so, too"
-    return [fault.told("warning").model_copy(update={"sentence": text})]
+    return [fault.in_words("warning").model_copy(update={"sentence": text})]
 
 
 def _turned_by_heading(log: Log) -> bool:

@@ -246,13 +246,13 @@ class Witness:
 
     def place(self, state: Array) -> dict[str, float]:
         """A state by name; the heading only where the answer depends on it."""
-        found = {name: float(x) for name, x in zip("uvr", state, strict=False)}
+        result = {name: float(x) for name, x in zip("uvr", state, strict=False)}
         turned = np.repeat(state[None], 4, axis=0)
         turned[:, 3] += np.arange(4) * np.pi / 2
         said = self.relative(turned)
         if np.ptp(said, axis=0).max() > 1e-6 * max(float(np.abs(said).max()), 1e-9):
-            found["psi"] = float(state[3])
-        return found
+            result["psi"] = float(state[3])
+        return result
 
 
 Verdict = Literal["pass", "fail", "not applicable"]

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...motion import Array
 from .base import TOLD, Law, Proof, Ruling, Witness, in_words, let_pass
-from .gain import Gains, asked, hunted, joined
+from .gain import Gains, evaluate_gains, join_gains, search_gains
 from .search import rays
 
 _SKIN = 1.0 + 1e-9
@@ -37,18 +37,18 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
     states, box = witness.states * np.array([*[stretch] * 3, 1.0]), witness.box(stretch)
     if stretch > 1.0:
         states = states[_distance(witness, states) > 1.0]
-    known = asked(states, gained, allowed) if stretch > 1.0 else Gains(states, witness.powers, allowed(states))
+    known = evaluate_gains(states, gained, allowed) if stretch > 1.0 else Gains(states, witness.powers, allowed(states))
     share = float((known.over > 0.0).mean())
     extra = [rays(states, box, witness.seed), witness.densely(stretch)]
     tried = witness.prove(stretch) if not known.broken else Proof()
     if tried.against is not None:
         extra.append(np.append(tried.against, 0.0)[None])
-    known = joined(known, asked(moved(np.concatenate(extra)), gained, allowed))
+    known = join_gains(known, evaluate_gains(moved(np.concatenate(extra)), gained, allowed))
     proof = None if known.broken else tried.how
     if proof is None:
-        found = hunted(witness, known, witness.ascended(stretch), gained, allowed)
+        found = search_gains(witness, known, witness.ascended(stretch), gained, allowed)
         known = Gains(moved(found.states), found.gained, found.allowed)
-    k, gains = known.told(witness, TOLD * witness.full_power(known.states))
+    k, gains = known.worst(witness, TOLD * witness.full_power(known.states))
     value, limit, at = float(known.gained[k]), float(known.allowed[k]), witness.place(known.states[k])
     how = f"proved: {proof}" if proof else f"searched, {known.gained.size} states"
     kept = f"Without thrust the model loses energy everywhere {where} ({how})."
@@ -112,6 +112,6 @@ def _pushed_out(witness: Witness, states: Array) -> Array:
     """States, those inside the envelope moved away from rest to just beyond its border."""
     far = _distance(witness, states)
     factor = np.where(far < _SKIN, _SKIN / np.maximum(far, 1e-9), 1.0)
-    found = states.copy()
-    found[:, :3] *= factor[:, None]
-    return found
+    result = states.copy()
+    result[:, :3] *= factor[:, None]
+    return result

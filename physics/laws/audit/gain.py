@@ -47,7 +47,7 @@ class Gains:
         order = np.argsort(-over, kind="stable")[: int((over > 0.0).sum())]
         return self.states[order[:: max(1, -(-order.size // _AGAINST))]]
 
-    def told(self, witness: Witness, free: Array) -> tuple[int, bool]:
+    def worst(self, witness: Witness, free: Array) -> tuple[int, bool]:
         """The state to tell of, and whether it gains more than is `free` (n,) [W], which no law minds.
 
         A violation: the largest. Gains that only the tolerance lets pass: the one that takes up most of it. Else the
@@ -63,7 +63,7 @@ class Gains:
         return int(np.argmax(np.where(moving, self.over, -np.inf))), False
 
 
-def asked(states: Array, gained: Power, allowed: Power) -> Gains:
+def evaluate_gains(states: Array, gained: Power, allowed: Power) -> Gains:
     """Gains at some states.
 
     Parameters
@@ -74,13 +74,13 @@ def asked(states: Array, gained: Power, allowed: Power) -> Gains:
     return Gains(states, gained(states), allowed(states))
 
 
-def joined(one: Gains, other: Gains) -> Gains:
+def join_gains(one: Gains, other: Gains) -> Gains:
     """Both together."""
     pairs = ((one.states, other.states), (one.gained, other.gained), (one.allowed, other.allowed))
     return Gains(*(np.concatenate(pair) for pair in pairs))
 
 
-def hunted(witness: Witness, known: Gains, box: Box, gained: Power, allowed: Power) -> Gains:
+def search_gains(witness: Witness, known: Gains, box: Box, gained: Power, allowed: Power) -> Gains:
     """The known states, and those to which the search for the worst gain leads from them.
 
     First by the excess over the squared share of the envelope, else the many watts of fast states would hide slow ones;
@@ -107,8 +107,8 @@ def hunted(witness: Witness, known: Gains, box: Box, gained: Power, allowed: Pow
         return gained(x) / allowed(x)
 
     def further(known: Gains, worth: Power, values: Array, settings: SearchSettings | None = None) -> Gains:
-        more = asked(climb(worth, known.states, values, box, settings, witness.seed), gained, allowed)
-        return joined(known, more)
+        more = evaluate_gains(climb(worth, known.states, values, box, settings, witness.seed), gained, allowed)
+        return join_gains(known, more)
 
     known = further(known, keen, known.over / fullness(known.states))
     if known.broken:

@@ -42,7 +42,7 @@ class MirrorSymmetry(Law):
         worst = values.max(axis=1)
         k = int(np.argmax(worst))
         at, value, axis = witness.place(states[k]), float(worst[k]), ("surge", "sway", "yaw")[int(np.argmax(values[k]))]
-        told = f"{100.0 * value:.2g} % of full thrust, in {axis}"
+        text = f"{100.0 * value:.2g} % of full thrust, in {axis}"
         return self.rule(
             value=value,
             limit=SHARE,
@@ -50,9 +50,9 @@ class MirrorSymmetry(Law):
             at=at,
             share=float((worst > SHARE).mean()),
             proof="search",
-            kept=(f"Port and starboard differ by at most {told}" if value > 1e-6 else "Port and starboard are alike")
+            kept=(f"Port and starboard differ by at most {text}" if value > 1e-6 else "Port and starboard are alike")
             + (" (hull alone)." if pairs is None else "."),
-            broken=f"Port and starboard differ by {told}, at {in_words(at)}. A real boat may; the law does not count.",
+            broken=f"Port and starboard differ by {text}, at {in_words(at)}. A real boat may; the law does not count.",
         )
 
 
@@ -60,7 +60,7 @@ def mirror_pairs(vehicle: Vehicle) -> list[int] | None:
     """For each thruster the number of the one at its mirrored place; None where one has no such partner."""
     if any(t.push[0] == 0.0 for t in vehicle.thrusters):
         return None  # a force abeam or a moment alone is mirrored by its sign, not by a place
-    found = []
+    result = []
     for t in vehicle.thrusters:
         partner = [
             k
@@ -69,5 +69,5 @@ def mirror_pairs(vehicle: Vehicle) -> list[int] | None:
         ]
         if len(partner) != 1:
             return None
-        found.append(partner[0])
-    return found
+        result.append(partner[0])
+    return result

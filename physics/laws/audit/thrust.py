@@ -11,7 +11,7 @@ from ...momentum_balance import thruster_matrix
 from ...motion import Array
 from ..energy import coasting_power, most_driven
 from .base import EXACT, TOLD, Law, Ruling, Witness, in_words
-from .gain import asked, hunted, joined
+from .gain import evaluate_gains, join_gains, search_gains
 from .search import Box
 
 _SLOW = 0.02
@@ -45,30 +45,30 @@ class PowerUnderThrust(Law):
         states = np.concatenate([witness.states, self._drawn(witness)], axis=1)
         alone = states[: states.shape[0] // 4].copy()
         alone[:, :3] *= np.random.default_rng([witness.seed, 15]).random((alone.shape[0], 3)) < 0.5
-        known = asked(states, gained, allowed)
+        known = evaluate_gains(states, gained, allowed)
         share = float((known.over > 0.0).mean())
-        known = joined(known, asked(alone, gained, allowed))
+        known = join_gains(known, evaluate_gains(alone, gained, allowed))
         proof = witness.prove().how if witness.exact and not known.broken else None
         if proof is None:
             box = witness.ascended()
             ends = Box(witness.commands.min(axis=0), witness.commands.max(axis=0))
-            known = joined(known, asked(witness.densely(1.0, ends), gained, allowed))
-            known = joined(known, asked(pushed_off(witness, ends), gained, allowed))
+            known = join_gains(known, evaluate_gains(witness.densely(1.0, ends), gained, allowed))
+            known = join_gains(known, evaluate_gains(pushed_off(witness, ends), gained, allowed))
             whole = Box(np.append(box.low, ends.low), np.append(box.high, ends.high))
-            known = hunted(witness, known, whole, gained, allowed)
+            known = search_gains(witness, known, whole, gained, allowed)
         free = np.maximum(driven_power(witness, known.states), 0.0) + TOLD * witness.full_power(known.states)
-        k, gains = known.told(witness, free)
+        k, gains = known.worst(witness, free)
         value, limit, state = float(known.gained[k]), float(known.allowed[k]), known.states[k]
         at = witness.place(state[:4])
         pushed = {t.channel: float(c) for t, c in zip(witness.vehicle.thrusters, state[4:], strict=True)}
-        told = f"{in_words(at)}, {', '.join(f'{name} {c:.3g}' for name, c in pushed.items())}"
+        text = f"{in_words(at)}, {', '.join(f'{name} {c:.3g}' for name, c in pushed.items())}"
         giver = "the thrusters give" if witness.exact else "thrusters half as strong again would give"
         how = f"proved: {proof}" if proof else f"searched, {known.gained.size} states with commands"
         kept = f"Under thrust the motion gains no more power than {giver} ({how})."
         if gains:
             kept = (
                 f"Under thrust the motion gains no more power than {giver}, or 1 % of full thrust ({how}); it gains "
-                f"{value:.3g} W at {told}, where {limit:.3g} W is let pass."
+                f"{value:.3g} W at {text}, where {limit:.3g} W is let pass."
             )
         ruling = self.rule(
             value=value,
@@ -78,7 +78,7 @@ class PowerUnderThrust(Law):
             share=share,
             proof=proof or "search",
             kept=kept,
-            broken=f"Under thrust the model gains {value:.3g} W at {told}, where the thrusters may give {limit:.3g} W.",
+            broken=f"Under thrust the model gains {value:.3g} W at {text}, where the thrusters may give {limit:.3g} W.",
         )
         return replace(ruling, against=known.against)
 
@@ -115,9 +115,9 @@ def pushed_off(witness: Witness, ends: Box) -> Array:
         way = np.where(over > best, k, way)
         best = np.maximum(best, over)
     keen = np.argsort(-best, kind="stable")[:_KEEN]
-    found = at_rest[keen]
-    found[:, :3] = ways[way[keen]]
-    return found
+    result = at_rest[keen]
+    result[:, :3] = ways[way[keen]]
+    return result
 
 
 def driven_power(witness: Witness, states: Array) -> Array:

@@ -200,9 +200,9 @@ def _settles(velocity: Array) -> bool:
 
 def _sides(count: int) -> list[Array]:
     """Directions among commands in which extremes are sought: all ahead, all astern, each against the rest."""
-    found = [np.ones(count), -np.ones(count)]
+    result = [np.ones(count), -np.ones(count)]
     for k in range(count if count > 1 else 0):
         side = -np.ones(count)
         side[k] = 1.0
-        found.append(side)
-    return found
+        result.append(side)
+    return result

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from ....exports import elements as mathml
 from ....exports.known_facts import UNITS, letters
 from ....physics.effects import EFFECTS, PARAMETERS
-from ....physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance, values_of
+from ....physics.momentum_balance import Balance, BalanceTerm, balances, factor_symbols, values_of
 from ....physics.presentation import MINUS, listing, unit_text
 from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ...run_contents import RunFolder
@@ -47,13 +47,13 @@ def intervals_of(run: RunFolder) -> dict[str, tuple[float, float]]:
     """The 95 % interval of the value in the corrected vehicle, by symbol, for every number that was fitted."""
     findings = run.findings
     rows = coefficient_rows(findings.candidates, [c.effect for c in findings.added], run.nominal, run.corrected)
-    found = {row.symbol: row.interval for row in rows if row.interval[0] < row.interval[1]}
+    result = {row.symbol: row.interval for row in rows if row.interval[0] < row.interval[1]}
     told = [(item.symbol, item.ci95) for item in findings.calibrated]
     told += [(term.symbol or f"{term.axis}:{term.form}", term.ci95) for term in findings.unnamed]
     for name, ends in told:
         if ends is not None and ends.lower < ends.upper:
-            found.setdefault(name, (ends.lower, ends.upper))
-    return found
+            result.setdefault(name, (ends.lower, ends.upper))
+    return result
 
 
 def _axis(line: Balance, run: RunFolder, ends: Intervals) -> Html:
@@ -113,7 +113,7 @@ def _of_thruster(factor: str) -> tuple[str, ...]:
 def _beside(run: RunFolder, ends: Intervals) -> list[Html]:
     """What acts within a factor: gains and lags of the thrusters, the current, the time of the memory."""
     rows = []
-    for name in beside_the_balance(run.corrected):
+    for name in factor_symbols(run.corrected):
         after, before = (_amount(vehicle, name) for vehicle in (run.corrected, run.nominal))
         parameter = run.corrected.parameter(name)
         law = next((effect.equation for effect in EFFECTS if parameter in effect.parameters), "")

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ....discovery.found_effects import FoundEffect, FoundTerm
+from ....discovery.effect_findings import EffectFinding, FittedTerm
 from ....physics.presentation import listing, percent, share_removed, unit_text
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
@@ -65,7 +65,7 @@ def missing_effects(run: RunFolder) -> Section:
     return Section(section_title(findings, run.comparison), render(*parts))
 
 
-def _effect(item: FoundEffect, nominal: Vehicle, worse: Sequence[str]) -> Html:
+def _effect(item: EffectFinding, nominal: Vehicle, worse: Sequence[str]) -> Html:
     numbers, known, others = file_numbers(item, nominal), odds(item), twins(item)
     begins = _BEGINS.get(item.verdict, verdict_word(item).capitalize())
     return element(
@@ -83,7 +83,7 @@ def _effect(item: FoundEffect, nominal: Vehicle, worse: Sequence[str]) -> Html:
     )
 
 
-def _worth(item: FoundEffect) -> str:
+def _worth(item: EffectFinding) -> str:
     """What comes back of the unseen error without an effect."""
     if not (force := comes_back(item)):
         return ""
@@ -92,7 +92,7 @@ def _worth(item: FoundEffect) -> str:
     return f"Left out alone, {force} of an axis's squared force error on unseen rows comes back{ahead}."
 
 
-def _tried(candidates: Sequence[FoundEffect], nominal: Vehicle) -> list[Html]:
+def _tried(candidates: Sequence[EffectFinding], nominal: Vehicle) -> list[Html]:
     """What has evidence, or cannot be judged; then what has none, folded away."""
     without = [item for item in candidates if item.verdict == "no evidence"]
     others = [item for item in candidates if item.verdict != "no evidence"]
@@ -103,7 +103,7 @@ def _tried(candidates: Sequence[FoundEffect], nominal: Vehicle) -> list[Html]:
     return [*parts, element("p", f"{sure_caption(candidates).capitalize()}.", cls="facts")]
 
 
-def effect_table(candidates: Sequence[FoundEffect], nominal: Vehicle) -> Html:
+def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
     """Effects with their verdicts, values, 95 % intervals, and what each is worth, a row each."""
     rows = []
     for item in candidates:
@@ -131,7 +131,7 @@ def effect_table(candidates: Sequence[FoundEffect], nominal: Vehicle) -> Html:
     )
 
 
-def unnamed_terms(terms: Sequence[FoundTerm]) -> list[Html]:
+def unnamed_terms(terms: Sequence[FittedTerm]) -> list[Html]:
     """The terms without a name as a table under its title."""
     body = [
         (

@@ -18,7 +18,7 @@ from ....physics.presentation import unit_text, words
 from ....physics.vehicle import Vehicle
 from ....residuals.scores import SPACING
 from ...run_contents import RunFolder
-from ..judged_pieces import JudgedPieces, apart
+from ..judged_pieces import JudgedPieces, thrusters_differ
 from ..markup import Html, element, escaped, render
 from .base import Chapter, Section
 from .verdict import hero_errors, legend
@@ -122,10 +122,15 @@ def script_digest() -> str:
 def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
     """The numbers that differ between two vehicles, each with ends that leave room on both sides."""
     named = {p.symbol: words(effect.name) for effect in reversed(EFFECTS) for p in effect.parameters}
-    found = []
+    result = []
     for symbol, after in corrected.values.items():
         before = nominal.value(symbol)
-        if before == after or symbol == COMMAND_OFFSET.symbol or apart(nominal, symbol) or apart(corrected, symbol):
+        if (
+            before == after
+            or symbol == COMMAND_OFFSET.symbol
+            or thrusters_differ(nominal, symbol)
+            or thrusters_differ(corrected, symbol)
+        ):
             continue
         parameter, room = corrected.parameter(symbol), _BEYOND * abs(after - before)
         low, high = (
@@ -133,8 +138,8 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
             for end in (min(before, after) - room, max(before, after) + room)
         )
         what = named.get(symbol, words(symbol) if symbol.endswith("_scale") else "a term without a name")
-        found.append(Knob(symbol, what, parameter.unit, before, after, low, high))
-    return found
+        result.append(Knob(symbol, what, parameter.unit, before, after, low, high))
+    return result
 
 
 def _measurement(rows: pd.DataFrame, judged: JudgedPieces, corrected: Vehicle) -> dict[str, object]:
@@ -174,8 +179,8 @@ def _knob(knob: Knob) -> Html:
 
 def _folded(knobs: Sequence[Knob]) -> list[Html]:
     """The sliders for which there is no room, behind a line that opens them."""
-    told = f"{len(knobs)} more: {', '.join(knob.symbol for knob in knobs)}"
-    return [element("details", element("summary", told), *map(_knob, knobs))] if knobs else []
+    text = f"{len(knobs)} more: {', '.join(knob.symbol for knob in knobs)}"
+    return [element("details", element("summary", text), *map(_knob, knobs))] if knobs else []
 
 
 def _canvas(name: str, told: str) -> Html:

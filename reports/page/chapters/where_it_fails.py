@@ -15,7 +15,7 @@ from ....physics.presentation import NARROW, percent, share_removed, unit_text, 
 from ....residuals.scores import ACCELERATION_UNITS
 from ....residuals.series import SeriesTable
 from ...run_contents import RunFolder
-from ...wording import told_of, typeset
+from ...wording import models_sentence, typeset
 from ..figures.error_figures import by_heading, error_map, heat_steps, local_error, regime_table, spectra
 from ..figures.figures import regime_bars
 from ..figures.svg import HEAT
@@ -56,7 +56,7 @@ def failing(comparison: Comparison, series: pd.DataFrame, known: Sequence[Failin
     )
     return render(
         _maps(series, places, after),
-        _worst(places, told_of(comparison.models, structure)),
+        _worst(places, models_sentence(comparison.models, structure)),
         legend(("before", "after"), after),
         bars,
         _times(structure),

@@ -13,7 +13,7 @@ from ....discovery.identifiability.rehearsal import Excitation
 from ....physics.momentum_balance import mass_matrix
 from ....physics.motion import AXES, FORCE_UNITS, Array
 from ....physics.presentation import percent, share_removed, unit_text, words
-from ....physics.sampled_series import binned_means, told_by
+from ....physics.sampled_series import binned_means, explained_share
 from ....physics.vehicle import Vehicle
 from ..markup import Html
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel
@@ -114,7 +114,7 @@ def best_signal(rows: Mapping[str, Array], law: Array, axis: int, unjudged: Sequ
     size = max(float(np.square(law).mean()), 1e-300)
 
     def untold(name: str) -> float:
-        return max((1.0 - told_by(rows[name], law)) * float(law.var()) / size, _UNSEEN)
+        return max((1.0 - explained_share(rows[name], law)) * float(law.var()) / size, _UNSEEN)
 
     speeds = sorted(_VELOCITIES.values(), key=lambda name: name != _VELOCITIES[AXES[axis]])
     commands = [name for name in rows if name.startswith(_COMMANDS)]

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
-from ....discovery.found_effects import FoundEffect
+from ....discovery.effect_findings import EffectFinding
 from ....physics.presentation import MINUS, finite, number, percent, unit_text, words
 from ...sureness import BACK, CoefficientRow, comes_back, odds, worth
 from ..judged_pieces import rollouts
@@ -209,7 +209,7 @@ def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
         axes.annotate(percent(share), (place, 0), (0, -23 if numeric else -32), color=ROLES["muted"], **under)
 
 
-def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
+def ranked_effects(candidates: Sequence[EffectFinding], most: int = 12) -> Html:
     """The best-ranked effects that the log can judge, by the share of the unseen error that comes back without each.
 
     A missing effect is strong blue, a likely one faint, a possible one in the corrected model has a rim alone.
@@ -237,7 +237,7 @@ def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
         return drawn(figure, "effects by the unseen force error that comes back without them, and how sure they are")
 
 
-def _bar_colours(item: FoundEffect) -> tuple[str, str]:
+def _bar_colours(item: EffectFinding) -> tuple[str, str]:
     """Filling and rim of a bar."""
     if item.verdict in ("missing", "likely"):
         colour = ROLES["after" if item.verdict == "missing" else "likely"]

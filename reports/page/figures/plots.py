@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from ....discovery.effect_findings import FittedTerm
 from ....discovery.findings import Findings
-from ....discovery.found_effects import FoundTerm
 from ....physics.effects import BY_NAME
 from ....physics.errors import RequestError
 from ....physics.integration import rollout
@@ -258,9 +258,9 @@ class PredictionSlider(Card):
         ends = f"before {number(self.knob.before, 3)}, after {number(self.knob.after, 3)}"
         what = f"{self.knob.symbol} = {number(self.value, 3)} {unit}".rstrip()
         what_error = f"{self.metric} error of {self.horizon} s predictions{self.told.some}"
-        told = f"{what_error}: {number(self.error, 2)} {ROLLOUT_UNITS[self.metric]}"
+        text = f"{what_error}: {number(self.error, 2)} {ROLLOUT_UNITS[self.metric]}"
         how = [] if find_spec("ipywidgets") else [("slider", _HOW)]
-        return [("number", f"{what} ({self.knob.what}; {ends})"), ("error", told), *how]
+        return [("number", f"{what} ({self.knob.what}; {ends})"), ("error", text), *how]
 
     def drawings(self) -> Mapping[str, str]:
         """See `Card`."""
@@ -361,7 +361,7 @@ def of_run(findings: Findings, series: "pd.DataFrame", nominal: Vehicle) -> dict
     return of_findings(findings) | ({"force": element("div", *best, attributes=paper)} if best else {})
 
 
-def interval_bar(term: FoundTerm, null: float) -> Html:
+def interval_bar(term: FittedTerm, null: float) -> Html:
     """Draw a number as a disc on its 95 % interval, beside a tick where nothing would be missing."""
     ends = (term.value, term.value) if term.ci95 is None else (term.ci95.lower, term.ci95.upper)
     marks = [term.value, *ends, null]

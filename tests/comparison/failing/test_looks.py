@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.comparison.failing.block_fit import fit_beside
+from undertow.comparison.failing.block_fit import fit_with_nuisances
 from undertow.comparison.failing.features import doing, features, merged
 from undertow.comparison.failing.frequency import against_frequency, against_lag
 from undertow.comparison.failing.heading import against_heading
@@ -222,7 +222,7 @@ def test_intervals_cover_the_truth_in_noise_with_memory():
         noise = np.convolve(np.random.default_rng(seed).normal(size=len(rows) + 40), np.hanning(40), "valid")[
             : len(rows)
         ]
-        fit = fit_beside(stage, 0.3 * asked[:, 0] + 0.1 * noise, asked, np.ones((len(rows), 1)))
+        fit = fit_with_nuisances(stage, 0.3 * asked[:, 0] + 0.1 * noise, asked, np.ones((len(rows), 1)))
         assert fit is not None
         low, high = fit.interval(0)
         hits += low <= 0.3 <= high

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from undertow.discovery.balance.base import WeakSettings
-from undertow.discovery.balance.long_logs import MOST_TESTS, digest
+from undertow.discovery.balance.long_logs import MOST_TESTS, subsample_long_log
 from undertow.discovery.discover import find_missing
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
@@ -38,19 +38,19 @@ def with_a_turn(motion: Motion, at: float) -> Motion:
 
 def test_a_short_log_is_itself():
     motion = calm(0.4)
-    assert digest([motion], SETTINGS) == ((motion,), "")
+    assert subsample_long_log([motion], SETTINGS) == ((motion,), "")
 
 
 @pytest.mark.parametrize("at", [100.0, 5000.0, 14_000.0])
 def test_a_manoeuvre_that_is_done_once_is_among_what_is_searched(at: float):
-    found, told = digest([with_a_turn(calm(4.0), at)], SETTINGS)
+    found, told = subsample_long_log([with_a_turn(calm(4.0), at)], SETTINGS)
     assert any(m.time[0] <= at + 10.0 and m.time[-1] >= at + 50.0 for m in found)
     assert "of its 240 min" in told
 
 
 def test_pieces_are_within_the_limit_in_order_and_from_all_over_the_log():
     first, second = calm(2.0, 1), replace(calm(3.0, 2), source="another")
-    found, _ = digest([first, second], SETTINGS)
+    found, _ = subsample_long_log([first, second], SETTINGS)
     assert 0.9 * MOST_TESTS <= sum(m.time.size for m in found) <= MOST_TESTS + 10
     for motion in (first, second):
         times = np.concatenate([m.time for m in found if m.source == motion.source])
@@ -72,13 +72,13 @@ def test_a_log_of_an_hour_gives_the_answer_of_ten_minutes_and_says_what_was_sear
 
 def test_short_stretches_are_among_what_is_searched():
     short = [replace(calm(1.0, k).slice(0, 300), source="short") for k in range(40)]
-    found, _ = digest(short, SETTINGS)
+    found, _ = subsample_long_log(short, SETTINGS)
     assert 0.8 * MOST_TESTS <= sum(m.time.size for m in found) <= 1.2 * MOST_TESTS
     mixed = [calm(1.5, 1), *(with_a_turn(calm(1.0, k).slice(0, 400), 10.0) for k in range(4))]
-    found, _ = digest(mixed, SETTINGS)
+    found, _ = subsample_long_log(mixed, SETTINGS)
     assert any(m.time.size == 400 for m in found)
 
 
 def test_a_digest_is_digested_no_further():
-    found, _ = digest([calm(4.0)], SETTINGS)
-    assert digest(found, SETTINGS) == (found, "")
+    found, _ = subsample_long_log([calm(4.0)], SETTINGS)
+    assert subsample_long_log(found, SETTINGS) == (found, "")

@@ -52,14 +52,14 @@ def test_the_balance_is_that_of_the_force_equation(weak: WeakForm, windy: Motion
     vehicle = HULL.with_values(changes)
     relative = np.stack(relative_velocity(vehicle, windy.heading, tuple(windy.velocity.T)), axis=-1)
     expected = weak.derivative([relative @ mass_matrix(vehicle)]) - weak.average([modelled_force(vehicle, windy)])
-    np.testing.assert_allclose(weak.balance(vehicle), expected, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(weak.residual(vehicle), expected, rtol=1e-9, atol=1e-9)
 
 
 def test_two_hulls_are_not_taken_for_one_another(weak: WeakForm, windy: Motion):
     """Products are remembered by what they depend on, and the force across a hull depends on its size."""
     one = HULL.with_values({"cross_flow": 0.9})
     other = one.model_copy(update={"hull": Hull(length=3.0, draught=0.3)})
-    both = [weak.balance(vehicle) for vehicle in (one, other, one)]
+    both = [weak.residual(vehicle) for vehicle in (one, other, one)]
     np.testing.assert_array_equal(both[0], both[2])
     forces = [modelled_force(vehicle, windy) for vehicle in (one, other)]
     np.testing.assert_allclose(both[0] - both[1], weak.average([forces[1] - forces[0]]), rtol=1e-8, atol=1e-9)
@@ -67,8 +67,8 @@ def test_two_hulls_are_not_taken_for_one_another(weak: WeakForm, windy: Motion):
 
 def test_the_order_in_which_models_are_asked_does_not_matter(weak: WeakForm):
     models = [HULL.with_values(changes) for changes in MOVES.values()]
-    first = [weak.balances(model) for model in models]
-    again = [weak.balances(model) for model in reversed(models)]
+    first = [weak.noisy_residuals(model) for model in models]
+    again = [weak.noisy_residuals(model) for model in reversed(models)]
     assert all(np.array_equal(a, b) for a, b in zip(first, reversed(again), strict=True))
     assert first[0].shape[0] == 3  # the log, and two noisier copies
     assert np.abs(first[0][1:] - first[0][0]).max() > 0.0
@@ -79,9 +79,9 @@ def test_a_claim_stands_in_the_place_of_the_measurement(log: Motion, changes: di
     vehicle = HULL.with_values(changes)
     claim = modelled_acceleration(vehicle, log)
     claims = WeakForm([log], WeakSettings(), [claim])
-    np.testing.assert_allclose(claims.balance(vehicle), 0.0, atol=1e-9)
+    np.testing.assert_allclose(claims.residual(vehicle), 0.0, atol=1e-9)
     expected = claims.average([(claim - modelled_acceleration(HULL, log)) @ mass_matrix(HULL)])
-    np.testing.assert_allclose(claims.balance(HULL), expected, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(claims.residual(HULL), expected, rtol=1e-9, atol=1e-9)
 
 
 def test_the_response_of_a_thruster_is_in_proportion_to_its_gain_and_its_loss():

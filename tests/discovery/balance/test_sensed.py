@@ -7,7 +7,7 @@ import pytest
 
 from undertow.discovery.balance.shooting import Shooting
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.search.surrogates import REHEARSALS, NoiseCopies
+from undertow.discovery.search.surrogates import SURROGATES, NoiseCopies
 from undertow.measurements.statistics.signals import drawn_noise
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -25,19 +25,19 @@ def test_it_is_what_a_noisier_log_has_more(derived: tuple[bool, bool, bool]):
     weak = form_of()
     motion = replace(weak.motions[0], derived=derived)
     weak = WeakForm([motion], WeakSettings())
-    found = weak.sensed(HULL, 4, 7)
+    found = weak.propagated_noise(HULL, 4, 7)
     drawn = drawn_noise(motion, weak.noise, np.random.default_rng([7, 4]), 4)
     assert found is not None
     assert found.shape == (3, 4, weak.time.size)
     for copy in range(4):
-        more = weak.recorded([replace(motion, velocity=motion.velocity + drawn[copy])], HULL) - weak.balance(HULL)
+        more = weak.recorded([replace(motion, velocity=motion.velocity + drawn[copy])], HULL) - weak.residual(HULL)
         np.testing.assert_allclose(found[:, copy].T / more.std(axis=0), more / more.std(axis=0), atol=0.2)
 
 
 def test_drag_lets_more_of_it_through_where_the_boat_is_fast():
     """What is slow of it, for the inertia lets the fast part through everywhere alike."""
     weak = form_of(seconds=300.0)
-    found = weak.sensed(HULL, 400, 0)
+    found = weak.propagated_noise(HULL, 400, 0)
     assert found is not None
     slow = np.add.reduceat(found[0], np.arange(0, weak.time.size, 50), axis=1)[:, :-1].std(axis=0)
     speed = np.add.reduceat(np.abs(weak.speeds[:, 0]), np.arange(0, weak.time.size, 50))[:-1]
@@ -45,17 +45,17 @@ def test_drag_lets_more_of_it_through_where_the_boat_is_fast():
 
 
 def test_a_log_without_noise_and_rollouts_have_none():
-    assert form_of("clean").sensed(HULL, 4, 0) is None
+    assert form_of("clean").propagated_noise(HULL, 4, 0) is None
     weak = form_of()
-    assert Shooting(weak.motions, HULL).sensed(HULL, 4, 0) is None
+    assert Shooting(weak.motions, HULL).propagated_noise(HULL, 4, 0) is None
 
 
 def test_the_same_draws_are_made_once():
     weak = form_of()
-    first = weak.sensed(HULL, 4, 0)
-    assert weak.sensed(HULL, 4, 0) is first
+    first = weak.propagated_noise(HULL, 4, 0)
+    assert weak.propagated_noise(HULL, 4, 0) is first
     weak.forget()
-    again = weak.sensed(HULL, 4, 0)
+    again = weak.propagated_noise(HULL, 4, 0)
     assert again is not first
     np.testing.assert_array_equal(again, first)
 
@@ -64,11 +64,11 @@ def test_the_same_draws_are_made_once():
 def test_copies_are_as_loud_as_the_rest(loud: float):
     """Where the noise of sensors is all that is left, it is drawn; what is left beside it has its colour."""
     weak = form_of(seconds=300.0)
-    left = weak.balance(HULL)
+    left = weak.residual(HULL)
     slow = np.cumsum(np.random.default_rng(2).standard_normal(left.shape), axis=0)
     left = left + loud * left.std(axis=0) * (slow - slow.mean(axis=0)) / slow.std(axis=0)
     copies = np.concatenate(list(NoiseCopies(weak, HULL, 0).of(left.astype(np.float32))), axis=1)
-    assert copies.shape == (3, REHEARSALS, weak.time.size)
+    assert copies.shape == (3, SURROGATES, weak.time.size)
     np.testing.assert_allclose(copies.std(axis=(1, 2)), left.std(axis=0), rtol=0.12)
     spectrum = np.abs(np.fft.rfft(copies)).mean(axis=1)[:, 1:10].mean(axis=1)
     np.testing.assert_allclose(spectrum, np.abs(np.fft.rfft(left.T))[:, 1:10].mean(axis=1), rtol=0.6)
@@ -76,8 +76,8 @@ def test_copies_are_as_loud_as_the_rest(loud: float):
 
 def test_an_axis_to_which_no_noise_comes_keeps_its_rest():
     weak = form_of()
-    left = weak.balance(HULL).astype(np.float32)
-    drawn = weak.sensed(HULL, REHEARSALS, 0)
+    left = weak.residual(HULL).astype(np.float32)
+    drawn = weak.propagated_noise(HULL, SURROGATES, 0)
     assert drawn is not None
     drawn[1] = 0.0
     copies = np.concatenate(list(NoiseCopies(weak, HULL, 0).of(left)), axis=1)

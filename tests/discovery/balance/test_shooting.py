@@ -46,8 +46,8 @@ def test_the_true_model_leaves_nothing_of_a_clean_log(nominal: Vehicle) -> None:
     motion = driven(true)
     form = Shooting([motion], nominal)
     # The starts are medians of half a second, so that false rows do no harm: a little of that is left.
-    assert np.sqrt((form.balance(true) ** 2).mean(axis=0)).max() < 0.02
-    assert np.sqrt((form.balance(nominal) ** 2).mean(axis=0)).max() > 0.05
+    assert np.sqrt((form.residual(true) ** 2).mean(axis=0)).max() < 0.02
+    assert np.sqrt((form.residual(nominal) ** 2).mean(axis=0)).max() > 0.05
 
 
 @pytest.mark.parametrize(
@@ -65,8 +65,8 @@ def test_the_true_model_leaves_nothing_of_a_clean_log(nominal: Vehicle) -> None:
 def test_linearised_rollouts_are_those_of_a_model_nearby(nominal: Vehicle, symbol: str, change: float) -> None:
     near = nominal.with_values({symbol: nominal.value(symbol) - change if symbol != "lag" else change})
     form = Shooting([driven(nominal)], nominal)
-    base = form.balance(nominal)
-    exact = form.balance(near) - base
+    base = form.residual(nominal)
+    exact = form.residual(near) - base
     linear = form.about(nominal).balances(near)[0] - base
     assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact)
 
@@ -74,20 +74,20 @@ def test_linearised_rollouts_are_those_of_a_model_nearby(nominal: Vehicle, symbo
 def test_linearised_rollouts_know_cross_flow_drag(nominal: Vehicle) -> None:
     base = nominal.model_copy(update={"hull": Hull(length=1.4, draught=0.12)}).with_values({"cross_flow": 0.6})
     form = Shooting([driven(base)], base)
-    start = form.balance(base)
+    start = form.residual(base)
     for change in ({"cross_flow": 0.63}, {"cross_flow": 0.0}, {"N_r": nominal.value("N_r") - 0.1}):
         near = base.with_values(change)
-        exact, linear = form.balance(near) - start, form.about(base).balances(near)[0] - start
+        exact, linear = form.residual(near) - start, form.about(base).balances(near)[0] - start
         assert np.linalg.norm(linear - exact) < (0.06 if all(change.values()) else 0.4) * np.linalg.norm(exact), change
 
 
 def test_linearised_rollouts_know_the_wake_memory(nominal: Vehicle) -> None:
     base = nominal.with_values({"memory_yaw": 4.0, "memory_time": 1.5})
     form = Shooting([driven(base)], nominal)
-    start = form.balance(base)
+    start = form.residual(base)
     for change in ({"memory_yaw": 4.2}, {"memory_time": 1.55}, {"N_r": nominal.value("N_r") - 0.1}):
         near = base.with_values(change)
-        exact, linear = form.balance(near) - start, form.about(base).balances(near)[0] - start
+        exact, linear = form.residual(near) - start, form.about(base).balances(near)[0] - start
         assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact), change
 
 
@@ -97,23 +97,23 @@ def test_rollouts_and_their_linearisation_feel_the_wind(nominal: Vehicle, stride
     motion = simulate_world(true, {}, duration=120.0, noise="clean", seed=3, wind=(4.0, -5.0)).motion(0.05)
     form = Shooting([motion], true, ShootingSettings(step=0.05 * stride))
     calm = Shooting([replace(motion, air=None)], true, form.settings)
-    start = form.balance(true)
-    left, ignored = (np.sqrt((f.balance(true) ** 2).mean(axis=0)) for f in (form, calm))
+    start = form.residual(true)
+    left, ignored = (np.sqrt((f.residual(true) ** 2).mean(axis=0)) for f in (form, calm))
     assert (left < 0.1 * ignored)[:2].all()
     assert left.max() < 0.01
     for change in ({"wind_x": 0.31}, {"wind_y": 0.62}, {"wind_n": -0.104}, {"Y_v": nominal.value("Y_v") - 0.5}):
         near = true.with_values(change)
-        exact, linear = form.balance(near) - start, form.about(true).balances(near)[0] - start
+        exact, linear = form.residual(near) - start, form.about(true).balances(near)[0] - start
         assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact), change
 
 
 def test_linearised_rollouts_know_that_a_current_turns_with_the_heading(nominal: Vehicle) -> None:
     base = nominal.with_values({"current_north": 0.3, "current_east": -0.4})
     form = Shooting([driven(base, 120.0)], base)
-    start = form.balance(base)
+    start = form.residual(base)
     for change in ({"N_r": nominal.value("N_r") - 0.1}, {"current_north": 0.31}):
         near = base.with_values(change)
-        exact, linear = form.balance(near) - start, form.about(base).balances(near)[0] - start
+        exact, linear = form.residual(near) - start, form.about(base).balances(near)[0] - start
         assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact), change
 
 
@@ -167,7 +167,7 @@ def test_the_noisier_copy_holds_as_much_noise_as_the_balance_of_the_true_model(n
     motion = driven(nominal, 400.0)
     noise = np.random.default_rng(0).standard_normal(motion.velocity.shape) * [0.03, 0.03, 0.012]
     form = Shooting([replace(motion, velocity=motion.velocity + noise)], nominal, ShootingSettings(whiten=whiten))
-    balance, noisier = form.balances(nominal)
+    balance, noisier = form.noisy_residuals(nominal)
     added, held = (np.sqrt((x**2).mean(axis=0)) for x in (noisier - balance, balance))
     np.testing.assert_allclose(added, held, rtol=0.12)
 

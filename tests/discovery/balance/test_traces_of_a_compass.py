@@ -20,7 +20,7 @@ def test_a_deviation_leaves_little_of_itself(name: str):
     plain, beside = (
         Shooting([LOG], HULL, replace(ShootingSettings(), turned=deviation)) for deviation in (0.0, np.radians(5.0))
     )
-    moved = [form.recorded([turned], HULL) - form.balance(HULL) for form in (plain, beside)]
+    moved = [form.recorded([turned], HULL) - form.residual(HULL) for form in (plain, beside)]
     before, after = (np.square(rows / plain.scale).sum() for rows in moved)
     assert after < 0.05 * before
 
@@ -30,5 +30,5 @@ def test_what_a_law_of_sway_does_stays():
     moved = []
     for deviation in (0.0, np.radians(5.0)):
         form = Shooting([LOG], HULL, replace(ShootingSettings(), turned=deviation))
-        moved.append(float(np.square((form.balance(other) - form.balance(HULL)) / form.scale).sum()))
+        moved.append(float(np.square((form.residual(other) - form.residual(HULL)) / form.scale).sum()))
     assert moved[1] > 0.3 * moved[0]

@@ -57,11 +57,11 @@ def test_no_test_function_reaches_across_two_motions(motion: Motion):
     first, second = motion.slice(0, 1100), motion.slice(1200, 2300)
     both = WeakForm([first, second], WeakSettings())
     each = [WeakForm([part], WeakSettings(blocks=8)) for part in (first, second)]
-    np.testing.assert_array_equal(both.balance(HULL), np.concatenate([form.balance(HULL) for form in each]))
+    np.testing.assert_array_equal(both.residual(HULL), np.concatenate([form.residual(HULL) for form in each]))
 
 
 def test_a_perfect_model_leaves_only_the_error_of_sampling(weak: WeakForm):
-    left = np.sqrt((weak.balance(HULL) ** 2).mean(axis=0)) / weak.force_scale(HULL)
+    left = np.sqrt((weak.residual(HULL) ** 2).mean(axis=0)) / weak.force_scale(HULL)
     assert (left < 2e-3).all(), left
 
 
@@ -80,16 +80,16 @@ def test_a_column_is_the_force_that_a_unit_of_the_parameter_adds(weak: WeakForm,
     linear = Linearisation(weak, HULL, HULL, pool, ())
     present = linear.options[pool[0].key][1]
     column = linear.columns[:, :, present.free[present.symbols.index(symbol)]]
-    moved = weak.balance(HULL.with_values({symbol: HULL.value(symbol) + 0.5}))
-    np.testing.assert_allclose(weak.balance(HULL) - moved, 0.5 * column, atol=1e-9)
+    moved = weak.residual(HULL.with_values({symbol: HULL.value(symbol) + 0.5}))
+    np.testing.assert_allclose(weak.residual(HULL) - moved, 0.5 * column, atol=1e-9)
 
 
 def test_a_column_of_an_unnamed_term_is_its_monomial(weak: WeakForm, motion: Motion):
-    moved = weak.balance(HULL.with_values({"yaw:v|r|": 1.0}))
+    moved = weak.residual(HULL.with_values({"yaw:v|r|": 1.0}))
     u, v, r = motion.velocity.T
     del u
     np.testing.assert_allclose(
-        (weak.balance(HULL) - moved)[:, 2], weak.average([(v * np.abs(r))[:, None]])[:, 0], atol=1e-9
+        (weak.residual(HULL) - moved)[:, 2], weak.average([(v * np.abs(r))[:, None]])[:, 0], atol=1e-9
     )
 
 
@@ -205,7 +205,7 @@ def test_a_long_log_is_tested_piece_by_piece() -> None:
 def test_noise_of_a_column_is_what_noisier_copies_change_in_it() -> None:
     weak = WeakForm([simulate_world(HULL, {}, duration=60.0).motion()], WeakSettings())
     linear = Linearisation(weak, HULL, HULL, candidates(HULL), ())
-    balances = weak.balances(HULL)
+    balances = weak.noisy_residuals(HULL)
     assert np.array_equal(linear.columns[..., -1], balances[0])
     assert np.array_equal(linear.noise[..., -1], balances[1:] - balances[0])
     assert np.abs(linear.noise[..., -1]).max() > 0.1
@@ -227,7 +227,7 @@ def test_the_noise_of_derived_speeds_is_that_of_differences():
         Search(WeakForm([m], WeakSettings()), HULL, candidates(HULL), SearchSettings()).noise_error[0]
         for m in (replace(noisy, derived=(False, False, False)), noisy)
     )
-    clean = WeakForm([motion], WeakSettings()).balance(HULL)[:, 0]
-    left = np.sqrt(((WeakForm([noisy], WeakSettings()).balance(HULL)[:, 0] - clean) ** 2).mean())
+    clean = WeakForm([motion], WeakSettings()).residual(HULL)[:, 0]
+    left = np.sqrt(((WeakForm([noisy], WeakSettings()).residual(HULL)[:, 0] - clean) ** 2).mean())
     assert white > 2.0 * left
     assert colored == pytest.approx(left, rel=0.3)

@@ -6,7 +6,13 @@ import pytest
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.calibration.calibrate import Calibration, calibrate
-from undertow.discovery.candidates.candidate import CALIBRATED, beside, calibratable, candidates, nuisance_candidates
+from undertow.discovery.candidates.candidate import (
+    CALIBRATED,
+    calibratable,
+    candidates,
+    nuisance_candidates,
+    remaining_candidates,
+)
 from undertow.discovery.discover import find_missing
 from undertow.discovery.identifiability.identifiable_effects import identified
 from undertow.discovery.search.floating import Search, SearchSettings
@@ -101,7 +107,7 @@ def test_sensor_noise_does_not_draw_masses_to_zero():
 
 def test_a_thinned_log_is_not_late():
     motion = simulate_world(HULL, {}, duration=60.0, noise="clean", seed=1).motion(0.05)
-    error = {s: np.abs(Shooting([motion], HULL, ShootingSettings(step=s)).balance(HULL)).mean() for s in (0.05, 0.1)}
+    error = {s: np.abs(Shooting([motion], HULL, ShootingSettings(step=s)).residual(HULL)).mean() for s in (0.05, 0.1)}
     assert error[0.1] < 6.0 * error[0.05]  # a lag of half a row would make it 30 times as large
 
 
@@ -252,10 +258,10 @@ def test_refit_of_a_world_without_a_secret_names_nothing():
 
 
 def test_an_effect_keeps_the_parameters_that_are_not_freed():
-    left = {c.key: c.symbols for c in beside(candidates(SHIP), ("Y_r", "X_u"))}
+    left = {c.key: c.symbols for c in remaining_candidates(candidates(SHIP), ("Y_r", "X_u"))}
     assert left["sway_yaw_coupling"] == ("N_v",)
     assert "surge_linear_damping" not in left
-    assert "wake_memory" not in {c.key for c in beside(candidates(HULL), ("memory_time",))}
+    assert "wake_memory" not in {c.key for c in remaining_candidates(candidates(HULL), ("memory_time",))}
 
 
 def test_nuisances_are_in_every_model_and_cost_nothing():

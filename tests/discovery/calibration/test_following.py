@@ -11,18 +11,18 @@ from undertow.discovery.calibration.change_watch import (
     AlarmSettings,
     ChangeWatch,
     Detector,
-    rehearsed_widening,
-    scattered,
+    calibrate_widening,
+    with_scatter,
 )
 from undertow.discovery.calibration.following import (
-    Beforehand,
+    AdaptationPrior,
     Follower,
     Update,
     adapt,
-    followed,
+    candidates_to_follow,
     followed_by_default,
-    known_beforehand,
-    watch_from,
+    learn_prior,
+    rehearsed_watch,
 )
 from undertow.discovery.calibration.forgetting_fit import AdaptSettings
 from undertow.discovery.lawful.certify import certify
@@ -58,8 +58,8 @@ def in_pieces(follower: Follower, motion: Motion, sizes: tuple[int, ...]) -> lis
 
 def test_pieces_of_any_size_give_what_the_whole_gives():
     motion, names = world("lagged"), ("surge_quadratic_damping", "sway_yaw_coupling", "thruster_asymmetry[port]")
-    pool = followed(LAGGED, names)
-    known = known_beforehand([motion], LAGGED, pool, SETTINGS)
+    pool = candidates_to_follow(LAGGED, names)
+    known = learn_prior([motion], LAGGED, pool, SETTINGS)
     found = in_pieces(Follower(LAGGED, pool, known, SETTINGS), motion, (2, 3, 7, 40))
     whole = adapt(motion, LAGGED, names)
     assert [u.time for u in found] == pytest.approx(whole.time)
@@ -69,8 +69,8 @@ def test_pieces_of_any_size_give_what_the_whole_gives():
 
 def test_an_update_leaves_nothing_that_python_must_look_for():
     # Forms and their columns that knew each other were taken away by the hundred, in 50 to 150 ms of one update.
-    motion, pool = world(), followed(HULL, followed_by_default(HULL))
-    follower = Follower(HULL, pool, known_beforehand([motion], HULL, pool, SETTINGS), SETTINGS)
+    motion, pool = world(), candidates_to_follow(HULL, followed_by_default(HULL))
+    follower = Follower(HULL, pool, learn_prior([motion], HULL, pool, SETTINGS), SETTINGS)
     follower.take(motion.slice(0, 100))
     gc.collect()
     gc.disable()
@@ -86,8 +86,8 @@ def test_intervals_hold_where_numbers_that_are_not_followed_are_off(held: float)
     motion, settings = world(), AdaptSettings(held=held)
     off = {"X_udot": 1.1 * HULL.value("X_udot"), "N_rdot": 0.9 * HULL.value("N_rdot")}
     nominal = HULL.with_values(off)
-    pool = followed(nominal, followed_by_default(nominal))
-    found = Follower(nominal, pool, known_beforehand([motion], nominal, pool, settings), settings)
+    pool = candidates_to_follow(nominal, followed_by_default(nominal))
+    found = Follower(nominal, pool, learn_prior([motion], nominal, pool, settings), settings)
     updates = [u for u in found.take(motion) if u.excited and u.time > 30.0]
     truth = np.array([HULL.value(symbol) for symbol in found.symbols])
     inside = np.mean([np.abs(u.values - truth) <= 1.96 * u.deviation for u in updates], axis=0)
@@ -95,8 +95,8 @@ def test_intervals_hold_where_numbers_that_are_not_followed_are_off(held: float)
 
 
 def test_after_a_gap_it_begins_a_new_stretch():
-    motion, pool = world(), followed(HULL, followed_by_default(HULL))
-    known = known_beforehand([motion], HULL, pool, SETTINGS)
+    motion, pool = world(), candidates_to_follow(HULL, followed_by_default(HULL))
+    known = learn_prior([motion], HULL, pool, SETTINGS)
     follower = Follower(HULL, pool, known, SETTINGS)
     before, after = follower.take(motion.slice(0, 400)), follower.take(motion.slice(500, 900))
     assert before[-1].time <= motion.time[399] + 1e-9
@@ -105,9 +105,11 @@ def test_after_a_gap_it_begins_a_new_stretch():
 
 def test_values_are_lawful_whatever_the_rows_say_and_beyond_the_run_in():
     twisted = HULL.with_values({"N_rr": 0.0, "Y_vv": 0.0})
-    pool = followed(twisted, ("sway_yaw_coupling", "sway_linear_damping", "yaw_linear_damping"))
-    known = known_beforehand([world()], twisted, pool, SETTINGS)
-    narrow = Beforehand(known.noise, known.amounts, type(known.envelope)((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)), 60.0)
+    pool = candidates_to_follow(twisted, ("sway_yaw_coupling", "sway_linear_damping", "yaw_linear_damping"))
+    known = learn_prior([world()], twisted, pool, SETTINGS)
+    narrow = AdaptationPrior(
+        known.noise, known.amounts, type(known.envelope)((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)), 60.0
+    )
     follower = Follower(twisted, pool, narrow, SETTINGS)
     rng = np.random.default_rng(0)
     motion = world()
@@ -136,10 +138,10 @@ def test_by_default_damping_and_each_thruster_are_followed():
 
 
 def watched(motion: Motion, hours: float = 24.0) -> list[Update]:
-    pool = followed(HULL, followed_by_default(HULL))
+    pool = candidates_to_follow(HULL, followed_by_default(HULL))
     first = motion.slice(0, RUN_IN)
-    known = known_beforehand([first], HULL, pool, SETTINGS)
-    watch = watch_from([first], HULL, pool, known, SETTINGS, AlarmSettings(hours))
+    known = learn_prior([first], HULL, pool, SETTINGS)
+    watch = rehearsed_watch([first], HULL, pool, known, SETTINGS, AlarmSettings(hours))
     return Follower(HULL, pool, known, SETTINGS, watch).take(motion)
 
 
@@ -203,16 +205,16 @@ def test_coloured_noise_is_taken_wider_and_white_is_not():
     amounts, settings = np.array([1.0, 1.0]), AlarmSettings(hours=1.0)
     noise = rng.standard_normal((n, 3))
     slow = np.repeat(columns[:, 0, :1] * np.repeat(rng.standard_normal(n // 20), 20)[:, None], 3, axis=1)
-    assert rehearsed_widening(columns, 0.5 * noise, amounts, 0.25, 0.2, settings) == 1.0
-    wider = rehearsed_widening(columns, 0.5 * noise + 3.0 * slow, amounts, 0.25, 0.2, settings)
+    assert calibrate_widening(columns, 0.5 * noise, amounts, 0.25, 0.2, settings) == 1.0
+    wider = calibrate_widening(columns, 0.5 * noise + 3.0 * slow, amounts, 0.25, 0.2, settings)
     assert wider is not None
     assert wider > 3.0
-    assert rehearsed_widening(columns[:50], noise[:50], amounts, 0.25, 0.2, settings) is None
+    assert calibrate_widening(columns[:50], noise[:50], amounts, 0.25, 0.2, settings) is None
 
 
 def test_scatter_takes_information_off_what_is_known_well():
     information = np.diag([1e4, 1e-2])
-    left = scattered(information, 0.1) @ information
+    left = with_scatter(information, 0.1) @ information
     assert np.diag(left) == pytest.approx([1.0 / (1e-4 + 1e-2), 1.0 / (1e2 + 1e-2)])
 
 

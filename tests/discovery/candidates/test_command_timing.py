@@ -8,7 +8,7 @@ import pytest
 from undertow.discovery.add_effects import add_effects
 from undertow.discovery.candidates.candidate import Kind, calibratable, candidates
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.limits import in_step
+from undertow.discovery.evidence.limits import with_clock_offset
 from undertow.discovery.evidence.record_errors import record_errors
 from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.search.estimation import Interval
@@ -150,7 +150,7 @@ def test_of_several_logs_no_inertia_is_doubted_for_a_late_gyro():
     inertia = Evidence("yaw_added_mass", Kind.EFFECT, True, 20.0, np.zeros(3), 0.5, 1.0, ())
 
     def doubted(*motions: Motion) -> bool:
-        (e,) = in_step([inertia], candidates(HULL), HULL, found, motions)
+        (e,) = with_clock_offset([inertia], candidates(HULL), HULL, found, motions)
         return e.out_of_step > 0.0
 
     assert doubted(late)
@@ -161,7 +161,7 @@ def test_of_several_logs_no_inertia_is_doubted_for_a_late_gyro():
 def test_an_offset_beside_a_model_that_is_not_certain_is_only_possible():
     discovery = find_missing([zigzag(0.06, effects={"yaw_quadratic_damping": 1.0})], HULL)
     assert [s.verdict for s in discovery.findings.sensors] == ["present"]
-    search = discovery.basis.instant
+    search = discovery.basis.force_search
     state = search.evaluate(HULL, ())
     intervals = {"command_offset": Interval(-0.07, -0.05)}
     (told,) = record_errors(search, state.vehicle, state.active, intervals, certain=False)

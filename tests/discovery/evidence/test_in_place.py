@@ -8,8 +8,8 @@ from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.unnamed_terms import free_forms
-from undertow.discovery.evidence.other_forms import Substitute, in_place
-from undertow.discovery.evidence.rest_beside_forms import FormColumns, RestBesideForms
+from undertow.discovery.evidence.residual_selection import FormColumns, ResidualSelection
+from undertow.discovery.evidence.unmodelled_forces import Substitute, substitute_forces
 from undertow.discovery.evidence.weighing import TELL_APART
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
@@ -28,7 +28,7 @@ def substitutes(motion: Motion, *names: str) -> dict[str, Substitute]:
     search = Search(weak, HULL, pool, SearchSettings())
     state = search.evaluate(HULL, names)
     columns = FormColumns(search, state, SEEN, free_forms(weak, state.vehicle))
-    found = {c.key: in_place(columns, RestBesideForms(columns), c) for c in pool}
+    found = {c.key: substitute_forces(columns, ResidualSelection(columns), c) for c in pool}
     return {key: one for key, one in found.items() if one is not None}
 
 

@@ -8,7 +8,7 @@ from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.invariance import invariance
-from undertow.discovery.findings import FoundEffect
+from undertow.discovery.findings import EffectFinding
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
 from undertow.physics.motion import Motion
@@ -18,7 +18,7 @@ from undertow.physics.worlds.world import NOISE, simulate_world
 HULL = load_vehicle("blueboat")
 
 
-def effect(motion: Motion, name: str) -> FoundEffect:
+def effect(motion: Motion, name: str) -> EffectFinding:
     findings = find_missing([motion], HULL).findings
     return next(c for c in findings.candidates if c.effect == name)
 

@@ -9,8 +9,8 @@ from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.unexplained import lasting_rests
-from undertow.discovery.findings import LastingRest
+from undertow.discovery.evidence.unexplained import find_persistent_residuals
+from undertow.discovery.findings import PersistentResidual
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
 from undertow.physics.motion import Motion
@@ -32,9 +32,9 @@ def cut(motion: Motion, share: float = 0.35) -> Motion:
     return replace(motion, commands=motion.commands.clip(-limit, limit))
 
 
-def rest_of(motion: Motion, found: Vehicle = HULL) -> tuple[LastingRest, ...]:
+def rest_of(motion: Motion, found: Vehicle = HULL) -> tuple[PersistentResidual, ...]:
     form = WeakForm([motion], WeakSettings())
-    return lasting_rests(Search(form, HULL, (), SearchSettings()), form, found)
+    return find_persistent_residuals(Search(form, HULL, (), SearchSettings()), form, found)
 
 
 @pytest.mark.parametrize(("noise", "waves"), [("clean", 0.0), ("rough", 0.0), ("field", 0.2)])
@@ -66,22 +66,22 @@ def test_noise_of_the_speeds_that_lasts_is_no_force():
 
 
 def test_what_lasts_is_told_beside_the_names(monkeypatch: pytest.MonkeyPatch):
-    motion, rests = world("field", hidden=-30.0), [LastingRest(axis="yaw", force=4.2, share=0.31, unit="N m")]
-    monkeypatch.setattr(discover, "lasting_rests", lambda *_: tuple(rests))
+    motion, rests = world("field", hidden=-30.0), [PersistentResidual(axis="yaw", force=4.2, share=0.31, unit="N m")]
+    monkeypatch.setattr(discover, "find_persistent_residuals", lambda *_: tuple(rests))
     elsewhere = find_missing([motion], HULL).findings
     assert (elsewhere.missing, elsewhere.rests) == ((DRAG,), tuple(rests))
     assert elsewhere.headline == "The file's X_uu (about -38, not -8) is off."
     assert elsewhere.reasons[0].startswith("4.2 N m of the yaw force at work, 31 % of it, last for seconds")
     assert elsewhere.reasons[0].endswith("explained by nothing that was looked for.")
-    rests.append(LastingRest(axis="surge", force=5.1, share=0.2, unit="N"))
+    rests.append(PersistentResidual(axis="surge", force=5.1, share=0.2, unit="N"))
     findings = find_missing([motion], HULL).findings
     assert findings.verdict != "nothing missing"
     assert [reason.partition(" of the ")[0] for reason in findings.reasons[:2]] == ["4.2 N m", "5.1 N"]
 
 
 def test_a_log_that_leaves_a_part_of_its_force_is_not_said_to_miss_nothing(monkeypatch: pytest.MonkeyPatch):
-    rest = LastingRest(axis="yaw", force=4.2, share=0.31, unit="N m")
-    monkeypatch.setattr(discover, "lasting_rests", lambda *_: (rest,))
+    rest = PersistentResidual(axis="yaw", force=4.2, share=0.31, unit="N m")
+    monkeypatch.setattr(discover, "find_persistent_residuals", lambda *_: (rest,))
     findings = find_missing([world()], HULL).findings
     assert (findings.verdict, findings.missing) == ("undecided", ())
     assert findings.headline == "Undecided: part of the force in yaw has no name."

@@ -8,7 +8,7 @@ from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
-from undertow.discovery.evidence.other_forms import own_changes
+from undertow.discovery.evidence.unmodelled_forces import find_changing_forces
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
 from undertow.physics.motion import Motion
@@ -36,7 +36,7 @@ def changes(motions: list[Motion], *names: str) -> dict[str, str]:
     """Where each effect differs in a part of the logs, and by how much."""
     pool = [c for c in candidates(HULL) if c.key in names]
     search = Search(WeakForm(motions, WeakSettings()), HULL, pool, SearchSettings())
-    return own_changes(search, search.evaluate(HULL, names), names, 0)
+    return find_changing_forces(search, search.evaluate(HULL, names), names, 0)
 
 
 def percent(told: str) -> float:
@@ -113,7 +113,7 @@ def test_what_is_too_small_all_over_and_cannot_move_does_not_change():
 def test_a_change_is_told_of_a_name_that_is_said(monkeypatch: pytest.MonkeyPatch):
     port, motion = "thruster_asymmetry[port]", log_of("thruster_asymmetry[port]", "field", None)
     monkeypatch.setattr(
-        discover, "own_changes", lambda *_: {port: "From minute 1.0 on it is 90 % more than elsewhere."}
+        discover, "find_changing_forces", lambda *_: {port: "From minute 1.0 on it is 90 % more than elsewhere."}
     )
     found = next(c for c in discover.find_missing([motion], HULL).findings.candidates if c.key == port)
     assert found.verdict == "missing"

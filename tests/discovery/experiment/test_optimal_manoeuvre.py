@@ -18,11 +18,11 @@ from undertow.discovery.experiment.optimal_manoeuvre import (
     Bounds,
     Driven,
     Limit,
-    chance,
-    kept,
-    shortest,
+    find_shortest,
+    separation_probability,
+    within_bounds,
 )
-from undertow.discovery.experiment.separation import OpenQuestion, Rehearsed, ask
+from undertow.discovery.experiment.separation import OpenQuestion, Rehearsed, open_question
 from undertow.discovery.identifiability.rehearsal import plausible_amounts, rehearse
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.errors import RequestError
@@ -51,7 +51,7 @@ def question(steady: World) -> OpenQuestion:
     search = Search(WeakForm([motion], WeakSettings()), HULL, pool, SearchSettings())
     state = search.evaluate(TRUE, PAIR[:1])
     plausible = plausible_amounts(search, rehearse(search, HULL, ()))
-    return ask(search, state, PAIR, plausible)
+    return open_question(search, state, PAIR, plausible)
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_both_models_may_be_true_and_each_parts_from_the_other(question: OpenQue
 @pytest.mark.usefixtures("quick")
 def test_it_settles_the_question_within_bounds_and_sooner_than_the_library(question: OpenQuestion):
     bounds = Bounds(speed=2.5, space=12.0, thrust=0.8, seconds=60.0)
-    found = shortest(question, bounds, seed=1)
+    found = find_shortest(question, bounds, seed=1)
     best = found.best
     assert found.tells
     assert min(best.gains) >= ENOUGH
@@ -88,7 +88,7 @@ def test_it_settles_the_question_within_bounds_and_sooner_than_the_library(quest
     ways = [drive(state.vehicle, coasting, question.heading)[0][0].position for _, state in question.truths]
     assert best.reach >= max(np.hypot(*(way - way[0]).T).max() for way in ways) - 1e-9
     assert all(abs(common) + abs(turn) <= bounds.thrust + 1e-9 for _, common, turn in best.trial.steps)
-    again = shortest(question, bounds, seed=1)
+    again = find_shortest(question, bounds, seed=1)
     assert again.best.trial.steps == best.trial.steps
 
 
@@ -98,7 +98,7 @@ def test_what_it_promises_it_keeps(steady: World, question: OpenQuestion):
     log = steady.run(NOISE["field"]).motion(0.05)
     before = find_missing([log], HULL).findings
     assert PAIR[0] not in before.missing
-    best = shortest(question, Bounds(), seed=2).best
+    best = find_shortest(question, Bounds(), seed=2).best
     levels = hold((5.0, 0.0, 0.0), *best.trial.steps, (5.0, 0.0, 0.0))
     commands = thruster_commands(HULL, *levels.T)
     driven = World(TRUE, duration=0.1 * (len(commands) - 1), seed=9, orders=Orders(commands, 0.3))
@@ -108,7 +108,7 @@ def test_what_it_promises_it_keeps(steady: World, question: OpenQuestion):
 
 @pytest.mark.usefixtures("quick")
 def test_where_a_limit_forbids_it_that_limit_is_named(question: OpenQuestion):
-    found = shortest(question, Bounds(space=0.02), seed=0)
+    found = find_shortest(question, Bounds(space=0.02), seed=0)
     assert not found.tells
     assert found.best.probability < 0.5
     assert Limit.SPACE in found.binding
@@ -128,19 +128,19 @@ class FewCanTell:
 
 @pytest.mark.usefixtures("quick")
 def test_hopeless_is_what_nothing_that_was_tried_would_tell():
-    found = shortest(FewCanTell(), Bounds())  # type: ignore[arg-type]
+    found = find_shortest(FewCanTell(), Bounds())  # type: ignore[arg-type]
     assert found.best.seconds < 30.0
     assert found.best.gains[1] < TELL_APART
     assert not found.hopeless
-    assert shortest(FewCanTell(), Bounds(seconds=20.0)).hopeless == ("second",)  # type: ignore[arg-type]
+    assert find_shortest(FewCanTell(), Bounds(seconds=20.0)).hopeless == ("second",)  # type: ignore[arg-type]
 
 
 def test_its_probability_is_that_of_a_normal_ratio():
-    assert chance(CERTAINLY) == pytest.approx(0.5)
-    assert chance(0.0) == 0.0
+    assert separation_probability(CERTAINLY) == pytest.approx(0.5)
+    assert separation_probability(0.0) == 0.0
     rng = np.random.default_rng(0)
     drawn = rng.normal(ENOUGH, np.sqrt(2.0 * ENOUGH), 200_000)
-    assert chance(ENOUGH) == pytest.approx((drawn > CERTAINLY).mean(), abs=2e-3)
+    assert separation_probability(ENOUGH) == pytest.approx((drawn > CERTAINLY).mean(), abs=2e-3)
     assert Driven(TRIALS[0], (CERTAINLY, 0.0), 0.0, 0.0).probability == pytest.approx(0.25)
 
 
@@ -148,7 +148,7 @@ def test_steps_are_rounded_within_thrust_and_time():
     rng, bounds = np.random.default_rng(3), Bounds(thrust=0.47, seconds=21.0)
     for _ in range(300):
         drawn = [(s, c, t) for s, c, t in rng.uniform((0.0, -2.0, -2.0), (30.0, 2.0, 2.0), (6, 3)).tolist()]
-        steps = kept(drawn, bounds)
+        steps = within_bounds(drawn, bounds)
         assert sum(step[0] for step in steps) <= bounds.seconds
         for seconds, common, turn in steps:
             assert abs(common) + abs(turn) <= bounds.thrust
@@ -168,10 +168,10 @@ def test_the_words_say_what_the_steps_are():
 
 def test_an_effect_that_the_log_does_not_show_is_supposed_to_be_of_a_plausible_size(question: OpenQuestion):
     state = replace(question.truths[0][1])
-    alone = ask(question.search, state, ["surge_linear_damping"], question.plausible)
+    alone = open_question(question.search, state, ["surge_linear_damping"], question.plausible)
     assert alone.supposed
     assert not question.supposed
-    (other,) = alone.beside
+    (other,) = alone.look_alikes
     assert other.value("X_u") != state.vehicle.value("X_u")
     assert alone.rehearse(TRIALS[:2]).gain.min() > 0.0
 
@@ -179,6 +179,6 @@ def test_an_effect_that_the_log_does_not_show_is_supposed_to_be_of_a_plausible_s
 def test_unknown_effects_are_refused(question: OpenQuestion):
     state = question.truths[0][1]
     with pytest.raises(RequestError, match="did you mean 'surge_linear_damping'"):
-        ask(question.search, state, ["surge_linear_dampin"], question.plausible)
+        open_question(question.search, state, ["surge_linear_dampin"], question.plausible)
     with pytest.raises(RequestError, match="expected different effects"):
-        ask(question.search, state, ["surge_linear_damping"] * 2, question.plausible)
+        open_question(question.search, state, ["surge_linear_damping"] * 2, question.plausible)

@@ -12,7 +12,7 @@ from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
 from undertow.discovery.experiment import advice
-from undertow.discovery.experiment.separation import Parting, part
+from undertow.discovery.experiment.separation import Separation, separate_effects
 from undertow.discovery.findings import Advice, Findings
 from undertow.discovery.identifiability.identifiable_effects import ALIAS, alias_groups, identify
 from undertow.discovery.identifiability.rehearsal import PLAUSIBLE, Identifiability, plausible_amounts, rehearse
@@ -170,7 +170,7 @@ def partings(log: Motion, questions: dict[str, tuple[str, ...]]) -> dict[str, fl
     rehearsal = rehearse(search, HULL, ())
     assert rehearsal is not None
     state = search.evaluate(HULL, ())
-    (found,) = part(search, state, questions, plausible_amounts(search, rehearsal), rehearsal)
+    (found,) = separate_effects(search, state, questions, plausible_amounts(search, rehearsal), rehearsal)
     return {trial.name: float(gain) for trial, gain in zip(rehearsal.trials, found.gain, strict=True)}
 
 
@@ -235,8 +235,8 @@ def test_no_more_than_six_manoeuvres_and_no_percentage_that_is_not_a_number():
 
 
 def test_a_question_that_no_manoeuvre_settles_is_said_to_be_one():
-    parting = Parting(("a", "b"), True, np.zeros((14, 3)), np.zeros((14, 3)), np.zeros(3), np.zeros(14))
-    assert advice.unsettled([parting], 14) == Advice(
+    parting = Separation(("a", "b"), True, np.zeros((14, 3)), np.zeros((14, 3)), np.zeros(3), np.zeros(14))
+    assert advice.advise_otherwise([parting], 14) == Advice(
         manoeuvre="measure one of the look-alikes by other means, and give its value in the vehicle file",
         why="would tell a from b: none of the 14 manoeuvres that were rehearsed would do",
     )

@@ -51,7 +51,7 @@ def test_sums_err_where_thrust_jumps():
         for step in (0.02, 0.1)
     )
     found, less = (np.asarray(weak.of_switches(HULL))[:, 2] for weak in (coarse, fine))
-    left = coarse.balance(HULL)[:, 2]
+    left = coarse.residual(HULL)[:, 2]
     assert np.abs(found).max() > 20.0 * np.abs(less).max()
     assert 0.2 < np.abs(left).max() / np.abs(found).max() < 5.0
     assert np.abs(np.corrcoef(found, left)[0, 1]) > 0.5

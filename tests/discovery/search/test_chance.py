@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from undertow.discovery.basis import choose
+from undertow.discovery.basis import choose_balance
 from undertow.discovery.discover import find_missing
 from undertow.discovery.search.floating import Search
-from undertow.discovery.search.surrogates import REHEARSALS, Chance, Rehearsals
+from undertow.discovery.search.surrogates import SURROGATES, Chance, SurrogateTest
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.statistics.processors import single_threaded
 from undertow.physics.vehicle import load_vehicle
@@ -19,20 +19,20 @@ HULL = load_vehicle("blueboat")
 def rehearsed(seed: int, effects: dict, *, active: tuple[str, ...] = (), rolls: bool = False, seconds: float = 200.0):
     """Rehearsals about the model with some effects, fitted to a log with field noise."""
     world = simulate_world(HULL, effects, programme="rich", duration=seconds, noise="field", seed=seed)
-    basis = choose([world.motion(0.05)], HULL, DiscoverySettings())
-    basis = basis.rolling("asked for") if rolls else basis
+    basis = choose_balance([world.motion(0.05)], HULL, DiscoverySettings())
+    basis = basis.with_rollouts("asked for") if rolls else basis
     search = Search(basis.balance(), HULL, basis.pool, basis.settings.search)
     state = search.evaluate(HULL, active)
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
-    return Rehearsals(search, linear, scores, now, 0)
+    return SurrogateTest(search, linear, scores, now, 0)
 
 
 @pytest.mark.parametrize("rolls", [False, True])
 def test_on_nothing_the_best_effect_is_one_of_the_rehearsed(rolls):
     """Shares of logs in which chance is told as rare are about these shares: that is what a chance is."""
     logs = [rehearsed(seed, {}, rolls=rolls, seconds=120.0) for seed in range(40, 52)]
-    chances = np.array([log.best()[1].better / REHEARSALS for log in logs])
+    chances = np.array([log.best()[1].better / SURROGATES for log in logs])
     assert (chances < 0.05).mean() <= 0.25
     assert np.median(chances) > 0.1
     assert chances.max() > 0.5
@@ -42,7 +42,7 @@ def test_on_nothing_the_best_effect_is_one_of_the_rehearsed(rolls):
 def test_what_is_there_is_never_met_by_chance(rolls):
     drag = {"surge_quadratic_damping": -8.0}
     found = rehearsed(3, drag, active=("surge_quadratic_damping",), rolls=rolls).chance("surge_quadratic_damping")
-    assert found == Chance(better=0, of=REHEARSALS, of_noise=not rolls)
+    assert found == Chance(better=0, of=SURROGATES, of_noise=not rolls)
     assert ("1 in 1,000" in found.in_words) != rolls
 
 
@@ -85,6 +85,6 @@ def test_findings_say_how_rare_it_is():
     world = simulate_world(HULL, {"surge_quadratic_damping": -8.0}, duration=150.0, noise="field", seed=8)
     findings = find_missing([world.motion(0.05)], HULL).findings
     (found,) = [effect for effect in findings.candidates if effect.verdict == "missing"]
-    assert found.chance == Chance(better=0, of=REHEARSALS)
+    assert found.chance == Chance(better=0, of=SURROGATES)
     assert "1 in 1,000" in found.sentence
     assert findings.to_dict()["candidates"][0]["chance"] == {"better": 0, "of": 999}

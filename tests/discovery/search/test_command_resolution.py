@@ -9,8 +9,8 @@ from undertow.discovery.balance.base import Balance, WeakSettings
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.discover import find_missing
-from undertow.discovery.hidden_sensors import HiddenErrors
 from undertow.discovery.search.record_errors_in_search import coarse_records
+from undertow.discovery.sensor_error_search import HiddenErrors
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.typical_effects import typical_effect
@@ -78,7 +78,7 @@ def test_a_balance_of_another_record_is_that_of_a_log_with_it(kind: str, moved: 
         return weak if kind == "forces" else Shooting([of], HULL, ShootingSettings(robust=np.inf))
 
     balance = judge(motion)
-    np.testing.assert_array_equal(balance.recorded([motion], HULL), balance.balance(HULL))
+    np.testing.assert_array_equal(balance.recorded([motion], HULL), balance.residual(HULL))
     told = balance.recorded([other], HULL)
-    np.testing.assert_allclose(told, judge(other).balance(HULL), atol=1e-12)
-    assert np.abs(told - balance.balance(HULL)).max() > 0.01
+    np.testing.assert_allclose(told, judge(other).residual(HULL), atol=1e-12)
+    assert np.abs(told - balance.residual(HULL)).max() > 0.01

@@ -84,7 +84,7 @@ def test_the_table_has_a_row_for_every_number(tmp_path: Path):
         ["yaw:u|v|", "1 N", "", ""],
     ]
     said = "".join(root.itertext())
-    for told in (known.envelope_told, known.origin, "Audit: pass", "thruster port & more", "straight between"):
+    for told in (known.envelope_sentence, known.origin, "Audit: pass", "thruster port & more", "straight between"):
         assert told in said
     assert root.findtext(f".//{HTML}title") == "A < B"
 

@@ -25,7 +25,7 @@ from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles, ve
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.simulated_log import SimulatedLog
 from undertow.physics.worlds.world import simulate_world
-from undertow.workflows.inputs import read_inputs, sound
+from undertow.workflows.inputs import read_inputs, refuse_broken_logs
 
 BENCHMARKS = ROOT / "benchmarks"
 DATA = ROOT / "tests" / "data"
@@ -283,7 +283,7 @@ def test_sides_are_those_of_the_vehicle_where_names_say_nothing(simulated: Log, 
     boat = hull(change)
     inspection = inspect_log(replace(simulated, channels=channels), boat)
     assert only(inspection.quality, "sides").verdict == ("defect" if refused else "ok")
-    assert bool(sound([inspection], (), boat, as_is=True)) == refused
+    assert bool(refuse_broken_logs([inspection], (), boat, as_is=True)) == refused
 
 
 @pytest.mark.parametrize(
@@ -303,5 +303,5 @@ def test_a_true_effect_is_no_contradiction(effects: dict[str, Any], tmp_path: Pa
     assert apply_effects(HULL, effects) != HULL
     log = written(simulate_world(HULL, effects, duration=90.0, seed=5), tmp_path)
     inspection = inspect_log(log, HULL)
-    assert not any(text.startswith("Taken as it is") for text in sound([inspection], (), HULL, as_is=True))
+    assert not any(text.startswith("Taken as it is") for text in refuse_broken_logs([inspection], (), HULL, as_is=True))
     assert {f.check for f in inspection.quality if f.verdict in ("warning", "defect")} <= {"compass"}

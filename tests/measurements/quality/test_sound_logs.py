@@ -138,7 +138,7 @@ FACTS = {
 
 @pytest.mark.parametrize("kind", list(Kind))
 def test_every_kind_has_words_of_its_own_that_take_its_facts(kind: Kind):
-    told = Fault(kind, ("u", "v"), Size(Share(0.9, 0.0), Share(0.8, 0.1)), FACTS).told("defect")
+    told = Fault(kind, ("u", "v"), Size(Share(0.9, 0.0), Share(0.8, 0.1)), FACTS).in_words("defect")
     assert told.refused
     assert all((told.sentence, told.consequence, told.remedy))
     assert "{" not in f"{told.sentence}{told.short}{told.consequence}{told.remedy}"

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from undertow.measurements.statistics import processors as second_processor
-from undertow.measurements.statistics.processors import beside, shared, steps_beside
+from undertow.measurements.statistics.processors import parallel_map, run_in_fork, run_steps_in_fork
 from undertow.physics.errors import RequestError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems do not fork here")
@@ -33,7 +33,7 @@ def two_processors(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_work_is_done_in_another_process_that_sees_what_is_at_hand() -> None:
     rows = np.arange(5.0)
-    with beside(lambda: (os.getpid(), rows * 2.0)) as result:
+    with run_in_fork(lambda: (os.getpid(), rows * 2.0)) as result:
         rows = rows + 100.0
         process, found = result()
     assert process != os.getpid()
@@ -44,18 +44,18 @@ def test_an_error_is_raised_where_the_result_is_asked_for() -> None:
     def refuse() -> None:
         raise RequestError("expected one, got none")
 
-    with beside(refuse) as result, pytest.raises(RequestError, match="expected one, got none"):
+    with run_in_fork(refuse) as result, pytest.raises(RequestError, match="expected one, got none"):
         result()
 
 
 def test_a_result_that_is_larger_than_a_pipe_arrives() -> None:
-    with beside(lambda: np.ones(1_000_000)) as result:
+    with run_in_fork(lambda: np.ones(1_000_000)) as result:
         assert result().sum() == 1e6
 
 
 def test_who_leaves_without_the_result_ends_the_work() -> None:
     begun, before = time.monotonic(), set(multiprocessing.active_children())
-    with pytest.raises(KeyboardInterrupt), beside(partial(time.sleep, 60.0)):
+    with pytest.raises(KeyboardInterrupt), run_in_fork(partial(time.sleep, 60.0)):
         raise KeyboardInterrupt
     assert time.monotonic() - begun < 30.0
     assert set(multiprocessing.active_children()) <= before
@@ -69,7 +69,7 @@ def test_work_that_was_ended_from_outside_is_done_here() -> None:
             os.kill(os.getpid(), signal.SIGKILL)
         return os.getpid()
 
-    with beside(ended) as result:
+    with run_in_fork(ended) as result:
         assert result() == ours
 
 
@@ -78,7 +78,7 @@ def test_ctrl_c_is_left_to_who_waits() -> None:
         os.kill(os.getpid(), signal.SIGINT)
         return "done all the same"
 
-    with beside(interrupted) as result:
+    with run_in_fork(interrupted) as result:
         assert result() == "done all the same"
 
 
@@ -93,12 +93,12 @@ def test_work_is_done_here_where_no_fork_is_safe(reason: str, monkeypatch: pytes
         threading.Thread(target=go_on.wait, daemon=True).start()
 
     def nested() -> bool:
-        with beside(os.getpid) as result:
+        with run_in_fork(os.getpid) as result:
             return result() == os.getpid()
 
     try:
         if reason == "a forked process":
-            with beside(nested) as result:
+            with run_in_fork(nested) as result:
                 assert result()
         else:
             assert nested()
@@ -108,13 +108,13 @@ def test_work_is_done_here_where_no_fork_is_safe(reason: str, monkeypatch: pytes
 
 @pytest.mark.parametrize("count", [0, 1, 2, 5])
 def test_shared_work_keeps_its_order(count: int) -> None:
-    found = shared(lambda item: (item, os.getpid()), list(range(count)))
+    found = parallel_map(lambda item: (item, os.getpid()), list(range(count)))
     assert [item for item, _ in found] == list(range(count))
     assert len({process for _, process in found}) == min(count, 2)
 
 
 def test_a_result_that_is_cut_off_is_made_here() -> None:
-    with beside(lambda: np.full(1_000_000, os.getpid())) as result:
+    with run_in_fork(lambda: np.full(1_000_000, os.getpid())) as result:
         (process,) = multiprocessing.active_children()
         time.sleep(0.5)  # it waits for the pipe to be read
         process.kill()
@@ -126,9 +126,9 @@ def test_a_result_that_is_cut_off_is_made_here() -> None:
 def test_nothing_goes_on_after_a_process_that_ends_at_once(end: str) -> None:
     code = (
         "import multiprocessing, os, signal, time\n"
-        "from undertow.measurements.statistics.processors import beside\n"
+        "from undertow.measurements.statistics.processors import run_in_fork\n"
         "os.sched_getaffinity = lambda process: {0, 1}\n"
-        "with beside(lambda: time.sleep(600.0)):\n"
+        "with run_in_fork(lambda: time.sleep(600.0)):\n"
         "    time.sleep(0.3)\n"
         "    print(multiprocessing.active_children()[0].pid, flush=True)\n"
         f"    {end}\n"
@@ -147,7 +147,7 @@ def test_work_is_done_here_where_no_process_can_be_had(monkeypatch: pytest.Monke
         raise BlockingIOError("Resource temporarily unavailable")
 
     monkeypatch.setattr(os, "fork", refuse)
-    with beside(os.getpid) as result:
+    with run_in_fork(os.getpid) as result:
         assert result() == os.getpid()
 
 
@@ -157,7 +157,7 @@ def test_steps_are_handed_back_one_by_one() -> None:
         time.sleep(0.5)
         yield "checked", os.getpid()
 
-    with steps_beside(steps) as found:
+    with run_steps_in_fork(steps) as found:
         begun = time.monotonic()
         first, process = next(found)
         assert time.monotonic() - begun < 0.4
@@ -171,7 +171,7 @@ def test_an_error_comes_with_its_step() -> None:
         yield 1
         raise RequestError("the second step refuses")
 
-    with steps_beside(steps) as found:
+    with run_steps_in_fork(steps) as found:
         assert next(found) == 1
         with pytest.raises(RequestError, match="the second step refuses"):
             next(found)
@@ -186,10 +186,10 @@ def test_steps_that_were_not_come_to_are_done_here() -> None:
             os.kill(os.getpid(), signal.SIGKILL)
         yield 2, os.getpid() == ours
 
-    with steps_beside(steps) as found:
+    with run_steps_in_fork(steps) as found:
         assert list(found) == [(1, False), (2, True)]
 
 
 def test_what_cannot_be_handed_back_is_an_error() -> None:
-    with beside(threading.Lock) as result, pytest.raises(TypeError, match="pickle"):
+    with run_in_fork(threading.Lock) as result, pytest.raises(TypeError, match="pickle"):
         result()

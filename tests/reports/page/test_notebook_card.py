@@ -4,23 +4,23 @@ import re
 
 import pytest
 
+from undertow.discovery.effect_findings import EffectFinding, FittedTerm
 from undertow.discovery.findings import Findings
-from undertow.discovery.found_effects import FoundEffect, FoundTerm
 from undertow.discovery.search.estimation import Interval
 from undertow.reports.page.figures.plots import interval_bar, of_findings
 
 
-def effect(name: str, verdict: str, term: FoundTerm) -> FoundEffect:
+def effect(name: str, verdict: str, term: FittedTerm) -> EffectFinding:
     content = {"effect": name, "verdict": verdict, "confidence": 0.5, "error_drop": 0.2, "terms": (term,)}
-    return FoundEffect.model_validate(content)
+    return EffectFinding.model_validate(content)
 
 
-DRAG = FoundTerm(symbol="X_uu", value=-8.0, unit="N s^2/m^2", ci95=Interval(-10.0, -6.0))
-SCALE = FoundTerm(symbol="thrust_scale", value=0.9, unit="1", ci95=Interval(0.8, 1.1))
-UNNAMED = FoundTerm(axis="yaw", form="u|r|", value=-1.2, ci95=Interval(-1.5, -0.9))
+DRAG = FittedTerm(symbol="X_uu", value=-8.0, unit="N s^2/m^2", ci95=Interval(-10.0, -6.0))
+SCALE = FittedTerm(symbol="thrust_scale", value=0.9, unit="1", ci95=Interval(0.8, 1.1))
+UNNAMED = FittedTerm(axis="yaw", form="u|r|", value=-1.2, ci95=Interval(-1.5, -0.9))
 
 
-def undecided(*candidates: FoundEffect, unnamed: tuple[FoundTerm, ...] = ()) -> Findings:
+def undecided(*candidates: EffectFinding, unnamed: tuple[FittedTerm, ...] = ()) -> Findings:
     return Findings(verdict="undecided", missing=(), candidates=candidates, unnamed=unnamed)
 
 
@@ -60,7 +60,7 @@ def places(drawn: str) -> tuple[float, ...]:
         (SCALE, 1.0, (62.0, 6.0, 174.0, 118.0)),  # 1 within it: two thirds of the way
     ],
 )
-def test_a_bar_is_to_scale(term: FoundTerm, null: float, expected: tuple[float, ...]) -> None:
+def test_a_bar_is_to_scale(term: FittedTerm, null: float, expected: tuple[float, ...]) -> None:
     assert places(interval_bar(term, null)) == pytest.approx(expected)
 
 

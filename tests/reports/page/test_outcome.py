@@ -31,7 +31,7 @@ from undertow.reports.page.outcome import (
 from undertow.reports.page.page import page
 from undertow.reports.page.rivals import Rival
 from undertow.reports.sureness import SURE, source_marks
-from undertow.reports.terminal.findings_screen import error_left
+from undertow.reports.terminal.findings_screen import remaining_error
 from undertow.workflows.run_folder.read import read_run
 
 NOTHING = Comparison(models=())
@@ -129,7 +129,7 @@ def test_a_step_that_makes_something_worse_says_so_on_its_card_and_below_the_ste
     card = told.split("<h3>Yaw quadratic damping</h3>")[1].split("</div></div>")[0]
     assert "With it, the yaw error of 10 s predictions rises from 0.12 to 0.25 rad/s, on rows that no fit saw" in card
     assert "With yaw quadratic damping, the yaw error of 10 s predictions rises from 0.12 to 0.25 rad/s" in told
-    assert "With yaw quadratic damping, the yaw error" in error_left(steps)
+    assert "With yaw quadratic damping, the yaw error" in remaining_error(steps)
 
 
 def test_discover_prints_which_model_to_trust(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -19,10 +19,10 @@ from undertow.reports.terminal.findings_screen import (
     added_table,
     advice_list,
     candidates_table,
-    error_left,
     missing_in_words,
     not_judged,
     opening_lines,
+    remaining_error,
     sensors_list,
     steps_table,
     unnamed_table,
@@ -171,9 +171,9 @@ def test_what_is_left_of_the_error():
     after = {"surge": 0.007, "sway": 0.23, "yaw": None, "position": 0.001}
     last = Step.model_validate({"added": "yaw_trim", "acceleration_rmse": ERRORS, "rollout_rmse": {"10": after}})
     steps = [FINDINGS.steps[0], last]
-    said = error_left(steps).replace("\N{NO-BREAK SPACE}", " ")
+    said = remaining_error(steps).replace("\N{NO-BREAK SPACE}", " ")
     assert said.endswith("as a share of before: surge 2 %, sway 100 %, yaw n/a, position < 1 %.")
-    assert error_left(steps[:1]) == ""
+    assert remaining_error(steps[:1]) == ""
 
 
 def test_candidates_give_value_interval_and_twins():

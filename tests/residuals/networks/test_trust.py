@@ -11,7 +11,7 @@ from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import scaling_of
 from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import NETWORKS, build
-from undertow.residuals.networks.trust import NARROW, Gain, Tried, Trust, directions, stacked
+from undertow.residuals.networks.trust import NARROW, Gain, HeldOutTrial, Trust, directions, stacked
 
 HULL = load_vehicle("blueboat")
 KNOWN = 5
@@ -95,14 +95,14 @@ def test_what_was_met_apart_is_not_known_together():
 # What parts of a log tell of it
 
 
-def stretches(holds: float, beyond: float, noise: float = 0.0, seed: int = 0) -> list[Tried]:
+def stretches(holds: float, beyond: float, noise: float = 0.0, seed: int = 0) -> list[HeldOutTrial]:
     """Corrections of which so much is lacking within the training, and so much 4 deviations and more beyond it."""
     rng, found = np.random.default_rng(seed), []
     for k in range(20):
         said = np.cumsum(rng.normal(size=(100, 3)), axis=0) / 10.0
         far = np.where(rng.uniform(size=100) < 0.5, 0.0, rng.uniform(4.0, 6.0, 100))
         share = np.where(far > 0.0, beyond, holds)[:, None]
-        found.append(Tried(share * said + noise * rng.normal(size=said.shape), said, far, k))
+        found.append(HeldOutTrial(share * said + noise * rng.normal(size=said.shape), said, far, k))
     return found
 
 
@@ -139,7 +139,7 @@ def test_what_nobody_tried_is_not_dared():
 
 
 def test_a_correction_whose_form_keeps_laws_has_one_gain():
-    mixed = [one._replace(lacking=one.said * np.array([1.0, 0.0, 0.5])) for one in stretches(1.0, 1.0)]
+    mixed = [one._replace(lacking=one.predicted * np.array([1.0, 0.0, 0.5])) for one in stretches(1.0, 1.0)]
     _, apart, _ = stacked(mixed, 20)
     _, alike, _ = stacked(mixed, 20, common=True)
     assert apart.sum(axis=1) == pytest.approx([1.0, 0.0, 0.5], abs=0.02)

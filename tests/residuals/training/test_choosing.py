@@ -19,8 +19,8 @@ from undertow.physics.laws.audit.thrust import PowerUnderThrust, driven_power
 from undertow.physics.laws.damping_power import envelope_of
 from undertow.physics.laws.energy import INSIDE, coasting_power, full_force, let_pass
 from undertow.physics.motion import Array
-from undertow.residuals.models.coasting import Coasting
 from undertow.residuals.models.network_model import NetworkModel
+from undertow.residuals.models.unforced_states import UnforcedStates
 from undertow.residuals.training.checkpoint import Verdict
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.history import Epoch, best_epochs
@@ -175,7 +175,7 @@ def test_states_that_were_met_aim_inside_of_the_limit_with_thrust_too(dragged: S
     network = fresh("mlp", dragged, heading=True)
     states = np.random.default_rng(2).uniform([*BOX.lower, -3.0, -30.0, -30.0], [*BOX.upper, 3.0, 30.0, 30.0], (50, 6))
     how = {"pure": False, "heading": True, "time_step": 0.1, "remembers": False, "like": next(network.parameters())}
-    met = Coasting(HULL, states[:, :4], states[:, 4:], **how)  # type: ignore[arg-type]
+    met = UnforcedStates(HULL, states[:, :4], states[:, 4:], **how)  # type: ignore[arg-type]
     witness = witness_of(NetworkModel(HULL, network, 0.1), BOX)
     power = coasting_power(witness.mass, states[:, :3], witness.relative(states[:, :4], states[:, 4:]))
     np.testing.assert_allclose(met.power(network).detach().numpy(), power, rtol=1e-6, atol=1e-6)

@@ -14,7 +14,7 @@ from undertow.residuals.models.network_inputs import network_inputs
 from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.training.best_kind import candidates
 from undertow.residuals.training.epochs import probe_settings, train
-from undertow.residuals.training.probes import parts, probed, rollout_ratio_of, trust_of
+from undertow.residuals.training.probes import held_out_parts, rollout_ratio_of, train_probes, trust_of
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
 SHORT = TrainingSettings(epochs=2)
@@ -40,13 +40,13 @@ def saying(split: Split, times: float) -> NetworkModel:
 
 def test_every_row_is_held_out_once_in_time_and_the_ends_of_states_once_more(pushed: Split) -> None:
     (motion,) = pushed.train.motions
-    found = parts(pushed.train, HULL, 10.0)
+    found = held_out_parts(pushed.train, HULL, 10.0)
     blocks, regions = found[:3], found[3:]
     assert ([part.block for part in blocks], [part.block for part in regions]) == ([True] * 3, [False] * 3)
-    asked = np.concatenate([m.time for part in blocks for m in part.asked.motions])
+    asked = np.concatenate([m.time for part in blocks for m in part.held_out.motions])
     assert sorted(asked.tolist()) == motion.time.tolist()
     for part in found:
-        both = np.concatenate([m.time for some in (part.known, part.asked) for m in some.motions])
+        both = np.concatenate([m.time for some in (part.known, part.held_out) for m in some.motions])
         assert sorted(both.tolist()) == motion.time.tolist(), "what is not asked is known, and nothing is both"
         assert part.known.unfiltered is not None
         assert [m.time.tolist() for m in part.known.unfiltered] == [m.time.tolist() for m in part.known.motions]
@@ -57,15 +57,15 @@ def test_every_row_is_held_out_once_in_time_and_the_ends_of_states_once_more(pus
         return float(np.abs((rows - every.mean(axis=0)) / every.std(axis=0)).max())
 
     calm = regions[0]
-    assert reach(calm.known) < reach(calm.asked)
+    assert reach(calm.known) < reach(calm.held_out)
 
 
 def test_a_log_that_is_too_short_is_not_parted(pushed: Split) -> None:
     (motion,) = pushed.train.motions
     short = replace(pushed.train, motions=(motion.slice(0, 790),), unfiltered=None)
-    assert parts(short, HULL, 10.0) == []
+    assert held_out_parts(short, HULL, 10.0) == []
     pieces = tuple(motion.slice(k, k + 50) for k in range(0, 800, 50))
-    assert parts(replace(pushed.train, motions=pieces, unfiltered=None), HULL, 10.0) == []
+    assert held_out_parts(replace(pushed.train, motions=pieces, unfiltered=None), HULL, 10.0) == []
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_a_log_that_is_too_short_is_not_parted(pushed: Split) -> None:
 def test_a_correction_counts_by_what_probes_were_right_in(
     pushed: Split, times: float, gain: float, ratio: tuple[float, float]
 ) -> None:
-    found = probed(pushed, parts(pushed.train, HULL, 10.0), lambda part: saying(part, times))
+    found = train_probes(pushed, held_out_parts(pushed.train, HULL, 10.0), lambda part: saying(part, times))
     trust = trust_of(saying(pushed, times), pushed, found)
     assert trust.gain(np.array([0.0, 50.0]))[:, 0] == pytest.approx(gain, abs=0.1), "a push is the same everywhere"
     assert trust.error[0].max() < 0.1
@@ -86,7 +86,7 @@ def test_probes_that_cannot_be_trained_tell_nothing(pushed: Split) -> None:
     def fails(part: Split) -> NetworkModel:
         raise RequestError("training: the loss is nan")
 
-    found = probed(pushed, parts(pushed.train, HULL, 10.0), fails)
+    found = train_probes(pushed, held_out_parts(pushed.train, HULL, 10.0), fails)
     assert (found.tried, found.blocks) == ((), ())
     assert rollout_ratio_of(found) == 1.0
     own = trust_of(saying(pushed, 1.0), pushed, found)

@@ -31,9 +31,9 @@ from undertow.physics.momentum_balance import coriolis_matrix, mass_matrix
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
-from undertow.residuals.models.coasting import Coasting
 from undertow.residuals.models.network_model import NetworkModel
 from undertow.residuals.models.neural import CHECKPOINT
+from undertow.residuals.models.unforced_states import UnforcedStates
 from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import NETWORKS
 from undertow.residuals.scores import acceleration_score, rollout_scores
@@ -118,7 +118,7 @@ def test_the_power_of_thrusters_balances_a_simulated_motion(dragged: Split) -> N
     assert surplus(total, thrust_power(HULL, motion)).max() < 1e-9
 
 
-def engine(split_: Split, push: float) -> tuple[Coasting, Network]:
+def engine(split_: Split, push: float) -> tuple[UnforcedStates, Network]:
     """A network that pushes ahead with this acceleration for each m/s ahead, and states to ask it."""
     network = fresh("mlp", split_).float()
     with torch.no_grad():
@@ -131,7 +131,7 @@ def engine(split_: Split, push: float) -> tuple[Coasting, Network]:
     states = np.tile([1.0, 0.0, 0.0], (4, 1))
     like = next(network.parameters())
     settings = {"pure": False, "heading": False, "time_step": 0.1, "remembers": False}
-    return Coasting(HULL, states, **settings, like=like), network  # type: ignore[arg-type]
+    return UnforcedStates(HULL, states, **settings, like=like), network  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("beyond", "share"), [(1e-4, 1.0), (-1e-4, 0.0)])
@@ -164,9 +164,9 @@ def test_training_asks_for_the_power_that_the_audit_asks_for(dragged: Split, pur
     rng = np.random.default_rng(3)
     states, commands = coasting_states(BOX, 60), rng.uniform(-35.0, 35.0, (60, 2))
     ask = {"pure": pure, "heading": False, "time_step": 0.1, "remembers": False}
-    coasting = Coasting(boat, states, commands, **ask, like=next(network.parameters()))  # type: ignore[arg-type]
+    coasting = UnforcedStates(boat, states, commands, **ask, like=next(network.parameters()))  # type: ignore[arg-type]
     witness = witness_of(NetworkModel(boat, network, 0.1, pure=pure), BOX)
-    heading = np.random.default_rng(7).uniform(-np.pi, np.pi, 60)  # as `Coasting` draws it
+    heading = np.random.default_rng(7).uniform(-np.pi, np.pi, 60)  # as `UnforcedStates` draws it
     placed = np.column_stack([states, heading, commands])
     power = coasting_power(witness.mass, states, witness.relative(placed[:, :4], commands))
     np.testing.assert_allclose(coasting.power(network).detach().numpy(), power, rtol=1e-6, atol=1e-6)

@@ -11,7 +11,7 @@ from added_run import HIDDEN, write_added
 from verbs import done, refused, strict
 
 import undertow
-from undertow.discovery.run_models import named_as_found
+from undertow.discovery.run_models import resolve_names
 from undertow.physics.errors import RequestError
 from undertow.workflows.run_folder.moved_files import MadeFile, Moved, logs_now, map_now
 from undertow.workflows.run_folder.read import read_run_inputs
@@ -183,10 +183,10 @@ def test_an_effect_of_a_thruster_is_added_where_the_run_found_it(trip: Path) -> 
     told["steps"] += [told["steps"][-1] | {"added": "thruster_asymmetry", "thruster": "stbd"}]
     path.write_text(json.dumps(told))
     found = read_run_inputs(trip / "run").findings
-    assert named_as_found(found, ["thruster_asymmetry", HIDDEN]) == ["thruster_asymmetry[stbd]", HIDDEN]
-    assert named_as_found(found, ["thruster_asymmetry[port]", "yaw:u|r|"]) == ["thruster_asymmetry[port]", "yaw:u|r|"]
+    assert resolve_names(found, ["thruster_asymmetry", HIDDEN]) == ["thruster_asymmetry[stbd]", HIDDEN]
+    assert resolve_names(found, ["thruster_asymmetry[port]", "yaw:u|r|"]) == ["thruster_asymmetry[port]", "yaw:u|r|"]
     path.unlink()
-    assert named_as_found(read_run_inputs(trip / "run").findings, ["thruster_asymmetry"]) == ["thruster_asymmetry"]
+    assert resolve_names(read_run_inputs(trip / "run").findings, ["thruster_asymmetry"]) == ["thruster_asymmetry"]
 
 
 def test_a_run_that_was_read_back_goes_on_where_it_ended(made: Path, trip: Path) -> None:

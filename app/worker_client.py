@@ -12,12 +12,12 @@ from ..physics.errors import LogError, RequestError, VehicleError
 from ..physics.stage import Stage
 from ..workflows.workbench_facts import HullDiary, Opened, Searched, Source, Trained
 from .steps import Step
-from .worker import Spare, Worker, WorkerLostError
+from .worker import PrewarmedWorker, Worker, WorkerLostError
 
 View = Callable[[], None]
 
 
-class Audience:
+class Observers:
     """Views, called after every change."""
 
     def __init__(self) -> None:
@@ -109,7 +109,7 @@ LOST = (
 _READING = "reading the log"
 
 
-class Errands:
+class WorkerClient:
     """The worker of a tab, begun when it is first asked for something.
 
     Parameters
@@ -125,7 +125,7 @@ class Errands:
     lent : the folder of the spare worker, where that was taken
     """
 
-    def __init__(self, audience: Audience, spare: Spare | None) -> None:
+    def __init__(self, audience: Observers, spare: PrewarmedWorker | None) -> None:
         self._audience, self._spare = audience, spare
         self.work: Work | None = None
         self.trouble = ""
@@ -139,7 +139,7 @@ class Errands:
         Parameters
         ----------
         name : of the work that all views show meanwhile; empty for what is quick
-        what, given : see `Desk`
+        what, given : see `WorkerService`
         """
         with self.telling(), self._working(name):
             if self.worker is None:

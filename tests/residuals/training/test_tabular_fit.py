@@ -23,9 +23,9 @@ from undertow.residuals.models.network_model import scaling_of
 from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import NETWORKS, build
 from undertow.residuals.scores import acceleration_score, rollout_scores
-from undertow.residuals.training import growing as growing_processes
+from undertow.residuals.training import tabular_fit as growing_processes
 from undertow.residuals.training.epochs import train
-from undertow.residuals.training.growing import GROWING, grow
+from undertow.residuals.training.tabular_fit import GROWING, fit_tabular
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
 SETTINGS = TrainingSettings(trust=False)
@@ -52,7 +52,7 @@ def fitted(units: int, seed: int = 0, rows: int = ROWS) -> Network:
     names = input_names(HULL, False)
     scaling = scaling_of(HULL, Standardisation(names, np.zeros(5), np.ones(5)), np.ones(3))
     network = build("gp", scaling, {"units": units})
-    grow(network, table(rows), seed, EPOCHS)
+    fit_tabular(network, table(rows), seed, EPOCHS)
     return network
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..comparison.models_by_name import logs_of, overlap
-from ..discovery.balance.long_logs import digest
+from ..discovery.balance.long_logs import subsample_long_log
 from ..discovery.settings import DiscoverySettings
 from ..measurements.collection import log_digests
 from ..measurements.preparation.resampling import accelerations
@@ -38,7 +38,7 @@ _GAP = 1.5
 """Steps between rows from which a record is broken there."""
 
 
-class OpenedLog:
+class LogView:
     """Logs and a vehicle, with the judged rows cut where folds begin and end, so that no prediction crosses an edge.
 
     Parameters
@@ -56,7 +56,7 @@ class OpenedLog:
     def __init__(self, inputs: Inputs, *, cut: bool = False) -> None:
         self.whole = self.inputs = inputs.whole()
         if not cut:
-            motions, _ = digest(self.whole.fitting, DiscoverySettings().weak)
+            motions, _ = subsample_long_log(self.whole.fitting, DiscoverySettings().weak)
             self.inputs = self.whole.in_folds(folds_of(motions))
         self.rows = Rows(sorted(stretches(self.inputs.parts), key=lambda s: (s.log, float(s.motion.time[0]))))
 
@@ -188,14 +188,14 @@ class Rows:
         measured = np.concatenate([accelerations(s.motion) for s in self._along])
         left = (measured - said[:, :3]) @ mass_matrix(nominal)
         names = ("north", "east", "psi", "u", "v", "r")
-        found = {name: self.spread(said[:, 3 + k]) for k, name in enumerate(names)}
-        found |= {name: self.spread(left[:, k]) for k, name in enumerate(FORCES)}
+        result = {name: self.spread(said[:, 3 + k]) for k, name in enumerate(names)}
+        result |= {name: self.spread(left[:, k]) for k, name in enumerate(FORCES)}
         if band is not None:
             widths = np.concatenate(half_widths(model, band, [s.motion for s in self._along]))
             for k, name in enumerate(("u", "v", "r"), start=1):
                 half = self.spread(widths[:, k])
-                found |= {f"{name}_low": found[name] - half, f"{name}_high": found[name] + half}
-        return found
+                result |= {f"{name}_low": result[name] - half, f"{name}_high": result[name] + half}
+        return result
 
     def at(self, time: float) -> tuple[Stretch, int]:
         """The stretch and its row nearest to an instant of the table."""
@@ -222,7 +222,7 @@ class TriedLog:
 
     def __init__(self, inputs: Inputs, judged: str) -> None:
         self.inputs, self.judged = inputs, judged
-        self._log = OpenedLog(inputs.whole(ALL), cut=True)
+        self._log = LogView(inputs.whole(ALL), cut=True)
 
     @cached_property
     def opened(self) -> Opened:
@@ -254,7 +254,7 @@ class TriedLog:
         return dict(zip(AXES, rmse.tolist(), strict=True))
 
     def way(self, vehicle: Vehicle, time: float) -> Way:
-        """See `OpenedLog.way`."""
+        """See `LogView.way`."""
         return self._log.way(vehicle, time)
 
 

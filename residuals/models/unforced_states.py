@@ -32,7 +32,7 @@ SETTLE = 2.0
 
 
 @final
-class Coasting:
+class UnforcedStates:
     """States that are ready to be put to a network many times.
 
     Parameters

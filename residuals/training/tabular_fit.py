@@ -50,7 +50,7 @@ Kernel = tuple[float, Array, float]
 
 @single_threaded
 def fit_processes(network: GaussianProcess, table: tuple[Array, Array], seed: int, epochs: int) -> float:
-    """Fit the Gaussian process of each axis, see `growing.grow`."""
+    """Fit the Gaussian process of each axis, see `tabular_fit.fit_tabular`."""
     rows, wanted = table[0].astype(np.float32).astype(float), table[1]
     order = np.random.default_rng(seed).permutation(rows.shape[0])
     count = min(_SAMPLES, 1 + epochs // _EACH)
@@ -162,7 +162,7 @@ _ALIKE = 0.99
 
 
 def grow_trees(network: Trees, table: tuple[Array, Array], seed: int, epochs: int) -> float:
-    """Grow the trees of each axis by scikit-learn's HistGradientBoostingRegressor, see `growing.grow`."""
+    """Grow the trees of each axis by scikit-learn's HistGradientBoostingRegressor, see `tabular_fit.fit_tabular`."""
     del epochs
     rows, wanted = table[0].astype(np.float32), table[1]
     learners = [_learner(network.options, seed).fit(rows, column) for column in wanted.T]
@@ -202,17 +202,17 @@ def _learner(options: dict[str, int | float], seed: int) -> Any:
 def _nodes(learners: list[Any], shape: tuple[int, ...]) -> Nodes:
     """The trees of all learners; those with fewer nodes are filled up with leaves that nothing reaches."""
     here = np.broadcast_to(np.arange(shape[-1]), shape)
-    found = Nodes(np.zeros(shape, int), np.zeros(shape), here.copy(), here.copy(), np.zeros(shape))
+    result = Nodes(np.zeros(shape, int), np.zeros(shape), here.copy(), here.copy(), np.zeros(shape))
     for axis, learner in enumerate(learners):
         for k, (tree,) in enumerate(learner._predictors):
             nodes = tree.nodes
             inner, size = nodes["is_leaf"] == 0, nodes.shape[0]
             where = (axis, k, np.flatnonzero(inner))
-            found.feature[where] = nodes["feature_idx"][inner]
-            found.threshold[where] = nodes["num_threshold"][inner]
-            found.left[where], found.right[where] = nodes["left"][inner], nodes["right"][inner]
-            found.value[axis, k, :size] = np.where(inner, 0.0, nodes["value"])
-    return found
+            result.feature[where] = nodes["feature_idx"][inner]
+            result.threshold[where] = nodes["num_threshold"][inner]
+            result.left[where], result.right[where] = nodes["left"][inner], nodes["right"][inner]
+            result.value[axis, k, :size] = np.where(inner, 0.0, nodes["value"])
+    return result
 
 
 Table = tuple[Array, Array]
@@ -226,7 +226,7 @@ GROWING: dict[type[Network], Callable[[Any, Table, int, int], float]] = {
 left."""
 
 
-def grow(network: Network, table: Table, seed: int, epochs: int) -> float:
+def fit_tabular(network: Network, table: Table, seed: int, epochs: int) -> float:
     """Grow a network from all rows of a table, see `GROWING`.
 
     Parameters

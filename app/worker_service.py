@@ -16,18 +16,18 @@ from ..measurements.prepared_logs import Inputs
 from ..physics.errors import RequestError, VehicleError
 from ..physics.files import write_text, yaml_text
 from ..physics.vehicle import Vehicle, load_vehicle
-from ..workflows.first_vehicle import Hull, check_wires, put_right, write_rewired
+from ..workflows.first_vehicle import Hull, check_wires, with_corrections, write_rewired
 from ..workflows.inputs import UNPROVEN, read_inputs
-from ..workflows.opened_log import OpenedLog
+from ..workflows.log_view import LogView
 from ..workflows.workbench_facts import (
     Card,
     Fit,
     Form,
+    ModelChoice,
     Opened,
     Place,
     Searched,
     Source,
-    Stand,
     Trained,
     Way,
     Wire,
@@ -37,7 +37,7 @@ from .fleets import hull_diary
 from .vehicle_numbers import assumed_of, form_of
 
 if TYPE_CHECKING:
-    from ..workflows.opened_log import TriedLog
+    from ..workflows.log_view import TriedLog
     from ..workflows.workbench import Workbench
 
 Say = Callable[[str], None]
@@ -61,7 +61,7 @@ class _Read:
 
     source: Source
     inputs: Inputs
-    log: OpenedLog
+    log: LogView
     doubt: str
     how: tuple[str, ...] = ()
     bench: "Workbench | None" = None
@@ -77,7 +77,7 @@ class _Other:
     log: "TriedLog"
 
 
-class Desk:
+class WorkerService:
     """Everything that a page may ask of a worker; each method takes and gives what can be sent between processes."""
 
     diary = staticmethod(hull_diary)
@@ -128,7 +128,7 @@ class Desk:
         inputs = read_inputs(list(found.logs), vehicle, reading, progress=say)
         doubt = doubt or next((text for text in inputs.warnings if text == UNPROVEN), "")
         said = found.places or found.wires  # whoever has put them right has said it
-        return _Read(found, inputs, OpenedLog(inputs), "" if said else doubt, how)
+        return _Read(found, inputs, LogView(inputs), "" if said else doubt, how)
 
     def opened(self, left: tuple[str, ...], say: Say | None = None) -> Opened:
         """See `Workbench.opened`."""
@@ -150,20 +150,20 @@ class Desk:
         """The vehicle that is open, as the text of its file."""
         return yaml_text(self._open.inputs.vehicle.to_dict(), width=120)
 
-    def fit(self, stand: Stand) -> Fit:
+    def fit(self, stand: ModelChoice) -> Fit:
         """See `Workbench.fit`."""
         return self._open_bench.fit(stand)
 
-    def weigh(self, stand: Stand, name: str, say: Say | None = None) -> Card:
+    def weigh(self, stand: ModelChoice, name: str, say: Say | None = None) -> Card:
         """See `Workbench.weigh`."""
         return self._open_bench.weigh(stand, name)
 
-    def way(self, stand: Stand, time: float) -> Way:
+    def way(self, stand: ModelChoice, time: float) -> Way:
         """See `Workbench.way`."""
         return self._open_bench.way(stand, time)
 
     def try_on(
-        self, source: Source, stand: Stand, folder: str, names: FileNames, say: Say | None = None
+        self, source: Source, stand: ModelChoice, folder: str, names: FileNames, say: Say | None = None
     ) -> tuple[Opened, Fit]:
         """Read another log for the vehicle that is open, and judge a model on it; nothing is fitted to it.
 
@@ -175,28 +175,28 @@ class Desk:
         """
         self._folder = Path(folder)
         other = self._another(source, names, say)
-        opened, plain = other.log.opened, stand == Stand(left=stand.left)
+        opened, plain = other.log.opened, stand == ModelChoice(left=stand.left)
         fit = opened.nominal if plain else self._open_bench.fit_on(other.log, stand)
         self._other = other
         placed = bool(self._open.source.places)
         return replace(opened, assumed=assumed_of(self._open.inputs.vehicle, placed=placed)), fit
 
-    def fit_other(self, stand: Stand) -> Fit:
+    def fit_other(self, stand: ModelChoice) -> Fit:
         """See `Workbench.fit_on`."""
         return self._open_bench.fit_on(self._other_log, stand)
 
-    def way_other(self, stand: Stand, time: float) -> Way:
+    def way_other(self, stand: ModelChoice, time: float) -> Way:
         """See `Workbench.way_on`."""
         return self._open_bench.way_on(self._other_log, stand, time)
 
     def _another(self, source: Source, names: FileNames, say: Say | None = None) -> "_Other":
-        from ..workflows.opened_log import TriedLog, rows_that_judge
+        from ..workflows.log_view import TriedLog, rows_that_judge
 
         first = self._open.inputs
         mapped = Path(source.channel_map) if source.channel_map else first.reading.channel_map
         reading = Reading(source.frame or None, mapped, None, source.as_is)
         inputs = read_inputs(list(source.logs), first.vehicle, reading, progress=say)
-        judged = [(path, names.told(path)) for path in inputs.paths]
+        judged = [(path, names.with_user_names(path)) for path in inputs.paths]
         log = TriedLog(inputs, rows_that_judge(judged, first.paths, first.vehicle))
         return _Other(source, names, self._open.source, log)
 
@@ -236,13 +236,13 @@ class Desk:
         """What is wrong with the vehicle with some of its numbers and thrusters changed; empty where nothing is."""
         vehicle = self._open.inputs.vehicle
         try:
-            put_right(vehicle, changed, places)
+            with_corrections(vehicle, changed, places)
             check_wires(vehicle, wires)
         except (RequestError, VehicleError) as error:
             return error.typed
         return ""
 
-    def take(self, what: str, stand: Stand, folder: str, names: FileNames, say: Say | None = None) -> str:
+    def take(self, what: str, stand: ModelChoice, folder: str, names: FileNames, say: Say | None = None) -> str:
         """Write what is to be taken away into a folder, and give the path of the file.
 
         Parameters
@@ -268,12 +268,12 @@ class Desk:
 
         return tuple((name, format_named(name).about) for name in format_names())
 
-    def _model(self, stand: Stand, target: Path, names: FileNames) -> Path:
+    def _model(self, stand: ModelChoice, target: Path, names: FileNames) -> Path:
         model = target / "model.yaml"
         self._open_bench.vehicle(stand).save(model)
         return write_text(model, names.in_file(model.read_text("utf-8")))
 
-    def _run(self, stand: Stand, target: Path, names: FileNames, say: Say | None) -> Path:
+    def _run(self, stand: ModelChoice, target: Path, names: FileNames, say: Say | None) -> Path:
         run = target / "run"
         if run.exists():
             shutil.rmtree(run)
@@ -285,14 +285,14 @@ class Desk:
             shutil.copyfile(mapped, run / "channels.yaml")
         return run
 
-    def train(self, network: str, stand: Stand, epochs: int, say: Callable[[Any], None] | None = None) -> Trained:
+    def train(self, network: str, stand: ModelChoice, epochs: int, say: Callable[[Any], None] | None = None) -> Trained:
         """Train a network beside the model of a stand, on the log as that reads it; each `Epoch` is told."""
         from ..residuals.training.training_settings import Choice, TrainingSettings
         from ..workflows.train import train
         from ..workflows.workbench import rival
 
         bench, given = self._open_bench, self._open.inputs
-        vehicle = given.vehicle if stand == Stand(left=stand.left) else bench.vehicle(stand)
+        vehicle = given.vehicle if stand == ModelChoice(left=stand.left) else bench.vehicle(stand)
         parted = read_inputs(list(given.paths), vehicle, given.reading, progress=None)
         inputs = bench.inputs(stand.left, parted)
         settings = TrainingSettings(epochs=epochs, decline=False)  # what is left is told, and nobody can say --set here
@@ -337,7 +337,7 @@ class Desk:
             vehicle, doubt = draft.vehicle, next((doubt.value for doubt in draft.doubts if doubt in PLACES), "")
             how = (*(_TURNED.format(t.channel) for t in draft.thrusters if t.turned), *draft.likely, *draft.remarks)
         if source.changed or source.places:
-            vehicle = put_right(vehicle, dict(source.changed), source.places)
+            vehicle = with_corrections(vehicle, dict(source.changed), source.places)
         return vehicle, mapped, doubt, how
 
 

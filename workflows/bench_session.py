@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..comparison.recommendation import what_decides
-from ..discovery.add_effects import Bench, ByHand
+from ..discovery.add_effects import Bench, ManualModel
 from ..discovery.basis import Basis
+from ..discovery.effect_findings import EffectFinding, FittedTerm
 from ..discovery.findings import Findings, SensorError
-from ..discovery.found_effects import FoundEffect, FoundTerm
-from ..discovery.in_order import chosen_for
+from ..discovery.sequential_fit import basis_for
 from ..discovery.settings import DiscoverySettings
 from ..measurements.statistics.blocks import Verdict, paired_ratio
 from ..physics.effects import BY_NAME, COMMAND_OFFSET
@@ -23,14 +23,14 @@ from ..reports.wording import effect_words, interval, risen, twins, within
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import evaluate_all
 from ..residuals.series import prediction_band
-from .opened_log import FORCES, HORIZON, OpenedLog
-from .workbench_facts import OWN_NUMBERS, Card, Fit, Stand, Value, Way
+from .log_view import FORCES, HORIZON, LogView
+from .workbench_facts import OWN_NUMBERS, Card, Fit, ModelChoice, Value, Way
 
 _KEPT = 40
 """Models whose predictions are kept, the latest: a slider makes hundreds, each as long as the log."""
 
 
-class LogOnBench:
+class BenchSession:
     """A log in one reading.
 
     Parameters
@@ -44,7 +44,7 @@ class LogOnBench:
 
     def __init__(
         self,
-        log: OpenedLog,
+        log: LogView,
         settings: DiscoverySettings,
         left: tuple[str, ...] = (),
         basis: Basis | None = None,
@@ -53,21 +53,21 @@ class LogOnBench:
         self.log, self.inputs, self.rows = log, log.inputs, log.rows
         self._settings, self._left, self._basis, self._searched = settings, left, basis, searched
         self._benches: dict[bool, Bench] = {}
-        self._fits: dict[Stand, Fit] = {}
+        self._fits: dict[ModelChoice, Fit] = {}
 
-    def fit(self, stand: Stand) -> Fit:
+    def fit(self, stand: ModelChoice) -> Fit:
         """See `Workbench.fit`."""
-        found = self._fits.pop(stand, None) or self._fitted(stand)
-        self._fits[stand] = found
+        result = self._fits.pop(stand, None) or self._fitted(stand)
+        self._fits[stand] = result
         if len(self._fits) > _KEPT:
             del self._fits[next(iter(self._fits))]
-        return found
+        return result
 
-    def way(self, stand: Stand, time: float) -> Way:
-        """See `OpenedLog.way`."""
+    def way(self, stand: ModelChoice, time: float) -> Way:
+        """See `LogView.way`."""
         return self.log.way(self.model(stand).vehicle, time)
 
-    def model(self, stand: Stand) -> VehicleModel:
+    def model(self, stand: ModelChoice) -> VehicleModel:
         """The model of a stand."""
         made = self._made(stand.names)
         if made is None and not stand.moved:
@@ -75,14 +75,14 @@ class LogOnBench:
         vehicle = self.inputs.vehicle if made is None else made.vehicle
         if stand.moved:
             return VehicleModel(vehicle.with_values(dict(stand.moved)), "by hand", "symbolic")
-        return VehicleModel(vehicle, "corrected", "symbolic", unseen=() if made is None else made.apart)
+        return VehicleModel(vehicle, "corrected", "symbolic", unseen=() if made is None else made.without_folds)
 
     @property
     def basis(self) -> Basis:
         """The basis that judges it."""
         if self._basis is None:
-            chosen = chosen_for(self.inputs.fitting, self.inputs.vehicle, self._settings, self._searched)
-            self._basis = chosen.leaving(self._left)
+            chosen = basis_for(self.inputs.fitting, self.inputs.vehicle, self._settings, self._searched)
+            self._basis = chosen.keeping_errors(self._left)
         return self._basis
 
     @property
@@ -95,12 +95,12 @@ class LogOnBench:
             self._benches[own] = Bench(self.basis, own=own, searched=self._searched)
         return self._benches[own]
 
-    def _made(self, names: tuple[str, ...]) -> ByHand | None:
+    def _made(self, names: tuple[str, ...]) -> ManualModel | None:
         """The model with these effects; None where there are none."""
         effects = tuple(name for name in names if name != OWN_NUMBERS)
         return self._bench(OWN_NUMBERS in names).with_effects(effects) if names else None
 
-    def _fitted(self, stand: Stand) -> Fit:
+    def _fitted(self, stand: ModelChoice) -> Fit:
         model, made, nominal = self.model(stand), self._made(stand.names), self.inputs.vehicle
         error, lost = self.log.error(model)
         ci95 = {} if made is None else made.ci95
@@ -141,7 +141,7 @@ _TOLD: dict[Verdict, tuple[str, str]] = {
 """Verdict on the card, and the sentence, by what the comparison on unseen rows says."""
 
 
-def weighed(bench: LogOnBench, stand: Stand, name: str) -> Card:
+def weighed(bench: BenchSession, stand: ModelChoice, name: str) -> Card:
     """The card of something in a model that no search has weighed.
 
     Parameters
@@ -152,7 +152,7 @@ def weighed(bench: LogOnBench, stand: Stand, name: str) -> Card:
     Raises
     ------
     RequestError
-        as `LogOnBench.model` does.
+        as `BenchSession.model` does.
     """
     whole = replace(stand, moved=())
     without = replace(whole, names=tuple(one for one in stand.names if one != name))
@@ -182,7 +182,7 @@ _DRAWN = 8
 """Effects that get a picture: more would not be looked at, and each takes a tenth of a second."""
 
 
-def effect_cards(findings: Findings, bench: LogOnBench) -> tuple[Card, ...]:
+def effect_cards(findings: Findings, bench: BenchSession) -> tuple[Card, ...]:
     """A card for every effect that could be judged, the most valuable first."""
     judged = [c for c in in_order(findings.candidates) if not c.cannot_tell]
     return tuple(_effect(c, findings, bench, drawn=k < _DRAWN) for k, c in enumerate(judged))
@@ -193,7 +193,7 @@ def sensor_cards(findings: Findings) -> tuple[Card, ...]:
     return tuple(_sensor(s, findings) for s in findings.sensors if s.verdict != "no evidence")
 
 
-def numbers_of(terms: Sequence[FoundTerm]) -> tuple[str, ...]:
+def numbers_of(terms: Sequence[FittedTerm]) -> tuple[str, ...]:
     """Values with their intervals."""
     return tuple(
         f"{t.symbol} = {within(t.value, t.ci95)} {unit_text(t.unit)}".strip()
@@ -209,7 +209,7 @@ def _sensor(found: SensorError, findings: Findings) -> Card:
     return Card(found.correction, title, "", found.sentence, found.verdict, numbers_of(found.terms), twins=tuple(alike))
 
 
-def _effect(found: FoundEffect, findings: Findings, bench: LogOnBench, *, drawn: bool) -> Card:
+def _effect(found: EffectFinding, findings: Findings, bench: BenchSession, *, drawn: bool) -> Card:
     tell = next((one.manoeuvre for one in findings.advice if words(found.effect) in one.why), "")
     effect = BY_NAME.get(found.effect)
     numbers = file_numbers(found, bench.inputs.vehicle) if found.verdict != "no evidence" else ()
@@ -228,11 +228,11 @@ def _effect(found: FoundEffect, findings: Findings, bench: LogOnBench, *, drawn:
     )
 
 
-def _picture(found: FoundEffect, bench: LogOnBench) -> str:
+def _picture(found: EffectFinding, bench: BenchSession) -> str:
     """The missing force on the axis that the effect explains best, and what it alone adds there."""
     vehicle = bench.inputs.vehicle
     try:
-        model = bench.model(Stand((found.key,)))
+        model = bench.model(ModelChoice((found.key,)))
     except RequestError:
         return ""
     table = bench.rows.measured(bench.inputs.channels)

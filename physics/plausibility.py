@@ -25,7 +25,7 @@ _RADII = 30.0
 were meant for metres are at 1000."""
 
 
-def impossible(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[str, str]:
+def find_impossible(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[str, str]:
     """Numbers that no hull has, by the key to insist on, as sentences without an end.
 
     The signs are those of the catalogue's limits, which a fit keeps too. Only what is certain is told: coupling has
@@ -46,15 +46,15 @@ def insistable(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> se
 
 
 def _signs(values: Mapping[str, float]) -> dict[str, str]:
-    found = {}
+    result = {}
     for symbol, value in values.items():
         limits = PARAMETERS.get(symbol)
         if limits is not None and limits.section in _WORDS and value > limits.upper:
             words = _WORDS[limits.section]
-            found[symbol] = words.format(symbol=symbol, value=value, unit=limits.unit, turned=-value)
+            result[symbol] = words.format(symbol=symbol, value=value, unit=limits.unit, turned=-value)
         elif symbol in _COEFFICIENTS and value < 0.0:
-            found[symbol] = _NEGATIVE.format(symbol=symbol, value=value, turned=-value)
-    return found
+            result[symbol] = _NEGATIVE.format(symbol=symbol, value=value, turned=-value)
+    return result
 
 
 def _terms(values: Mapping[str, float]) -> dict[str, str]:
@@ -62,7 +62,7 @@ def _terms(values: Mapping[str, float]) -> dict[str, str]:
 
     A term may drive where the rest of the drag outweighs it.
     """
-    found = {}
+    result = {}
     for symbol in [s for s in values if ":" in s]:
         axis = AXES.index(symbol.split(":")[0])
         own = [s for s in values if _of_own_speed(s, axis)]
@@ -72,11 +72,11 @@ def _terms(values: Mapping[str, float]) -> dict[str, str]:
             drag = np.sum([values[s] * _form(s, axis, way) for s in own], axis=0)
             here = values[symbol] * _form(symbol, axis, way)
             if (way * drag > 0.0).all() and (way * here > 0.0).all():
-                found[symbol] = (
+                result[symbol] = (
                     f"term {symbol} = {values[symbol]:+g} would drive the boat at every speed: drag opposes "
                     f"the motion; write {-values[symbol]:g}"
                 )
-    return found
+    return result
 
 
 def _of_own_speed(symbol: str, axis: int) -> bool:
@@ -104,11 +104,11 @@ def _form(symbol: str, axis: int, way: float) -> np.ndarray:
 
 
 def _places(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[str, str]:
-    found = {}
+    result = {}
     mass, inertia, ahead, beside = (values[symbol] for symbol in ("mass", "inertia_z", "x_g", "y_g"))
     least = mass * (ahead**2 + beside**2)
     if inertia < least:
-        found["x_g" if abs(ahead) >= abs(beside) else "y_g"] = (
+        result["x_g" if abs(ahead) >= abs(beside) else "y_g"] = (
             f"x_g = {ahead:g} m, y_g = {beside:g} m: a mass of {mass:g} kg that far from the origin has {least:g} "
             f"kg m^2 of inertia about it at least, and inertia_z, which is about the origin, is {inertia:g}"
         )
@@ -117,13 +117,13 @@ def _places(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[
     for thruster in thrusters:
         side = {"port": -1.0, "starboard": 1.0}.get(side_named(thruster.name), 0.0)
         if side * thruster.y < 0.0:
-            found[thruster.name] = (
+            result[thruster.name] = (
                 f"thruster {thruster.name}: y = {thruster.y:+g} m is on the other side; body axes are FRD, y is "
                 f"positive to starboard: write y: {-thruster.y:g}"
             )
         elif np.hypot(thruster.x, thruster.y) > far:
-            found[thruster.name] = (
+            result[thruster.name] = (
                 f"thruster {thruster.name}: at x = {thruster.x:g}, y = {thruster.y:g} it is not aboard: mass and "
                 f"inertia_z are those of a hull of some {far / _RADII * 4:.2g} m; expected metres"
             )
-    return found
+    return result

@@ -14,17 +14,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ..measurements.kinematics import corrected_for
-from ..measurements.statistics.processors import at_hand, beside, shared
+from ..measurements.statistics.processors import fork_available, parallel_map, run_in_fork
 from ..physics.errors import RequestError
 from ..physics.motion import Array, Motion
 from ..physics.stage import Say, Stage
-from .basis import Basis, beside_few, choose
+from .basis import Basis, choose_balance, residual_of_few_forces
 from .candidates.candidate import Kind
+from .effect_findings import FittedTerm
 from .findings import SensorError
-from .found_effects import FoundTerm
-from .kept_effects import Found, Selected
+from .kept_effects import ForceFit, SearchResult
 from .search.floating import Search, State
-from .search.record_errors_in_search import Beside, best_beside, leaves_structure
+from .search.record_errors_in_search import RecordErrorFit, has_residual_structure, search_with_record_errors
 from .selection import Selection
 
 _LEAST = (0.05, 0.05, 0.02)
@@ -48,7 +48,7 @@ class HiddenErrors:
         return cls(ahead, aside, turned)
 
     @classmethod
-    def told(cls, sensors: Iterable[SensorError]) -> "HiddenErrors | None":
+    def of_findings(cls, sensors: Iterable[SensorError]) -> "HiddenErrors | None":
         """Those that findings tell; None where they tell none."""
         found = {term.symbol: term.value for s in sensors if s.correction in (ARM, COMPASS) for term in s.terms}
         if not found:
@@ -57,11 +57,11 @@ class HiddenErrors:
         return cls(found.get("arm_x", 0.0), found.get("arm_y", 0.0), turned)
 
     @property
-    def many(self) -> int:
+    def count(self) -> int:
         """Number of errors that are not zero."""
         return int(np.count_nonzero((self.arm_x, self.arm_y, self.compass)))
 
-    def leaving(self, left: Collection[str]) -> "HiddenErrors":
+    def keeping(self, left: Collection[str]) -> "HiddenErrors":
         """The same without some of them, by the names of their corrections: these stay in the motion."""
         arm_x, arm_y = (0.0, 0.0) if ARM in left else (self.arm_x, self.arm_y)
         return replace(self, arm_x=arm_x, arm_y=arm_y, compass=0.0 if COMPASS in left else self.compass)
@@ -76,23 +76,23 @@ class HiddenErrors:
         """Findings on these errors."""
         found = []
         if max(abs(self.arm_x) / _LEAST[0], abs(self.arm_y) / _LEAST[1]) >= 1.0:
-            told = (
+            text = (
                 f"Places and speeds are measured {self.arm_x:+.2f} m ahead and {self.arm_y:+.2f} m to starboard of the "
                 "vehicle's origin, as the forces tell; the motion is corrected for it."
             )
             terms = (
-                FoundTerm(symbol="arm_x", value=self.arm_x, unit="m"),
-                FoundTerm(symbol="arm_y", value=self.arm_y, unit="m"),
+                FittedTerm(symbol="arm_x", value=self.arm_x, unit="m"),
+                FittedTerm(symbol="arm_y", value=self.arm_y, unit="m"),
             )
             found.append(
-                SensorError(error="antenna_arm", verdict="present", sentence=told, terms=terms, correction=ARM)
+                SensorError(error="antenna_arm", verdict="present", sentence=text, terms=terms, correction=ARM)
             )
         if abs(self.compass) >= _LEAST[2]:
             angle = float(np.degrees(self.compass))
-            told = f"The heading lacks {angle:+.1f} degrees, as the forces tell; it and the speeds are corrected."
-            terms = (FoundTerm(symbol="misalignment", value=angle, unit="deg"),)
+            text = f"The heading lacks {angle:+.1f} degrees, as the forces tell; it and the speeds are corrected."
+            terms = (FittedTerm(symbol="misalignment", value=angle, unit="deg"),)
             error = "compass_deviation"
-            found.append(SensorError(error=error, verdict="present", sentence=told, terms=terms, correction=COMPASS))
+            found.append(SensorError(error=error, verdict="present", sentence=text, terms=terms, correction=COMPASS))
         return tuple(found)
 
 
@@ -116,14 +116,14 @@ _STAND_IN = 1.0 / 3.0
 an arm left three quarters, an arm that was there less than a sixth, of that which noise does not hide."""
 
 
-class BesideSensors(NamedTuple):
+class SensorErrorSearch(NamedTuple):
     """Result of a search, and the errors of the sensors that were taken out for it."""
 
-    looked: Selected
+    result: SearchResult
     errors: HiddenErrors | None = None
 
 
-def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
+def search_with_sensor_errors(basis: Basis, say: Say) -> SensorErrorSearch:
     """Search with sensor errors among the causes, where the force balance asks for one; else without.
 
     Where rollouts judge, a third of what stood unexplained may be left without it; they are not asked of a log that
@@ -131,66 +131,66 @@ def beside_sensors(basis: Basis, say: Say) -> BesideSensors:
     """
     before = Selection(basis, say)
     if basis.forces.claimed:
-        return BesideSensors(before.selected)
+        return SensorErrorSearch(before.result)
     first = before.first
     much = first is not None and _leaves_much(first)
-    asked = _asked_while_searching(basis, before) if much else None
+    asked = _estimate_while_searching(basis, before) if much else None
     at_once = _corrected(before, first, asked, _explained_by_one) if first and asked is not None else None
-    if first and at_once and not _as_few_forces(first, at_once):
+    if first and at_once and not _few_forces_explain(first, at_once):
         return at_once
-    looked = before.settled
+    looked = before.force_fit
     earned = _earned(looked.search, looked.state) if looked else 0.0
     estimate = None
-    if before.unsettled or (looked and _crowded(looked.search, looked.state)):
-        estimate = asked if much else _asked(basis)
+    if before.needs_rollouts or (looked and _overfits(looked.search, looked.state)):
+        estimate = asked if much else _estimate(basis)
     if estimate is None and looked and earned >= _ASKS:
-        estimate = _beside(looked.search).errors * _USUAL
+        estimate = _fit_with_sensor_errors(looked.search).errors * _USUAL
     corrected = None
     if estimate is not None:
         corrected = _corrected(before, looked, estimate, partial(_selected, before))
-    return corrected or BesideSensors(before.selected)
+    return corrected or SensorErrorSearch(before.result)
 
 
-def _asked_while_searching(basis: Basis, before: Selection) -> Array | None:
+def _estimate_while_searching(basis: Basis, before: Selection) -> Array | None:
     """See `_asked`; with a second processor the forces are searched further meanwhile, as most logs want next."""
-    with beside(partial(_asked, basis)) as asked:
-        if at_hand():
+    with run_in_fork(partial(_estimate, basis)) as asked:
+        if fork_available():
             with suppress(RequestError):  # it is told where that search is asked for, if it is
                 before.search_on()
         return asked()
 
 
-def _as_few_forces(first: Found, found: BesideSensors) -> bool:
+def _few_forces_explain(first: ForceFit, found: SensorErrorSearch) -> bool:
     """True when as many forces on each axis, free there, would explain a log without errors of the sensors, too."""
-    many = len(_named(found.looked)) + (found.errors.many if found.errors else 0)
-    return not first.search.leaves_structure(beside_few(first.basis.forces, first.search, many))
+    many = len(_named(found.result)) + (found.errors.count if found.errors else 0)
+    return not first.search.has_residual_structure(residual_of_few_forces(first.basis.forces, first.search, many))
 
 
-def _leaves_much(first: Found) -> bool:
+def _leaves_much(first: ForceFit) -> bool:
     """True when a first search leaves structure, or ends with so many effects that they may be a crowd of stand-ins."""
-    return not first.explains or len(_named(first)) >= first.search.settings.crowd
+    return not first.explains or len(_named(first)) >= first.search.settings.prune_from
 
 
-def _named(found: Found | Selected) -> tuple[str, ...]:
+def _named(found: ForceFit | SearchResult) -> tuple[str, ...]:
     return found.search.named(found.state.active)
 
 
-def _crowded(search: Search, state: State) -> bool:
+def _overfits(search: Search, state: State) -> bool:
     """True when a model is a crowd of stand-ins, beside which an error of the sensors would earn nothing more."""
     named = search.named(state.active)
-    return bool(search.of_kind(named, Kind.TERM)) or len(named) >= search.settings.large
+    return bool(search.of_kind(named, Kind.TERM)) or len(named) >= search.settings.overfit_from
 
 
 def _earned(search: Search, state: State) -> float:
     """What errors of the sensors earn beside a model."""
     if not search.named(state.active):
         return 0.0
-    return Beside(search, _columns(search, state), state).earned
+    return RecordErrorFit(search, _columns(search, state), state).earned
 
 
 def _corrected(
-    before: Selection, against: Found | None, estimate: Array, look: Callable[[Basis], Selection | None]
-) -> BesideSensors | None:
+    before: Selection, against: ForceFit | None, estimate: Array, look: Callable[[Basis], Selection | None]
+) -> SensorErrorSearch | None:
     """What is found on motions without an error of the sensors, as it is refined.
 
     None where that is no better, or leaves what no noise explains.
@@ -209,29 +209,34 @@ def _corrected(
         errors = HiddenErrors.of(estimate)
         if errors == NONE:
             break
-        begun = choose([errors.corrected(motion) for motion in basis.forces.motions], basis.nominal, basis.settings)
+        begun = choose_balance(
+            [errors.corrected(motion) for motion in basis.forces.motions], basis.nominal, basis.settings
+        )
         other = look(begun)
         if other is None:
             break
-        search, state = _on_forces(begun, other.found)
-        paid = search.settings.price * errors.many
-        if state.score + paid > worth or not _simpler(against, other.found, errors):
+        search, state = _on_forces(begun, other.outcome)
+        paid = search.settings.price * errors.count
+        if state.score + paid > worth or not _simpler(against, other.outcome, errors):
             break
         best, found, worth = other, errors, state.score + paid
-        end = min(shared(partial(_end, search), (state, None)), key=lambda end: end.worth)
+        end = min(parallel_map(partial(_end, search), (state, None)), key=lambda end: end.worth)
         more = end.errors
-        if np.abs(more).max() < _SETTLED[basis.sensed]:
+        if np.abs(more).max() < _SETTLED[basis.has_sensor_noise]:
             break
         estimate = estimate + more * _USUAL
     if best is None or found is None:
         return None
-    if leaves_structure(best.found.search, best.found.state) and _share_left(before.found, best.found) > _STAND_IN:
+    if (
+        has_residual_structure(best.outcome.search, best.outcome.state)
+        and _unexplained_share(before.outcome, best.outcome) > _STAND_IN
+    ):
         return None
     say("; ".join(error.sentence for error in found.findings))
-    looked = best.selected
+    looked = best.result
     notes = (*filter(None, [basis.part]), *looked.notes)
     looked = replace(looked, basis=replace(looked.basis, part=basis.part), notes=notes)
-    return BesideSensors(looked, found)
+    return SensorErrorSearch(looked, found)
 
 
 def _explained_by_one(begun: Basis) -> Selection | None:
@@ -246,21 +251,21 @@ def _selected(before: Selection, begun: Basis) -> Selection | None:
     None as well where rollouts would judge the first and a search ends with a crowd on the other. Rollouts are asked
     last: what forces leave of a log they hardly explain.
     """
-    after, rolls = Selection(begun, _quiet, thorough=True), before.basis.rolls
-    if rolls and after.first and _crowded(after.first.search, after.first.state):
+    after, rolls = Selection(begun, _quiet, thorough=True), before.basis.uses_rollouts
+    if rolls and after.first and _overfits(after.first.search, after.first.state):
         return None
-    left = after.unsettled
-    if left and rolls and _share(before.found, left.search, left.state) > _STAND_IN:
+    left = after.needs_rollouts
+    if left and rolls and _share(before.outcome, left.search, left.state) > _STAND_IN:
         return None
-    both_roll = rolls and after.basis.rolls
-    return None if both_roll and _share_left(before.found, after.found) > _STAND_IN else after
+    both_roll = rolls and after.basis.uses_rollouts
+    return None if both_roll and _unexplained_share(before.outcome, after.outcome) > _STAND_IN else after
 
 
 def _quiet(text: str) -> None:
     """Say nothing."""
 
 
-def _simpler(against: Found | None, after: Found | Selected, errors: HiddenErrors) -> bool:
+def _simpler(against: ForceFit | None, after: ForceFit | SearchResult, errors: HiddenErrors) -> bool:
     """True when fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
 
     Turning moves an antenna as it bends the flow along a hull: four effects about another origin do as well as five
@@ -271,34 +276,37 @@ def _simpler(against: Found | None, after: Found | Selected, errors: HiddenError
     for symbol, arm in (("x_g", errors.arm_x), ("y_g", errors.arm_y)):
         if arm and abs(state.vehicle.value(symbol) - search.nominal.value(symbol)) > abs(arm):
             return False
-    named = len(_named(after)) + errors.many
+    named = len(_named(after)) + errors.count
     least = len(_named(against)) if against and against.explains else np.inf
-    return not _crowded(search, state) and bool(named < least)
+    return not _overfits(search, state) and bool(named < least)
 
 
-def _share_left(before: Found | Selected, after: Found | Selected) -> float:
+def _unexplained_share(before: ForceFit | SearchResult, after: ForceFit | SearchResult) -> float:
     """The share of what one model leaves unexplained that another leaves, both on the force balance of the other."""
     return _share(before, *_on_forces(after.basis, after))
 
 
-def _share(before: Found | Selected, search: Search, later: State) -> float:
+def _share(before: ForceFit | SearchResult, search: Search, later: State) -> float:
     """The share of what one model leaves unexplained that another one of a force balance leaves there."""
     _, earlier = _on_forces(before.basis, before)
     return search.unexplained(later.fit.held_out) / max(search.unexplained(earlier.fit.held_out), 1e-12)
 
 
-def _on_forces(basis: Basis, found: Found | Selected) -> tuple[Search, State]:
+def _on_forces(basis: Basis, found: ForceFit | SearchResult) -> tuple[Search, State]:
     """What a force balance makes of a model, whichever judge found it: scores of two judges do not compare."""
-    if not found.basis.rolls:
+    if not found.basis.uses_rollouts:
         return found.search, found.state
-    search, named = basis.instant, found.search.named(found.state.active)  # what is calibrated is no candidate of it
+    search, named = (
+        basis.force_search,
+        found.search.named(found.state.active),
+    )  # what is calibrated is no candidate of it
     return search, search.evaluate(found.state.vehicle, [c.key for c in search.pool if c.key in named])
 
 
-def _beside(search: Search, begin: State | None = None) -> Beside:
+def _fit_with_sensor_errors(search: Search, begin: State | None = None) -> RecordErrorFit:
     """The model that explains a force balance best beside errors of the sensors, from one, or from nothing added."""
     begin = begin or search.evaluate(search.nominal, ())
-    return best_beside(search, _columns(search, begin), begin)
+    return search_with_record_errors(search, _columns(search, begin), begin)
 
 
 class _End(NamedTuple):
@@ -310,30 +318,30 @@ class _End(NamedTuple):
 
 def _end(search: Search, begin: State | None) -> _End:
     """See `_beside`; what another process can hand back."""
-    there = _beside(search, begin)
+    there = _fit_with_sensor_errors(search, begin)
     return _End(there.worth(), there.errors)
 
 
-def _asked(basis: Basis) -> Array | None:
+def _estimate(basis: Basis) -> Array | None:
     """Errors of the sensors that a force balance asks for whatever model stands beside them.
 
     None where for none, or where a crowd stands beside them.
     """
-    search = basis.instant
+    search = basis.force_search
     empty = search.evaluate(search.nominal, ())
     columns = _columns(search, empty)
-    within = best_beside(search, columns, empty)
+    within = search_with_record_errors(search, columns, empty)
     errors = HiddenErrors.of(within.errors * _USUAL)
     if errors == NONE:
         return None
     # A search beside errors that are not taken out yet may end where one without them does not: then it is told anew.
     motions = [errors.corrected(motion) for motion in basis.forces.motions]
-    again = _beside(choose(motions, basis.nominal, basis.settings).instant)
-    if _crowded(search, again.state):  # stand-ins for whatever it is, not for errors of the sensors
+    again = _fit_with_sensor_errors(choose_balance(motions, basis.nominal, basis.settings).force_search)
+    if _overfits(search, again.state):  # stand-ins for whatever it is, not for errors of the sensors
         return None
     taken = np.array([errors.arm_x, errors.arm_y, errors.compass])
     best = min(within.worth(), again.worth() + 0.5 * float(np.square(taken / _USUAL).sum()))
-    if best_beside(search, columns[:, :, :0], empty).worth() - best < _BETTER:
+    if search_with_record_errors(search, columns[:, :, :0], empty).worth() - best < _BETTER:
         return None
     return taken + again.errors * _USUAL
 
@@ -341,7 +349,7 @@ def _asked(basis: Basis) -> Array | None:
 def _columns(search: Search, state: State) -> Array:
     """What errors of the usual size add to the balance of a model, (tests, 3, 3)."""
     balance, vehicle = search.balance, state.vehicle
-    rest = balance.balance(vehicle)
+    rest = balance.residual(vehicle)
 
     def without(place: int) -> Sequence[Motion]:
         sizes = [_STEP * usual if k == place else 0.0 for k, usual in enumerate(_USUAL)]

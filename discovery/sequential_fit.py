@@ -10,19 +10,19 @@ from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle, lacking
 from .balance.base import Balance
-from .basis import LEAVES, Basis, choose
-from .calibration.before_calibration import Freed, freed
+from .basis import LEAVES, Basis, choose_balance
+from .calibration.before_calibration import FreeParameters, free_parameters
 from .candidates.candidate import CALIBRATED, Candidate, Kind, candidates, command_timing, measurable
 from .candidates.linearisation import Option
 from .candidates.unnamed_terms import term_candidate
 from .findings import Findings
-from .kept_effects import on_rollouts, without_offset
-from .lawful.passivity import Lawful, judge, lawful_model
+from .kept_effects import polish_on_rollouts, without_offset
+from .lawful.passivity import Lawful, judge_passivity, lawful_model
 from .run_models import FoldModels, RunModels, models_of_given
 from .search.estimation import Interval, intervals
 from .search.floating import Search, State
 from .search.gram import GramScores
-from .selection import slender
+from .selection import limit_surge_added_mass
 from .settings import DiscoverySettings
 
 Step = tuple[str | None, Vehicle]
@@ -79,7 +79,7 @@ class Fitted:
     @property
     def whole(self) -> bool:
         """True when it is the model of the run, with all that this found and nothing else."""
-        return self.run is not None and self.run.is_whole(self.names)
+        return self.run is not None and self.run.is_complete(self.names)
 
     @property
     def intervals(self) -> dict[str, Interval]:
@@ -129,25 +129,25 @@ def named_candidates(basis: Basis, names: Sequence[str]) -> list[list[Candidate]
     groups = [_candidates(name, basis.nominal) for name in names]
     if len(set(names)) < len(names):
         raise RequestError(f"add: an effect is given twice in {', '.join(names)}; give each once")
-    return [slender(group, basis.nominal) for group in groups] if basis.rolls else groups
+    return [limit_surge_added_mass(group, basis.nominal) for group in groups] if basis.uses_rollouts else groups
 
 
-def own_numbers(basis: Basis) -> Freed:
+def own_numbers(basis: Basis) -> FreeParameters:
     """The model's own numbers that the log identifies, and the effects that are more than these."""
-    weak = basis.cleared_forces() if basis.rolls else basis.forces
-    found = freed(weak, basis.nominal, basis.pool, basis.settings.search)
-    if not basis.rolls:
-        return found
-    pool = slender(found.pool, basis.nominal)
-    return found.seen([c for c in pool if not c.nuisance or basis.judges(c)])
+    weak = basis.cleared_forces() if basis.uses_rollouts else basis.forces
+    result = free_parameters(weak, basis.nominal, basis.pool, basis.settings.search)
+    if not basis.uses_rollouts:
+        return result
+    pool = limit_surge_added_mass(result.pool, basis.nominal)
+    return result.seen([c for c in pool if not c.nuisance or basis.judges(c)])
 
 
 def judged_as(basis: Basis, run: RunModels | None) -> Basis:
     """The basis of a log by rollouts, where a run of it was judged by them in the end."""
-    return basis.rolling(LEAVES) if run is not None and run.rolls and not basis.rolls else basis
+    return basis.with_rollouts(LEAVES) if run is not None and run.rolls and not basis.uses_rollouts else basis
 
 
-def chosen_for(
+def basis_for(
     motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, searched: Findings | None
 ) -> Basis:
     """The basis on which effects are added: that of their search, where there was one.
@@ -159,13 +159,13 @@ def chosen_for(
     settings : of discovery
     searched : findings of a search of these motions, if there was one
     """
-    return judged_as(choose(motions, nominal, settings), RunModels.of(searched, nominal))
+    return judged_as(choose_balance(motions, nominal, settings), RunModels.of(searched, nominal))
 
 
 def fit_named(
     basis: Basis,
     names: Sequence[str],
-    free: Freed | None,
+    free: FreeParameters | None,
     begun: Ordered | None = None,
     searched: Findings | None = None,
 ) -> Fitted:
@@ -191,7 +191,7 @@ def fit_named(
     return fit_in_order(basis, [_found(group, run) for group in groups], begun, own, (run, others))
 
 
-def _groups(basis: Basis, names: Sequence[str], free: Freed | None) -> list[list[Candidate]]:
+def _groups(basis: Basis, names: Sequence[str], free: FreeParameters | None) -> list[list[Candidate]]:
     """The candidates of each name, as they are beside the model's own numbers where these are fitted."""
     groups = named_candidates(basis, names)
     if free is None:
@@ -210,10 +210,10 @@ def _found(group: list[Candidate], run: RunModels) -> list[Candidate]:
 def _kept(name: str, group: Sequence[Candidate], free: Sequence[Candidate]) -> list[Candidate]:
     """The candidates of a name as they are beside the model's own numbers."""
     keys = {candidate.key for candidate in group}
-    found = [candidate for candidate in free if candidate.key in keys] or (list(group) if ":" in name else [])
-    if not found:
+    result = [candidate for candidate in free if candidate.key in keys] or (list(group) if ":" in name else [])
+    if not result:
         raise RequestError(f"add {name}: it is one of the model's own numbers, which are fitted already")
-    return found
+    return result
 
 
 def fit_in_order(
@@ -243,7 +243,7 @@ def fit_in_order(
     pooled = [*groups, *others, free]  # the last are never stepped to, but stand in the pool of the search
     whole = None
     if run is not None:
-        form = form.refreshed(run.last.vehicle) if basis.rolls else form
+        form = form.refreshed(run.last.vehicle) if basis.uses_rollouts else form
         search = _search(basis, form, pooled)
         whole = search.evaluate(run.last.vehicle, run.names)
         start = search.restrict(whole, ())
@@ -270,15 +270,15 @@ def fit_in_order(
     state, known = ordered.state, run.step(names) if run is not None else None
     if run is None or not run.holds(names):
         state = search.reshape(state)
-    if basis.rolls and known is None:
+    if basis.uses_rollouts and known is None:
         search = _search(basis, form.refreshed(state.vehicle), pooled)
         state = search.evaluate(state.vehicle, state.active)
-        state = search.reshape(on_rollouts(search, state, state.active, basis.settings.shooting))
+        state = search.reshape(polish_on_rollouts(search, state, state.active, basis.settings.shooting))
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     chosen = tuple(linear.options[key][0] for key in state.active)
     lawful = lawful_model(basis.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     if run is not None and known is not None:
-        lawful = _as_run(run, known.vehicle, lawful, whole=run.is_whole(names))
+        lawful = _as_run(run, known.vehicle, lawful, whole=run.is_complete(names))
     steps = (*ordered.steps[:-1], (ordered.steps[-1][0], lawful.vehicle))
     return Fitted(basis, search, state, steps, scores, chosen, lawful, ordered, run)
 
@@ -299,7 +299,7 @@ def _begin(nominal: Vehicle, start: State, free: Sequence[Candidate], run: RunMo
 def _as_run(run: RunModels, vehicle: Vehicle, fitted: Lawful, *, whole: bool) -> Lawful:
     """The model of a run's step in the place of the one that was fitted, unless a step on the way breaks the law."""
     told = run.findings.passivity if whole else None
-    stands = told or judge(vehicle, fitted.passivity.envelope)
+    stands = told or judge_passivity(vehicle, fitted.passivity.envelope)
     return replace(fitted, vehicle=vehicle, passivity=stands) if whole or stands.verdict == "pass" else fitted
 
 
@@ -315,7 +315,7 @@ def _with(search: Search, state: State, candidate: Candidate) -> State:
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
     present = [option for option in linear.options[candidate.key] if option.present]
-    best = min(present, key=lambda option: search.quick(scores, {**now, candidate.key: option}))
+    best = min(present, key=lambda option: search.score_linearised(scores, {**now, candidate.key: option}))
     return search.apply(state, now, {**now, candidate.key: best}, scores)
 
 
@@ -327,9 +327,9 @@ def _candidates(name: str, vehicle: Vehicle) -> list[Candidate]:
             raise RequestError(f"term {name!r}: expected surge:, sway: or yaw: before the form, for example yaw:u|r|")
         return [term_candidate(name, vehicle)]
     effect = effect_named(name.split("[")[0])
-    found = [c for c in candidates(vehicle) if c.effect is effect and ("[" not in name or c.key == name)]
-    if not found:
+    result = [c for c in candidates(vehicle) if c.effect is effect and ("[" not in name or c.key == name)]
+    if not result:
         keys = [c.key for c in candidates(vehicle)]
         near = get_close_matches(name, keys, n=1, cutoff=0.0)
         raise RequestError(f"unknown effect {name!r} for {vehicle.name}: did you mean {near[0]!r}?")
-    return found
+    return result

@@ -12,7 +12,7 @@ from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.unnamed_terms import finer_forms, free_forms
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.other_forms import OtherForms, other_forms
+from undertow.discovery.evidence.unmodelled_forces import UnmodelledForces, fit_unmodelled_forces
 from undertow.discovery.evidence.weighing import TELL_APART
 from undertow.discovery.findings import OtherForm
 from undertow.discovery.search.floating import Search
@@ -44,17 +44,17 @@ GIVES_WAY = 0.3
 """Share of its force by which a stand-in becomes another beside what acts: a cause changes by a tenth of that."""
 
 
-def judged(motions: Motion | list[Motion], names: tuple[str, ...]) -> OtherForms:
+def judged(motions: Motion | list[Motion], names: tuple[str, ...]) -> UnmodelledForces:
     """What is said of effects that are fitted on the force balance."""
     pool = [c for c in candidates(HULL) if c.key in names]
     logs = motions if isinstance(motions, list) else [motions]
     search = Search(WeakForm(logs, WeakSettings()), HULL, pool, SearchSettings())
-    return other_forms(search, search.evaluate(HULL, names), names, 0)
+    return fit_unmodelled_forces(search, search.evaluate(HULL, names), names, 0)
 
 
-def stand_ins(said: OtherForms) -> set[str]:
+def stand_ins(said: UnmodelledForces) -> set[str]:
     """The effects in whose place a form explains more, and those that become others beside what is found."""
-    return {key for key, b in said.beside.items() if (b.margin or 0.0) > TELL_APART or b.change > GIVES_WAY}
+    return {key for key, b in said.refits.items() if (b.margin or 0.0) > TELL_APART or b.change > GIVES_WAY}
 
 
 @pytest.mark.parametrize("noise", ["clean", "field", "rough"])
@@ -71,32 +71,32 @@ def stand_ins(said: OtherForms) -> set[str]:
 def test_what_is_hidden_keeps_its_size(hidden: dict[str, float], noise: str):
     motion = simulate_world(HULL, hidden, duration=200.0, noise=noise, seed=5).motion()
     said = judged(motion, tuple(hidden))
-    assert said.found == ()
-    assert set(said.beside) == set(hidden)
+    assert said.selected == ()
+    assert set(said.refits) == set(hidden)
     assert stand_ins(said) == set()
-    assert all((beside.change, beside.by) == (0.0, {}) for beside in said.beside.values())
+    assert all((beside.change, beside.by) == (0.0, {}) for beside in said.refits.values())
 
 
 @pytest.mark.parametrize("noise", ["clean", "field"])
 @pytest.mark.parametrize(("drag", "told"), [(KINK, "u beyond "), (cube, "u^3"), (net, "u from minute 1.")])
 def test_a_stand_in_gives_way(drag: Drag, told: str, noise: str):
     said = judged(log_of(drag, noise), DRAG)
-    assert said.found[0].axis == "surge"
-    assert said.found[0].follows.startswith(told)
+    assert said.selected[0].axis == "surge"
+    assert said.selected[0].follows.startswith(told)
     assert stand_ins(said) == set(DRAG)
     for key, symbol in zip(DRAG, ("X_u", "X_uu"), strict=True):
-        beside = said.beside[key]
+        beside = said.refits[key]
         assert beside.change > GIVES_WAY
         assert abs(beside.by[symbol]) > 0.0
         assert beside.form is not None
-        assert beside.form.in_words in beside.told
+        assert beside.form.in_words in beside.sentence
 
 
 def test_what_sets_in_at_once_does_as_well_as_what_grows():
-    beside = judged(log_of(net, "field"), ("hull_fouling",)).beside["hull_fouling"]
+    beside = judged(log_of(net, "field"), ("hull_fouling",)).refits["hull_fouling"]
     assert beside.margin is not None
     assert beside.margin > TELL_APART
-    assert beside.told.startswith("in its place ")
+    assert beside.sentence.startswith("in its place ")
 
 
 def test_an_effect_is_no_rival_of_itself():
@@ -109,11 +109,11 @@ def test_an_effect_is_no_rival_of_itself():
 def test_an_effect_that_has_nothing_to_do_with_the_form_stays():
     said = judged(log_of(KINK), ("surge_linear_damping", "yaw_trim"))
     assert stand_ins(said) == {"surge_linear_damping"}
-    assert said.beside["yaw_trim"].change < 0.1
+    assert said.refits["yaw_trim"].change < 0.1
 
 
 def test_a_model_without_effects_is_asked_nothing():
-    assert judged(log_of(KINK), ()) == OtherForms()
+    assert judged(log_of(KINK), ()) == UnmodelledForces()
 
 
 def test_forms_have_names_of_their_own_and_no_noise_in_a_log_without():
@@ -156,7 +156,7 @@ def test_what_holds_beside_a_form_is_named_and_the_form_is_told(monkeypatch: pyt
     motion = simulate_world(HULL, {"yaw_trim": 3.0}, duration=150.0, seed=4).motion()
     form = OtherForm(axis="surge", follows="u^3", force=1.5, share=0.03, unit="N")
 
-    monkeypatch.setattr(discover, "other_forms", lambda *_: OtherForms((form,)))
+    monkeypatch.setattr(discover, "fit_unmodelled_forces", lambda *_: UnmodelledForces((form,)))
     findings = find_missing([motion], HULL).findings
     assert (findings.missing, findings.other_forms) == (("yaw_trim",), (form,))
     assert findings.headline == "The model is missing yaw trim."

@@ -17,7 +17,7 @@ from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, share_taken
 from ..search.surrogates import NoiseCopies
-from .invariance import carriers
+from .invariance import effective_blocks
 
 _NOTHING = 1e-300
 """Squares below which an axis that is not looked at has none."""
@@ -79,16 +79,16 @@ class FormColumns:
         """Forms that are effects by another name: nothing of them is new beside the columns of these, (3, forms)."""
         own = [k for key in keys for k in self.linear.options[key][0].free if k >= 0]
         forms = self.forms.columns
-        found = np.zeros((3, forms.shape[1]), dtype=bool)
-        for axis, same in enumerate(found):
+        result = np.zeros((3, forms.shape[1]), dtype=bool)
+        for axis, same in enumerate(result):
             columns = self.linear.columns[:, axis, own]
             basis = np.linalg.qr(columns[:, (columns != 0.0).any(axis=0)])[0]
             left = ((forms - basis @ (basis.T @ forms)) ** 2).sum(axis=0)
             same[:] = left <= _SAME * (forms**2).sum(axis=0)
-        return found
+        return result
 
 
-class RestBesideForms:
+class ResidualSelection:
     """Residual of a model, with effects taken out, beside free forms that are taken.
 
     All products are cleared of what sensor noise adds to them, as in every fit.
@@ -117,44 +117,46 @@ class RestBesideForms:
         share /= copies
         self._share, self._blur = share, (blurred, blur)
         self._pull = _summed("ati,at->i", self._columns, self._balance) - share * _summed("cati,cat->i", blurred, blur)
-        self._beside = _summed("ati,tk->aik", self._columns, forms) - share * _summed("cati,ctk->aik", blurred, unclear)
+        self._cross_products = _summed("ati,tk->aik", self._columns, forms) - share * _summed(
+            "cati,ctk->aik", blurred, unclear
+        )
         self._wanted = _summed("at,tk->ak", self._balance, forms) - share * _summed("cat,ctk->ak", blur, unclear)
         among = share * _summed("cti,ctk->ik", unclear, unclear)
         self._among, self._least = forms.T @ forms - among, np.diag(among)
         self._taken: list[tuple[int, int]] = []
 
     @property
-    def worth(self) -> float:
+    def log_loss(self) -> float:
         """Log-likelihood lost by what is left: half the independent tests times the log of its mean square."""
-        square = (self.left**2).sum(axis=1)
+        square = (self.residual**2).sum(axis=1)
         error = square / self._balance.shape[1] + self._of.floor * self._of.weight**2 + _NOTHING
         return float(0.5 * self._of.search.balance.independent * np.log(error).sum())
 
-    def in_one(self, barred: NDArray[np.bool_]) -> OneForm | None:
+    def best_single_form(self, barred: NDArray[np.bool_]) -> OneForm | None:
         """The form that explains most of what is left, of those that are not barred, and what is lost beside it."""
         drops, _, rest, _ = self._drops()
         best = self._best(self._gains(np.where(barred, 0.0, drops), (rest**2).sum(axis=1)))
         if best is None:
             return None
         axis, form, worth = best
-        return OneForm(self._told(axis, form, drops), worth)
+        return OneForm(self._form(axis, form, drops), worth)
 
-    def beside(self, *places: tuple[int, int]) -> Self:
+    def with_forms(self, *places: tuple[int, int]) -> Self:
         """The same beside more forms, each of an axis."""
         more = copy(self)
         more._taken = [*self._taken, *places]
         return more
 
     @property
-    def left(self) -> Array:
+    def residual(self) -> Array:
         """Residual of the balance, weighted, (3, tests)."""
         normal, right, _ = self._system()
-        return self._left_over(np.linalg.solve(normal, right).astype(float))
+        return self._residual(np.linalg.solve(normal, right).astype(float))
 
-    def followed(self, copies: NoiseCopies) -> list[OtherForm]:
+    def select_forms(self, copies: NoiseCopies) -> list[OtherForm]:
         """Take the form that explains most, again and again, while it explains more than any does of every copy."""
-        found: list[OtherForm] = []
-        while len(found) < _MOST:
+        result: list[OtherForm] = []
+        while len(result) < _MOST:
             drops, left, rest, system = self._drops()
             gains = self._gains(drops, (rest**2).sum(axis=1))
             best = self._best(gains)
@@ -162,12 +164,12 @@ class RestBesideForms:
                 break
             axis, form, worth = best
             # What a model lets through of noise depends on its coefficients: a form must promise its gain and keep it.
-            gain = min(float(gains[axis, form]), self.worth - worth)
+            gain = min(float(gains[axis, form]), self.log_loss - worth)
             if gain <= self._of.search.settings.unnamed_price or gain <= self._by_chance(copies, rest, left, system):
                 break
             self._taken.append((axis, form))
-            found.append(self._told(axis, form, drops))
-        return found
+            result.append(self._form(axis, form, drops))
+        return result
 
     def change(self, key: str) -> tuple[float, dict[str, float]]:
         """By what share of its force an effect changes beside the forms that were taken, and its numbers, by symbol."""
@@ -202,7 +204,9 @@ class RestBesideForms:
         place = gone.offset
         whole, block = linear.columns[:, :, place].T * weight, self._of.search.balance.block
         force = np.sqrt((whole**2).sum(axis=0))
-        told = [all(carriers(force * inside, block) >= _EITHER_SIDE for inside in (part, ~part)) for part in parts]
+        told = [
+            all(effective_blocks(force * inside, block) >= _EITHER_SIDE for inside in (part, ~part)) for part in parts
+        ]
         own = whole[None] * parts[:, None]
         blur = np.einsum("cta,pt->pcat", linear.noise[:, :, :, place] * weight[:, 0], parts)
         blurred, noise = self._blur
@@ -232,18 +236,18 @@ class RestBesideForms:
         tried = []
         for k in promising:
             axis, form = (int(place) for place in np.unravel_index(k, gains.shape))
-            tried.append((axis, form, self.beside((axis, form)).worth))
+            tried.append((axis, form, self.with_forms((axis, form)).log_loss))
         return min(tried, key=lambda one: one[2], default=None)
 
     def _drops(self) -> tuple[Array, Array, Array, tuple[Array, Array]]:
         """By how much each form lowers the squares of the rest, (3, forms), what of it is new, the rest, the system."""
         normal, right, beside = self._system()
-        left = self._left(normal, beside)
+        left = self._new_squares(normal, beside)
         change = np.linalg.solve(normal, right).astype(float)
         drops = (self._wanted * self._of.weight[:, None] - change @ beside) ** 2 / left
-        return drops, left, self._left_over(change), (normal, beside)
+        return drops, left, self._residual(change), (normal, beside)
 
-    def _told(self, axis: int, form: int, drops: Array) -> OtherForm:
+    def _form(self, axis: int, form: int, drops: Array) -> OtherForm:
         force = float(np.sqrt(drops[axis, form] / self._balance.shape[1])) / float(self._of.weight[axis])
         share = force / float(self._of.search.force_scale[axis])
         follows = self._of.forms.names[form]
@@ -254,7 +258,7 @@ class RestBesideForms:
         moved, weight = self._moved.size, self._of.weight
         count = moved + len(self._taken)
         beside = np.zeros((3, count, self._among.shape[0]))
-        beside[:, :moved] = self._beside * weight[:, None, None]
+        beside[:, :moved] = self._cross_products * weight[:, None, None]
         right = np.append(self._pull, [self._wanted[axis, form] * weight[axis] for axis, form in self._taken])
         for place, (axis, form) in enumerate(self._taken, moved):
             beside[axis, place] = self._among[form] * weight[axis] ** 2
@@ -265,14 +269,14 @@ class RestBesideForms:
         size = np.diag(normal)
         return normal + np.diag(np.where(size > 0.0, RIDGE * size, 1.0)), right, beside
 
-    def _left(self, normal: Array, beside: Array) -> Array:
+    def _new_squares(self, normal: Array, beside: Array) -> Array:
         """Square of what of each form is new beside the model and clear of noise, (3, forms); no end of it else."""
         whole = np.diag(self._among) * (self._of.weight**2)[:, None]
         left = whole - np.stack([(side * np.linalg.solve(normal, side)).sum(axis=0) for side in beside])
         least = np.maximum(_NEW * whole, self._least * (self._of.weight**2)[:, None])
         return np.where((left > least) & (whole > 0.0), left, np.inf)
 
-    def _left_over(self, change: Array) -> Array:
+    def _residual(self, change: Array) -> Array:
         """What is left of the balance, weighted, (3, tests)."""
         moved = self._moved.size
         rest = self._balance - self._columns @ change[:moved]

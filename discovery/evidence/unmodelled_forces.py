@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from ..balance.base import Balance
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate, Kind
-from ..candidates.unnamed_terms import FINE, finer_forms, free_forms, onsets, places, several
+from ..candidates.unnamed_terms import FINE, finer_forms, free_forms, onsets, places, several_logs
 from ..findings import OtherForm
 from ..search.floating import Search, State
 from ..search.surrogates import NoiseCopies
 from .invariance import regions
-from .rest_beside_forms import FormColumns, RestBesideForms
+from .residual_selection import FormColumns, ResidualSelection
 
 
-class Beside(NamedTuple):
+class FreeFormRefit(NamedTuple):
     """Refit of an effect beside the free forms, and the best single form in its place.
 
     Attributes
@@ -42,7 +42,7 @@ class Beside(NamedTuple):
     form: OtherForm | None = None
 
     @property
-    def told(self) -> str:
+    def sentence(self) -> str:
         """The substitute of the effect, as the end of a sentence."""
         return f"in its place {self.form.in_words if self.form else 'one free force'} explains more"
 
@@ -61,14 +61,14 @@ class Substitute(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class OtherForms:
+class UnmodelledForces:
     """Free forms that the residual follows, and the refit of each effect beside them, by key."""
 
-    found: tuple[OtherForm, ...] = ()
-    beside: Mapping[str, Beside] = field(default_factory=dict)
+    selected: tuple[OtherForm, ...] = ()
+    refits: Mapping[str, FreeFormRefit] = field(default_factory=dict)
 
 
-def other_forms(search: Search, state: State, kept: Sequence[str], seed: int) -> OtherForms:
+def fit_unmodelled_forces(search: Search, state: State, kept: Sequence[str], seed: int) -> UnmodelledForces:
     """Forms that the rest of a model follows on the force balance, and what becomes of its effects beside them.
 
     Parameters
@@ -81,22 +81,22 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int) ->
     there = [key for key in kept if key in state.active]
     seen = ~search.quiet
     if not there or not seen.any():
-        return OtherForms()
+        return UnmodelledForces()
     weak = search.balance
     assert isinstance(weak, WeakForm), "forms are looked for on the force balance"
     columns = FormColumns(search, state, seen, free_forms(weak, state.vehicle))
-    whole, rest = RestBesideForms(columns), RestBesideForms(columns)
-    found = tuple(rest.followed(NoiseCopies(search.balance, state.vehicle, seed)))
+    whole, rest = ResidualSelection(columns), ResidualSelection(columns)
+    found = tuple(rest.select_forms(NoiseCopies(search.balance, state.vehicle, seed)))
     asked = {c.key: c for c in search.pool if c.kind is Kind.EFFECT and not c.effect.general}
     beside = {}
     for key in there:
-        single = in_place(columns, whole, asked[key]) if key in asked else None
+        single = substitute_forces(columns, whole, asked[key]) if key in asked else None
         change, by = rest.change(key) if found else (0.0, {})
-        beside[key] = Beside(change, by, single.margin, single.form) if single else Beside(change, by)
-    return OtherForms(found, beside)
+        beside[key] = FreeFormRefit(change, by, single.margin, single.form) if single else FreeFormRefit(change, by)
+    return UnmodelledForces(found, beside)
 
 
-def in_place(columns: FormColumns, rest: RestBesideForms, candidate: Candidate) -> Substitute | None:
+def substitute_forces(columns: FormColumns, rest: ResidualSelection, candidate: Candidate) -> Substitute | None:
     """The form that does most in the place of an effect; None where there is none at all.
 
     Parameters
@@ -111,16 +111,16 @@ def in_place(columns: FormColumns, rest: RestBesideForms, candidate: Candidate) 
     finer = [""] if grows else letters
     tried = [columns, *(columns.of(finer_forms(weak, columns.state.vehicle, by)) for by in finer)]
     keys = (candidate.key,)
-    found = [one for these in tried if (one := RestBesideForms(these, keys).in_one(these.same(keys)))]
+    found = [one for these in tried if (one := ResidualSelection(these, keys).best_single_form(these.same(keys)))]
     if not found:
         return None
     best = min(found, key=lambda one: one.worth)
-    return Substitute(best.form, rest.worth - best.worth)
+    return Substitute(best.form, rest.log_loss - best.worth)
 
 
-def judged_in_logs(judge: Balance) -> bool:
+def rollouts_of_several_logs(judge: Balance) -> bool:
     """True when rollouts of several logs judged: what they name holds in each, and the balance of one is no witness."""
-    return not judge.forces and several(np.concatenate([motion.minutes for motion in judge.motions]))
+    return not judge.forces and several_logs(np.concatenate([motion.minutes for motion in judge.motions]))
 
 
 _LEAST = 0.1
@@ -134,7 +134,7 @@ class _Part(NamedTuple):
     tests: NDArray[np.bool_]
 
 
-def own_changes(search: Search, state: State, kept: Sequence[str], seed: int) -> dict[str, str]:
+def find_changing_forces(search: Search, state: State, kept: Sequence[str], seed: int) -> dict[str, str]:
     """In which part of the log each effect's force differs, and by how much, as a sentence; those that keep it, not.
 
     Parameters
@@ -150,7 +150,7 @@ def own_changes(search: Search, state: State, kept: Sequence[str], seed: int) ->
     there = [key for key in kept if key in state.active and key in asked]
     if not there or not seen.any():
         return {}
-    rest = RestBesideForms(FormColumns(search, state, seen))
+    rest = ResidualSelection(FormColumns(search, state, seen))
     copies, tests = NoiseCopies(search.balance, state.vehicle, seed), np.stack([part.tests for part in parts])
     found = {}
     for key in there:

@@ -11,7 +11,7 @@ from undertow.physics.integration import rollout
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world
-from undertow.residuals.left_to_learn import left_to_learn, twin
+from undertow.residuals.learnable_residual import measure_learnable_residual, twin
 
 HULL = load_vehicle("blueboat")
 TRIM = {"surge_trim": 6.0}
@@ -27,13 +27,13 @@ def world(noise: str) -> DataSet:
 @pytest.mark.parametrize("noise", ["field", "rough"])
 def test_a_push_is_learnable_and_noise_is_not(noise: str):
     data = world(noise)
-    left = left_to_learn(HULL, [data])
+    left = measure_learnable_residual(HULL, [data])
     assert left.learnable.tolist() == [True, False, False]
     more = np.sqrt(left.error[0] ** 2 - left.floor[0] ** 2)
     assert more == pytest.approx(6.0 / (HULL.mass - HULL.value("X_udot")), rel=0.1)
     np.testing.assert_allclose(left.noise[1:], left.error[1:], rtol=0.15)
     assert left.worth_it
-    known = left_to_learn(apply_effects(HULL, TRIM), [data])
+    known = measure_learnable_residual(apply_effects(HULL, TRIM), [data])
     assert not known.learnable.any()
     assert not known.worth_it
     assert known.position == pytest.approx(known.position_floor, rel=0.5)
@@ -42,10 +42,10 @@ def test_a_push_is_learnable_and_noise_is_not(noise: str):
 
 
 def test_of_a_record_without_noise_all_but_what_preparing_leaves_is_learnable():
-    left = left_to_learn(HULL, [world("clean")])
+    left = measure_learnable_residual(HULL, [world("clean")])
     assert left.noise[0] < 0.01 * left.error[0]
     assert left.learnable[0]
-    assert not left_to_learn(apply_effects(HULL, TRIM), [world("clean")]).worth_it
+    assert not measure_learnable_residual(apply_effects(HULL, TRIM), [world("clean")]).worth_it
 
 
 def test_the_twin_of_a_motion_is_driven_half_a_step_of_the_record_earlier():
@@ -62,6 +62,6 @@ def test_the_twin_of_a_motion_is_driven_half_a_step_of_the_record_earlier():
 def test_parts_count_together():
     data = world("field")
     parts = [DataSet((motion,), (), PAPER, (raw,)) for motion, raw in zip(data.motions, data.raw, strict=True)]
-    both, whole = left_to_learn(HULL, parts), left_to_learn(HULL, [data])
+    both, whole = measure_learnable_residual(HULL, parts), measure_learnable_residual(HULL, [data])
     np.testing.assert_array_equal(both.error, whole.error)
-    assert both.scatter == whole.scatter < left_to_learn(HULL, parts[:1]).scatter
+    assert both.scatter == whole.scatter < measure_learnable_residual(HULL, parts[:1]).scatter

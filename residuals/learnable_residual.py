@@ -28,7 +28,7 @@ _SURE = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Left:
+class LearnableResidual:
     """Residual of a vehicle on some motions, root mean squares (3,) [m/s^2, m/s^2, rad/s^2], and its learnable part.
 
     Noise of the sensors and preparation are what no model explains: differences, the filter, the instants of commands.
@@ -94,7 +94,7 @@ class Left:
         }
 
 
-def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> Left:
+def measure_learnable_residual(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> LearnableResidual:
     """Measure what a vehicle leaves unexplained of the motions of parts that were prepared alike.
 
     The noise of the error is how much it changes when as much noise as the sensors have is drawn anew onto the
@@ -123,7 +123,7 @@ def left_to_learn(vehicle: Vehicle, parts: Sequence[DataSet], seed: int = 0) -> 
     rate = 1.0 / motions[0].time_step
     seconds = sum(motion.duration for motion in motions)
     independent = seconds * min(rate, 2.0 * (data.recipe.cutoff or rate))
-    return Left(
+    return LearnableResidual(
         measured=_root([each.measured for each in own]),
         error=_root([each.measured - each.modelled for each in own]),
         noise=_root(changes),

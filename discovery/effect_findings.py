@@ -18,16 +18,16 @@ from .search.surrogates import Chance
 Verdict = Literal["missing", "likely", "possible", "no evidence"]
 
 
-def told_probability(probability: float) -> float:
+def rounded_probability(probability: float) -> float:
     """A probability as it is told in whole percent: never more than it is, since verdicts begin at whole ones.
 
     Nor is it ever 1: nothing is certain.
 
     Examples
     --------
-    >>> told_probability(0.946), told_probability(0.95), told_probability(0.9999), told_probability(0.002)
+    >>> rounded_probability(0.946), rounded_probability(0.95), rounded_probability(0.9999), rounded_probability(0.002)
     (0.94, 0.95, 0.9999, 0.002)
-    >>> told_probability(1.0) < 1.0
+    >>> rounded_probability(1.0) < 1.0
     True
     """
     whole = math.floor(100.0 * probability + 1e-9) / 100.0
@@ -76,7 +76,7 @@ class Claim(Record):
     tests: Mapping[str, Number] = {}
 
 
-class FoundTerm(Record):
+class FittedTerm(Record):
     """One number of a candidate: its symbol, place in the equation, value [unit] and 95 % interval.
 
     `value` is what the log asks for, under the limits of this number alone; `in_model` is what the corrected model has,
@@ -114,7 +114,7 @@ class FoundTerm(Record):
 
 
 class Part(Record):
-    """One number of an effect in a part of the log, as in `FoundTerm`, with its 95 % interval."""
+    """One number of an effect in a part of the log, as in `FittedTerm`, with its 95 % interval."""
 
     where: str
     symbol: str
@@ -122,7 +122,7 @@ class Part(Record):
     ci95: Interval
 
 
-class FoundEffect(Record):
+class EffectFinding(Record):
     """The findings on one effect of the catalogue.
 
     Attributes
@@ -137,7 +137,7 @@ class FoundEffect(Record):
     chance : how often nothing, rehearsed with this log's own noise, looked as good; None where it was not rehearsed
     parts : its numbers in the parts of the log that know them: halves, slow and fast, ahead and astern, turning
     agrees : whether they are one number; None where no part was asked
-    changes : share of its force by which it changes beside `other_forms`; None where there are none
+    changes : share of its force by which it changes beside `unmodelled_forces`; None where there are none
     indistinguishable_from : effects that would explain this log as well
     terms : its numbers
     """
@@ -156,7 +156,7 @@ class FoundEffect(Record):
     agrees: Flag | None = absent()
     changes: Number | None = absent()
     indistinguishable_from: tuple[str, ...] = ()
-    terms: tuple[FoundTerm, ...] = ()
+    terms: tuple[FittedTerm, ...] = ()
 
     @property
     def thrusters(self) -> tuple[str, ...]:
@@ -246,17 +246,17 @@ class Folds(Record):
         """
         if self.same_names is None:
             return ""
-        told = f"The search was repeated {self.count} times, each time with a different part of the log left out:"
+        text = f"The search was repeated {self.count} times, each time with a different part of the log left out:"
         if self.same_names == self.count and self.named:
             return f"Repeated {self.count} times without a part of the log, the search found the same names."
         some = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n]
         if not sure:
-            return f"{told} it found {listing(some) or 'nothing'}."
+            return f"{text} it found {listing(some) or 'nothing'}."
         others = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n < self.count]
         one_by_one = f" ({listing(others)})" if others else ""
         how_often = f"found just these names {_times(self.same_names)}"
         found = how_often if self.same_names else "never found just these names"
-        return f"{told} it {found}{one_by_one}. A name that hangs on one part of the log is less sure."
+        return f"{text} it {found}{one_by_one}. A name that hangs on one part of the log is less sure."
 
 
 def _times(count: int) -> str:
