@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from odds import gathered, report
-from study.fitted_odds import LIMITS, Names, best_ridge, cross_validated, names_of, stops
+from study.fitted_odds import FEATURES, JUDGES, LIMITS, Fitted, Names, fitted, names_of, stops
 from study.limits import JUDGEMENT
 from study.records import ROOT, Kept, Record, in_a_table
 from study.scoring import ODDS, WORLDS, kind_of_world, label, log_score, read_odds, rescored
@@ -26,7 +26,8 @@ from undertow.discovery.reason import Reason
 
 PAGE = ROOT / "docs" / "judgement.md"
 INTRODUCTION = """A name that stands in a model is a claim: its gain, its identity, what it is worth, and the sizes of
-some tests. One logistic model makes a probability of them (`discovery/judgement.py`), fitted to worlds of which the
+some tests. A logistic model for each judge, the force balance and rollouts, makes a probability of them
+(`discovery/judgement.py`), fitted to worlds of which the
 truth is known; a name is true where it is hidden, or a fair part of what is."""
 ALONE = """Each feature of the judgement, and its limit: what a rule of it alone would stop of all names that stand in a
 model, false and true, by kind of world; then what the odds lose that are fitted without it, all other features kept, on
@@ -47,24 +48,21 @@ def alone(names: Names, test: str) -> list[str]:
     return by_world([(world, true) for claim, world, true in rows if stops(test, claim)])
 
 
-def without(names: Names, odds: Odds) -> Callable[[str], tuple[str, str]]:
+def without(names: Names, whole: Fitted) -> Callable[[str], tuple[str, str]]:
     """What odds that are fitted without a feature lose."""
-    used = [name for name in odds.weights if name in names.columns]
-    ridge = best_ridge(names, used)
     could = names.could_be_missing
 
-    def figures(columns: Sequence[str]) -> tuple[float, int, int]:
-        found = cross_validated(names, columns, ridge)
-        said = could & (found >= MISSING)
-        return log_score(found, names.true), int((said & names.true).sum()), int((said & ~names.true).sum())
+    def figures(found: Fitted) -> tuple[float, int, int]:
+        said = could & (found.odds >= MISSING)
+        return log_score(found.odds, names.true), int((said & names.true).sum()), int((said & ~names.true).sum())
 
-    whole = figures(used)
+    before = figures(whole)
 
     def lost(test: str) -> tuple[str, str]:
-        if test not in used:
+        if test not in FEATURES:
             return "not in the odds", ""
-        score, true, false = figures([name for name in used if name != test])
-        return f"{1e3 * (whole[0] - score):.2f}", f"{true - whole[1]:+d}, {false - whole[2]:+d}"
+        score, true, false = figures(fitted(names, test))
+        return f"{1e3 * (before[0] - score):.2f}", f"{true - before[1]:+d}, {false - before[2]:+d}"
 
     return lost
 
@@ -92,16 +90,15 @@ def page(tuning: Kept, reporting: Kept, odds: Odds, made: str) -> str:
         for record in reporting:
             by_study.setdefault(record["study"], []).append(rescored(record, odds))
         parts += ["## What must hold", must_hold(JUDGEMENT, by_study)]
-    parts += ["## The odds", f"`discovery/odds.json` ({made}).", in_a_table(("feature", "weight"), _weights(odds))]
+    parts += ["## The odds", f"`discovery/odds.json` ({made}).", in_a_table(("feature", *JUDGES), _weights(odds))]
     if len(names.claims) and 0 < names.true.sum() < len(names.true):
-        used = [name for name in odds.weights if name in names.columns]
-        validated = cross_validated(names, used, best_ridge(names, used))
-        lost = without(names, odds)
+        validated = fitted(names)
+        lost = without(names, validated)
         rows = [(test, _limit(test), *alone(every, test), *lost(test)) for test in names.columns]
         total = ("all names", "", *by_world(list(zip(every.world.tolist(), every.true.tolist(), strict=True))), "", "")
         parts += [
             "With its features, fitted anew without each cause:",
-            report(names, validated),
+            report(names, validated.odds),
             "## Each test alone",
             ALONE,
             in_a_table(("feature", "limit", *head, "log score lost", "said: true, false"), [total, *rows]),
@@ -111,9 +108,11 @@ def page(tuning: Kept, reporting: Kept, odds: Odds, made: str) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _weights(odds: Odds) -> list[tuple[str, str]]:
-    rows = [(name, f"{weight:+.3g}") for name, weight in odds.weights.items()]
-    return [("intercept", f"{odds.intercept:+.3g}"), *rows]
+def _weights(odds: Odds) -> list[tuple[str, ...]]:
+    """A row for each feature: its weight for either judge."""
+    judges = (odds.forces, odds.rollouts)
+    rows = [(name, *(f"{one.weights.get(name, 0.0):+.3g}" for one in judges)) for name in FEATURES]
+    return [("intercept", *(f"{one.intercept:+.3g}" for one in judges)), *rows]
 
 
 def _limit(test: str) -> str:

@@ -1,8 +1,8 @@
 """Fit the odds of names to the tuning records of all studies, and say how good they are.
 
 A name is true where it is hidden, or a fair part of the cause. The facts of its claim are those that
-`through_the_verb.py` keeps, their features those of `discovery/judgement.py`; the odds are a bounded logistic model
-with as few features as earn their place on causes that the fit has not seen (`study/fitted_odds.py`).
+`through_the_verb.py` keeps, their features those of `discovery/judgement.py`; the odds are bounded logistic models,
+one of each judge, with as few features as earn their place on causes not seen by the fit (`study/fitted_odds.py`).
 
     python benchmarks/odds.py [--studies NAME]... [--write] [--stale] [--folder FOLDER]
 
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from study.fitted_odds import Names, applied, as_odds, chosen, cross_validated, fit, hard_rule, names_of
+from study.fitted_odds import JUDGES, Names, as_odds, fitted, hard_rule, names_of
 from study.records import Kept, in_a_table, rounded
 from study.scoring import EDGES, ODDS, WORLDS, bare, label, log_score, reliability
 from study.studies import FOLDER, STUDIES, stored
@@ -113,16 +113,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if len(names.claims) < _LEAST_NAMES or names.true.all():
         print(f"{len(names.claims)} names: expected {_LEAST_NAMES} or more; run benchmarks/through_the_verb.py first")
         return 2
-    columns, ridge = chosen(names)
-    odds = cross_validated(names, columns, ridge)
-    weights = fit(columns, names.column(columns), names.true, ridge, None, names.share)
-    model = {name: weight for name, weight in zip(columns, weights[1:], strict=True) if weight}
+    found = fitted(names)
     made = f"python benchmarks/odds.py --write: {len(names.claims)} names of {len(records)} logs, "
-    made += f"cross-validated log score {log_score(odds, names.true):.4f}"
-    content = rounded({"intercept": weights[0], "weights": model, **base_rates(records), "made": made})
+    made += f"{(names.judge == JUDGES[1]).sum()} of them judged by rollouts, "
+    made += f"cross-validated log score {log_score(found.odds, names.true):.4f}"
+    models = {word: {"intercept": zero, "weights": weights} for word, (zero, weights, _) in found.models.items()}
+    content = rounded({**models, **base_rates(records), "made": made})
     print(json.dumps(content, indent=1))
-    own = log_score(applied(weights, names.column(columns), names.share), names.true)
-    print(f"\nprice of weights {ridge:g}; log score on the names of the fit {own:.4f}\n\n{report(names, odds)}")
+    prices = ", ".join(f"{price:g}" for _, _, price in found.models.values())
+    print(f"\nprice of weights {prices}; log score on the names of the fit {log_score(found.own, names.true):.4f}\n")
+    print(report(names, found.odds))
     if given.write:
         given.into.write_text(json.dumps(content) + "\n", encoding="utf-8")
         print(f"wrote {given.into}")

@@ -1,9 +1,9 @@
 """Judgement: from the facts of a claim to the probability that its name is true, and to its verdict.
 
-One logistic model takes a claim's gain, identity, worth, distance from the file's own value, and the sizes of the tests
-that `Reason` lists. It is fitted to worlds of many simulators, with causes inside and outside the catalogue
-(`benchmarks/odds.py`), so the probability is that of worlds like those. A doubt lowers it by its size; no test takes an
-answer back.
+A logistic model takes a claim's gain, identity, worth, distance from the file's own value, and the sizes of the tests
+that `Reason` lists: one of names that the force balance judges, one of those that rollouts do. Both are fitted to
+worlds of many simulators, with causes inside and outside the catalogue (`benchmarks/odds.py`), so the probability is
+that of worlds like those. A doubt lowers it by its size; no test takes an answer back.
 """
 
 import json
@@ -41,7 +41,6 @@ REASONS = {
     "accused": Reason.SENSORS,
     "unexplained": Reason.LASTING_REST,
     "remains": Reason.LASTING_REST,
-    "rolls": Reason.WEAK,
 }
 """The doubt that each feature is."""
 _PLENTY = {"gain": 5.0, "identity": 1.02, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "unlike": 5.0}
@@ -49,19 +48,11 @@ _PLENTY = {"gain": 5.0, "identity": 1.02, "worth": 0.0, "rollout_worth": 0.0, "c
 
 
 @dataclass(frozen=True, slots=True)
-class Odds:
-    """The logistic model: an intercept, and a weight for each feature that earned its place.
-
-    `unselected` is how often a name that no search selected was true all the same, `nearly` how often one that would
-    earn its price in half of the resamples, and `sensors` how often an error of a sensor that is told was there, by the
-    word for it.
-    """
+class Logistic:
+    """A logistic model: an intercept, and a weight for each feature."""
 
     intercept: float
     weights: Mapping[str, float]
-    unselected: float
-    nearly: float
-    sensors: Mapping[str, float]
 
     def probability(self, feature: Mapping[str, float]) -> float:
         """The probability that a name with these features is true."""
@@ -81,11 +72,37 @@ class Odds:
         return max(by_reason, key=lambda reason: by_reason[reason], default=Reason.WEAK)
 
 
+@dataclass(frozen=True, slots=True)
+class Odds:
+    """The odds of names that the force balance judges, and of those that rollouts do.
+
+    `unselected` is how often a name that no search selected was true all the same, `nearly` how often one that would
+    earn its price in half of the resamples, and `sensors` how often an error of a sensor that is told was there, by the
+    word for it.
+    """
+
+    forces: Logistic
+    rollouts: Logistic
+    unselected: float
+    nearly: float
+    sensors: Mapping[str, float]
+
+    @classmethod
+    def read(cls, path: Path) -> "Odds":
+        """The odds of a file, as `benchmarks/odds.py` writes it."""
+        content = json.loads(path.read_text(encoding="utf-8"))
+        judges = {judge: Logistic(**content.pop(judge)) for judge in ("forces", "rollouts")}
+        return cls(**judges, **{name: content[name] for name in ("unselected", "nearly", "sensors")})
+
+    def of(self, claim: Claim) -> Logistic:
+        """The model for a claim, by what judged it."""
+        return self.rollouts if claim.tests.get("rolls") else self.forces
+
+
 @cache
 def odds() -> Odds:
     """The model that `benchmarks/odds.py` fitted."""
-    content = json.loads((Path(__file__).parent / "odds.json").read_text(encoding="utf-8"))
-    return Odds(content["intercept"], content["weights"], content["unselected"], content["nearly"], content["sensors"])
+    return Odds.read(Path(__file__).parent / "odds.json")
 
 
 def features(claim: Claim) -> dict[str, float]:
@@ -107,7 +124,6 @@ def features(claim: Claim) -> dict[str, float]:
         "accused": size.get("accused", 0.0),
         "unexplained": log(1.0 + 10.0 * _unexplained(claim)),
         SHARE: share(claim),
-        "rolls": size.get("rolls", 0.0),
     }
 
 
@@ -133,7 +149,7 @@ def share(claim: Claim) -> float:
 
 def probability(claim: Claim) -> float:
     """The probability that a name is true: of worlds like those of the studies."""
-    return odds().probability(features(claim))
+    return odds().of(claim).probability(features(claim))
 
 
 def verdict(claim: Claim, chance: float) -> Verdict:
@@ -145,4 +161,4 @@ def verdict(claim: Claim, chance: float) -> Verdict:
 
 def largest_doubt(claim: Claim) -> Reason:
     """The doubt that lowers the odds of a name most."""
-    return odds().largest_doubt(features(claim)) if claim.null_excluded else Reason.FILE_VALUE
+    return odds().of(claim).largest_doubt(features(claim)) if claim.null_excluded else Reason.FILE_VALUE

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from undertow.discovery.evidence.weighing import CERTAINLY
-from undertow.discovery.judgement import SHARE, SUPPORT
+from undertow.discovery.judgement import SHARE, SUPPORT, features
 
 from .records import Record
-from .scoring import bare, facts_of, kind_of_world, log_score
+from .scoring import bare, claim_of, kind_of_world, log_score
 
 Array = NDArray[np.float64]
 RIDGES = (1e-4, 1e-3, 3e-3)
@@ -25,7 +25,7 @@ more told 90 % of names of which all were true."""
 FOLDS = 5
 FEATURES = (
     *("rollout_worth", "clear", "unlike", "substitute", "at_limit", "out_of_step"),
-    *("unexplained", "remains", "accused", "rolls"),
+    *("unexplained", "remains", "accused"),
 )
 """What the odds are made of: of all features those that stop more than they cost (`ablation.py`). Taken one by one for
 what each adds to the log score they change with every hundred names, and leave out what few tuning worlds have."""
@@ -40,6 +40,9 @@ LIMITS = {
 }
 """Limits at which a test alone would stop a name: gain and identity below (log-likelihood; identity e^3 to one), worth
 below, a size above; of a test that is not here, half of its whole."""
+JUDGES = ("forces", "rollouts")
+LEAST = 100
+"""Names that a judge has a model of its own from: ten for each number. With fewer it takes that of all names."""
 _HALF = 0.5
 _CLOSE = 1e-7
 """Share of the loss by which a last step lowers it: far less than any feature earns."""
@@ -71,6 +74,24 @@ class Names:
         """Some of the features (names, some)."""
         return self.features[:, [self.columns.index(name) for name in names]]
 
+    def some(self, which: NDArray[np.bool_]) -> "Names":
+        """Those of a mask (names,)."""
+        at = np.flatnonzero(which).tolist()
+        return Names(
+            [self.claims[k] for k in at],
+            [self.records[k] for k in at],
+            self.features[at],
+            self.columns,
+            self.true[at],
+            [self.cause[k] for k in at],
+            self.world[at],
+        )
+
+    @property
+    def judge(self) -> NDArray[np.str_]:
+        """What judged each, of `JUDGES`."""
+        return np.array([JUDGES[bool(c["claim"]["tests"].get("rolls"))] for c in self.claims])
+
     @property
     def share(self) -> Array:
         """What is left of the probability of each beside its look-alikes."""
@@ -85,7 +106,7 @@ class Names:
 def names_of(records: Sequence[Record]) -> Names:
     """Every claim of some records."""
     pairs = [(claim, record) for record in records for claim in record.get("claims", ())]
-    facts = [facts_of(claim) for claim, _ in pairs]
+    facts = [features(claim_of(claim)) for claim, _ in pairs]
     columns = tuple(facts[0]) if facts else ()
     return Names(
         [claim for claim, _ in pairs],
@@ -119,14 +140,12 @@ def fit(
     features: Array,
     true: NDArray[np.bool_],
     ridge: float,
-    start: Mapping[str, float] | None = None,
     share: Array | float = 1.0,
 ) -> Array:
     """Intercept and weights (1 + features,) of least mean log loss, a price on squared weights, signs bounded.
 
     Parameters
     ----------
-    start : weights of a fit that is like this one, by feature
     share : what is left of each probability beside look-alikes
     """
     scale = features.std(axis=0) if len(features) else np.ones(len(columns))
@@ -143,8 +162,9 @@ def fit(
         return float(lost.mean() + 0.5 * price @ weights), design.T @ slope + price
 
     bounds = [(None, None), *((0.0, None) if name in SUPPORT else (None, 0.0) for name in columns)]
-    begin = np.concatenate([[0.0], [(start or {}).get(name, 0.0) for name in columns] * scale])
-    found = minimize(loss, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": _CLOSE}).x
+    found = minimize(
+        loss, np.zeros(design.shape[1]), jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": _CLOSE}
+    ).x
     weights = found[1:] / scale
     return np.concatenate([[found[0] - weights @ middle], weights])
 
@@ -154,33 +174,52 @@ def applied(weights: Array, features: Array, share: Array | float = 1.0) -> Arra
     return share / (1.0 + np.exp(-np.clip(weights[0] + features @ weights[1:], -30.0, 30.0)))
 
 
-def cross_validated(
-    names: Names, columns: Sequence[str], ridge: float, start: Mapping[str, float] | None = None
-) -> Array:
-    """The odds of each name by a model that has not seen its cause; for `start` see `fit`."""
+def cross_validated(names: Names, columns: Sequence[str], ridge: float) -> Array:
+    """The odds of each name by a model that has not seen its cause."""
     fold, features = folds_of(names.cause), names.column(columns)
     odds = np.zeros(len(fold))
     for left_out in np.unique(fold):
         train = fold != left_out
-        weights = fit(columns, features[train], names.true[train], ridge, start, names.share[train])
+        weights = fit(columns, features[train], names.true[train], ridge, names.share[train])
         odds[~train] = applied(weights, features[~train], names.share[~train])
     return odds
 
 
-def score_of(names: Names, columns: Sequence[str], ridge: float, start: Mapping[str, float] | None = None) -> float:
-    """Cross-validated log score [nats a name]."""
-    return log_score(cross_validated(names, columns, ridge, start), names.true)
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """Odds fitted to names.
+
+    Attributes
+    ----------
+    models : intercept, weights and price of weights of each judge
+    odds : of each name, by a model that has not seen its cause
+    own : of each name, by the model that has seen it
+    """
+
+    models: Mapping[str, tuple[float, dict[str, float], float]]
+    odds: Array
+    own: Array
 
 
-def best_ridge(names: Names, columns: Sequence[str]) -> float:
-    """The price of weights by which names of causes that are left out are judged best."""
-    return max(RIDGES, key=lambda ridge: score_of(names, columns, ridge))
+def fitted(names: Names, without: str = "") -> Fitted:
+    """The odds of each judge, of all features that differ between its names, without one of them where that is asked.
 
-
-def chosen(names: Names) -> tuple[list[str], float]:
-    """The features that differ between names, and the price of weights that cross-validation takes."""
-    columns = [name for name in FEATURES if np.ptp(names.column([name])) > 0.0]
-    return columns, best_ridge(names, columns)
+    The price of weights is the one by which names of causes that are left out are judged best.
+    """
+    models, odds, own, judge = {}, np.zeros(len(names.true)), np.zeros(len(names.true)), names.judge
+    for word in JUDGES:
+        enough = int((judge == word).sum()) >= LEAST
+        seen = names.some(judge == word) if enough else names
+        columns = [name for name in FEATURES if name != without and np.ptp(seen.column([name])) > 0.0]
+        tried = {ridge: cross_validated(seen, columns, ridge) for ridge in RIDGES}
+        ridge = max(tried, key=lambda price: log_score(tried[price], seen.true))
+        weights = fit(columns, seen.column(columns), seen.true, ridge, seen.share)
+        at = np.flatnonzero(judge == word)
+        odds[at] = tried[ridge] if enough else tried[ridge][at]
+        own[at] = applied(weights, names.column(columns)[at], names.share[at])
+        told = {name: float(weight) for name, weight in zip(columns, weights[1:], strict=True) if weight}
+        models[word] = (float(weights[0]), told, ridge)
+    return Fitted(models, odds, own)
 
 
 # Rules in the place of odds

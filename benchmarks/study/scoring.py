@@ -1,9 +1,7 @@
 """What an answer is worth beside the truth, under the judgement that gave it or another of the same facts."""
 
-import json
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import fields
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args
@@ -39,23 +37,22 @@ SIGNALS = {
 
 def read_odds(path: Path = ODDS) -> Odds:
     """The odds of a file; `benchmarks/odds.py` writes it."""
-    content = json.loads(path.read_text("utf-8"))
-    return Odds(**{one.name: content[one.name] for one in fields(Odds)})
+    return Odds.read(path)
 
 
-def facts_of(claimed: Record) -> dict[str, float]:
-    """The features of one claim of a record; the first records list its look-alikes beside the claim alone."""
+def claim_of(claimed: Record) -> Claim:
+    """One claim of a record; the first records list its look-alikes beside the claim alone."""
     alike = {"look_alikes": float(len(claimed["alike"]))} if claimed.get("alike") else {}
     facts = claimed["claim"]
-    return features(Claim.model_validate({**facts, "tests": {**alike, **facts["tests"]}}))
+    return Claim.model_validate({**facts, "tests": {**alike, **facts["tests"]}})
 
 
 def rescored(record: Record, odds: Odds) -> dict[str, Any]:
     """The record as another judgement of its facts would have answered."""
     claims = []
     for c in record.get("claims", ()):
-        claim = Claim.model_validate(c["claim"])
-        chance = odds.probability(facts_of(c))
+        claim = claim_of(c)
+        chance = odds.of(claim).probability(features(claim))
         claims.append({**c, "odds": chance, "verdict": verdict(claim, chance) if c["kept"] else "possible"})
     if not claims:
         return dict(record)

@@ -13,11 +13,10 @@ import pytest
 from made_up_records import NAMES, claim, drawn, record
 from places import ROOT
 
-from undertow.discovery.judgement import SUPPORT, Odds
+from undertow.discovery.judgement import SUPPORT, Logistic, Odds
 from undertow.discovery.reason import Reason
 
-SURE = Odds(0.0, {"gain": 1.0}, 0.001, 0.05, {})
-UNSURE = Odds(-9.0, {"gain": 1.0}, 0.001, 0.05, {})
+SURE, UNSURE = (Odds(one, one, 0.001, 0.05, {}) for one in (Logistic(zero, {"gain": 1.0}) for zero in (0.0, -9.0)))
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -220,10 +219,15 @@ def test_a_fit_is_where_its_slope_is_none(names: Any):
 
 def test_a_feature_that_no_name_has_is_not_fitted(names: Any):
     fitted = chapter("study.fitted_odds")
-    columns, ridge = fitted.chosen(names)
-    assert set(columns) == {name for name in fitted.FEATURES if np.ptp(names.column([name])) > 0.0}
-    assert columns
+    assert {*names.judge} == {"forces"}
+    found = fitted.fitted(names)
+    assert found.models["forces"] == found.models["rollouts"], "no name has the other judge: it takes all"
+    _, weights, ridge = found.models["forces"]
+    assert weights
+    assert set(weights) <= {name for name in fitted.FEATURES if np.ptp(names.column([name])) > 0.0}
     assert ridge in fitted.RIDGES
+    least = min(weights, key=lambda name: abs(weights[name]))
+    assert least not in fitted.fitted(names, least).models["forces"][1]
 
 
 def test_odds_are_written_as_the_judgement_reads_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any):

@@ -11,6 +11,7 @@ from undertow.discovery.judgement import (
     REASONS,
     SHARE,
     SUPPORT,
+    Logistic,
     features,
     largest_doubt,
     odds,
@@ -27,7 +28,6 @@ DOUBTS = (
     "unexplained",
     "remains",
     "accused",
-    "rolls",
 )
 """The tests of a claim by the names under which their sizes stand in it."""
 CLEAR = Claim(
@@ -40,7 +40,7 @@ CLEAR = Claim(
 )
 """A name for which everything speaks."""
 TESTS = tuple(list(Reason)[list(Reason).index(Reason.FILE_VALUE) : list(Reason).index(Reason.WEAK) + 1])
-EVEN = replace(odds(), intercept=0.0, weights={name: 1.0 if name in SUPPORT else -1.0 for name in REASONS})
+EVEN = Logistic(0.0, {name: 1.0 if name in SUPPORT else -1.0 for name in REASONS})
 """Odds in which every feature counts."""
 
 SETTINGS = settings(max_examples=100, deadline=None, derandomize=True, database=None)
@@ -119,11 +119,19 @@ def test_a_test_reaches_the_odds_under_its_own_doubt():
 
 def test_the_fitted_odds_know_their_features_and_no_weight_has_the_wrong_sign():
     fitted = odds()
-    assert set(fitted.weights) <= set(features(CLEAR)) - {SHARE} == set(REASONS)
-    assert fitted.weights
-    for name, weight in fitted.weights.items():
-        assert weight >= 0.0 if name in SUPPORT else weight <= 0.0, name
+    for judge in (fitted.forces, fitted.rollouts):
+        assert set(judge.weights) <= set(features(CLEAR)) - {SHARE} == set(REASONS)
+        assert judge.weights
+        for name, weight in judge.weights.items():
+            assert weight >= 0.0 if name in SUPPORT else weight <= 0.0, name
     assert 0.0 < fitted.unselected < fitted.nearly < 0.5
+
+
+def test_a_name_is_judged_by_the_model_of_its_judge():
+    rolled = CLEAR.but(tests={**CLEAR.tests, "rolls": 1.0})
+    assert odds().of(CLEAR) is odds().forces
+    assert odds().of(rolled) is odds().rollouts
+    assert probability(rolled) == odds().rollouts.probability(features(rolled)) != probability(CLEAR)
 
 
 def test_what_everything_speaks_for_is_missing_and_a_stand_in_is_not():
@@ -169,7 +177,7 @@ def test_where_rollouts_were_not_asked_the_worth_in_force_stands_for_theirs():
 
 
 def test_odds_without_a_feature_are_those_of_the_intercept():
-    alone = replace(odds(), intercept=0.0, weights={})
+    alone = Logistic(0.0, {})
     assert alone.probability(features(CLEAR)) == 0.5
     assert alone.largest_doubt(features(CLEAR)) is Reason.WEAK
     assert replace(alone, intercept=1e9).probability({}) == pytest.approx(1.0)
