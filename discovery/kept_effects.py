@@ -13,7 +13,7 @@ from ..physics.vehicle import Vehicle
 from .balance.shooting import ShootingSettings
 from .basis import Basis
 from .calibration.before_calibration import FreeParameters
-from .candidates.candidate import Candidate, Kind, limit_at
+from .candidates.candidate import Candidate, Kind, at_limit
 from .evidence.weighing import Evidence
 from .findings import Findings
 from .identifiability.rehearsal import Identifiability, Rehearsal
@@ -145,7 +145,7 @@ def _possible(search: Search, before: State, after: State, key: str) -> bool:
     """True when an effect that joins a model is one that a hull can have."""
     (candidate,) = (c for c in search.pool if c.key == key)
     nominal, found = search.nominal, after.vehicle
-    if any(limit_at(p, found.value(p.symbol), nominal.value(p.symbol)) is not None for p in candidate.parameters):
+    if at_limit(candidate, nominal, found):
         return False
     known, now = (find_impossible(vehicle.values, vehicle.thrusters) for vehicle in (before.vehicle, found))
     return set(now) <= set(known)

@@ -13,6 +13,7 @@ import numpy as np
 from ..measurements.statistics.processors import parallel_map
 from ..physics.errors import RequestError
 from ..physics.motion import AXES
+from ..physics.presentation import listing, words
 from ..physics.stage import SEARCHING, WEIGHING, Say, Stage, trim_memory
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance
@@ -20,7 +21,7 @@ from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
 from .basis import LEAVES, Basis, has_enough_tests, residual_of_few_forces
 from .calibration.before_calibration import free_parameters
-from .candidates.candidate import Candidate, Kind
+from .candidates.candidate import Candidate, Kind, at_limit
 from .candidates.unnamed_terms import find_twins, shortlist, term_candidate
 from .evidence.unexplained import add_faint_structure
 from .evidence.weighing import TELL_APART, Evidence, assess_candidates, limit_confidence
@@ -31,6 +32,7 @@ from .search.estimation import polish
 from .search.floating import Search, State, static_effects
 from .search.record_errors_in_search import coarse_records, has_residual_structure
 from .search.thruster_scales import as_common_scale
+from .settings import DiscoverySettings
 
 
 def disagreements(form: Balance, nominal: Vehicle, corrected: Vehicle) -> list[str]:
@@ -97,27 +99,32 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
         say(free.sentence)
     form = basis.balance()
     basis.forces.forget()  # rollouts judge from here on
-    settings = replace(basis.settings.search, refinements=_REFINEMENTS)
-    search = Search(form, nominal, seen, settings)
     say(Stage("searching the catalogue of effects on open-loop rollouts", SEARCHING))
-    state = search.best_of(list(_starts(search, basis.settings.shooting)), say)
-    for _ in range(_ROUNDS - 1):
-        form = form.refreshed(state.vehicle)
-        search = Search(form, nominal, seen, settings)
-        again = search.run(start=state, progress=say)
-        same = set(again.active) == set(state.active)
-        state = again
-        if same:
-            break
-    state, whole = prune_weak(search, state), state
+    search, whole = _search_rollouts(form, nominal, seen, basis.settings, say)
+    state = prune_weak(search, whole)
+    limited: list[Candidate] = []
+    while here := [
+        c for c in search.pool if c.key in search.named(state.active) and at_limit(c, nominal, state.vehicle)
+    ]:
+        # What stands beside a number that is a limit's and not the log's rests on it: the rest is searched without.
+        say(Stage(f"trying without {listing([words(c.key) for c in here])}: the log asks for more than physics allows"))
+        limited += here
+        seen = [c for c in seen if c not in limited]
+        search, whole = _search_rollouts(form, nominal, seen, basis.settings, say)
+        state = prune_weak(search, whole)
+    form = search.balance
     rehearsal = rehearse(search, nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
     say(Stage("weighing the evidence", WEIGHING))
     evidence = limit_confidence(assess_candidates(search, state, seed, known), form)
     nothing = np.zeros(3)
-    evidence += [Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), unjudged=True) for c in unseen]
-    forces = Search(basis.cleared_forces(), nominal, seen, replace(settings, refinements=0))
+    unseen += limited
+    evidence += [
+        Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), at_limit=c in limited, unjudged=c not in limited)
+        for c in unseen
+    ]
+    forces = Search(basis.cleared_forces(), nominal, seen, replace(basis.settings.search, refinements=0))
     return SearchResult(
         basis,
         basis.motions,
@@ -133,6 +140,24 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
         free,
         tuple(key for key in search.named(whole.active) if key not in state.active),
     )
+
+
+def _search_rollouts(
+    form: Balance, nominal: Vehicle, pool: Sequence[Candidate], settings: DiscoverySettings, say: Say
+) -> tuple[Search, State]:
+    """Search from each start, then on with weights about the model that was found, until the names stay."""
+    how = replace(settings.search, refinements=_REFINEMENTS)
+    search = Search(form, nominal, pool, how)
+    state = search.best_of(list(_starts(search, settings.shooting)), say)
+    for _ in range(_ROUNDS - 1):
+        form = form.refreshed(state.vehicle)
+        search = Search(form, nominal, pool, how)
+        again = search.run(start=state, progress=say)
+        same = set(again.active) == set(state.active)
+        state = again
+        if same:
+            break
+    return search, state
 
 
 def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:

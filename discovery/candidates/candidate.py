@@ -136,6 +136,21 @@ def limit_at(parameter: Parameter, value: float, start: float | None = None) -> 
     return None
 
 
+def limit_reached(parameter: Parameter, value: float, start: float) -> float | None:
+    """The physical limit that an estimate has left its nominal value `start` for, where that is nothing usual.
+
+    Nominal damping that vanishes is not at a limit: the file has a number for what is not there.
+    """
+    vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
+    return None if parameter.attainable or vanishes else limit_at(parameter, value, start)
+
+
+def at_limit(candidate: Candidate, nominal: Vehicle, vehicle: Vehicle) -> bool:
+    """True when any parameter of an effect has reached a limit, see `limit_reached`."""
+    values = ((p, vehicle.value(p.symbol), nominal.value(p.symbol)) for p in candidate.parameters)
+    return any(limit_reached(*one) is not None for one in values)
+
+
 RIGID_BODY = ("mass", "inertia_z", "x_g")
 """What a scale and a drawing tell; held unless the user frees x_g."""
 _WHY_NOT = {

@@ -11,7 +11,7 @@ from ...physics.motion import Motion
 from ...physics.plausibility import find_impossible
 from ...physics.vehicle import Vehicle
 from ..balance.long_logs import misalignment
-from ..candidates.candidate import Candidate, Kind, limit_at
+from ..candidates.candidate import Candidate, Kind, limit_reached
 from ..search.estimation import Interval
 from ..search.thruster_scales import redundant_scales
 from .weighing import Evidence
@@ -105,8 +105,7 @@ def _of(
 ) -> str:
     parameter = next(p for p in candidate.parameters if p.symbol == symbol)
     value = estimate.value(symbol)
-    vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
-    limit = None if parameter.attainable or vanishes else limit_at(parameter, value, nominal.value(symbol))
+    limit = limit_reached(parameter, value, nominal.value(symbol))
     if limit is not None:
         return f"{symbol} stands at its physical limit, {limit:g} in all: its size is the limit's, not the log's"
     interval = intervals.get(symbol)

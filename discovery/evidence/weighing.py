@@ -14,7 +14,7 @@ from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..balance.shooting import WHOLE_HORIZON, rollout_squares
 from ..balance.weak_form import WeakForm
-from ..candidates.candidate import Candidate, Kind, limit_at
+from ..candidates.candidate import Candidate, Kind, at_limit
 from ..candidates.linearisation import Linearisation, Option
 from ..effect_findings import FittedTerm
 from ..findings import axis_name
@@ -291,7 +291,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         held_out_drop(without.fit, state.fit, search),
         confidence,
         tuple(rivals),
-        _at_limit(search, candidate, now[candidate.key]),
+        at_limit(candidate, search.nominal, state.vehicle),
         chance=model.rehearsals.chance(candidate.key),
         identity=min(worse.get(rival, _BEYOND), _BEYOND),
         rival=rival,
@@ -460,20 +460,6 @@ def share_of_resamples(
     gain = 0.5 * search.balance.independent * (np.log(before + search.floor) - np.log(after + search.floor))
     gain = gain.sum(axis=1) if axis is None else gain[:, axis]
     return share_of_draws((gain > price) & matters)
-
-
-def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
-    """True when a parameter lies at a physical limit that is not its nominal value, and that is nothing usual.
-
-    Nominal damping that vanishes is not at a limit: the file has a number for what is not there.
-    """
-    for parameter, value in zip(candidate.parameters, option.start, strict=True):
-        vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
-        if parameter.attainable or vanishes:
-            continue
-        if limit_at(parameter, value, search.nominal.value(parameter.symbol)) is not None:
-            return True
-    return False
 
 
 def limit_confidence(evidence: Sequence[Evidence], form: Balance) -> list[Evidence]:
