@@ -24,7 +24,7 @@ from .calibration.before_calibration import free_parameters
 from .candidates.candidate import Candidate, Kind, at_limit
 from .candidates.unnamed_terms import find_twins, shortlist, term_candidate
 from .evidence.unexplained import add_faint_structure
-from .evidence.weighing import TELL_APART, Evidence, assess_candidates, limit_confidence
+from .evidence.weighing import TELL_APART, Evidence, assess_candidates, in_place_of, limit_confidence
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import plausible_amounts, rehearse
 from .kept_effects import ForceFit, NeedsRollouts, SearchResult, without_effects
@@ -103,6 +103,7 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
     search, whole = _search_rollouts(form, nominal, seen, basis.settings, say)
     state = prune_weak(search, whole)
     limited: list[Candidate] = []
+    first = search.named(state.active)
     while here := [
         c for c in search.pool if c.key in search.named(state.active) and at_limit(c, nominal, state.vehicle)
     ]:
@@ -118,6 +119,9 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
     known = identify(search, state.vehicle, state.active, plausible)
     say(Stage("weighing the evidence", WEIGHING))
     evidence = limit_confidence(assess_candidates(search, state, seed, known), form)
+    if limited:
+        rivals = tuple(c.key for c in limited)
+        evidence = [in_place_of(e, rivals) if e.selected and e.key not in first else e for e in evidence]
     nothing = np.zeros(3)
     unseen += limited
     evidence += [

@@ -462,6 +462,13 @@ def share_of_resamples(
     return share_of_draws((gain > price) & matters)
 
 
+def in_place_of(e: Evidence, rivals: tuple[str, ...]) -> Evidence:
+    """The evidence on an effect that was only found where rivals were left out that explain the log as well."""
+    return replace(
+        e, indistinguishable_from=(*e.indistinguishable_from, *rivals), rival=rivals[0], identity=min(e.identity, 0.0)
+    )
+
+
 def limit_confidence(evidence: Sequence[Evidence], form: Balance) -> list[Evidence]:
     """The evidence with no more confidence than a sign test's, 1 - 2^(1 - blocks): few may all agree by chance."""
     most = 1.0 - 0.5 ** (form.blocks - 1)
