@@ -101,7 +101,7 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
     basis.forces.forget()  # rollouts judge from here on
     say(Stage("searching the catalogue of effects on open-loop rollouts", SEARCHING))
     search, whole = _search_rollouts(form, nominal, seen, basis.settings, say)
-    state = prune_weak(search, whole)
+    state = prune_weak(search, as_common_scale(search, whole))
     limited: list[Candidate] = []
     first = search.named(state.active)
     while here := [
@@ -112,7 +112,7 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
         limited += here
         seen = [c for c in seen if c not in limited]
         search, whole = _search_rollouts(form, nominal, seen, basis.settings, say)
-        state = prune_weak(search, whole)
+        state = prune_weak(search, as_common_scale(search, whole))
     form = search.balance
     rehearsal = rehearse(search, nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
@@ -121,14 +121,16 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
     evidence = limit_confidence(assess_candidates(search, state, seed, known), form)
     if limited:
         rivals = tuple(c.key for c in limited)
-        evidence = [in_place_of(e, rivals) if e.selected and e.key not in first else e for e in evidence]
+        new = {*search.named(whole.active)} - {*first}
+        evidence = [in_place_of(e, rivals) if e.key in new else e for e in evidence]
     nothing = np.zeros(3)
     unseen += limited
     evidence += [
         Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), at_limit=c in limited, unjudged=c not in limited)
         for c in unseen
     ]
-    forces = Search(basis.cleared_forces(), nominal, seen, replace(basis.settings.search, refinements=0))
+    told_apart = [*seen, *limited]  # a manoeuvre may tell what stands at a limit from what stands in its place
+    forces = Search(basis.cleared_forces(), nominal, told_apart, replace(basis.settings.search, refinements=0))
     return SearchResult(
         basis,
         basis.motions,

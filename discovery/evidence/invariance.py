@@ -146,7 +146,8 @@ class _Sizes(NamedTuple):
     @property
     def known(self) -> bool:
         """True when both parts know the number."""
-        return bool((np.sqrt(np.diag(self.covariance)) < _KNOWN * abs(self.start - self.reference)).all())
+        variance = np.diag(self.covariance)
+        return bool(((variance >= 0.0) & (variance < (_KNOWN * (self.start - self.reference)) ** 2)).all())
 
     @property
     def gap(self) -> float:

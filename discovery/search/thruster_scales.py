@@ -34,12 +34,13 @@ def is_equivalent(nominal: Vehicle, active: tuple[str, ...], key: str, other: st
 def as_common_scale(search: Search, state: State) -> State:
     """A model of two thrusters' scales, described as a common scale and the weaker one's fault.
 
-    That description is the one an engineer would look for: a battery or a curve that concerns both, and one thruster
-    that is fouled. Where either is no candidate, as the common scale beside a calibration, the model stays as it is.
+    Three scales of two thrusters are one too many: only their products move a force. Told is what an engineer would
+    look for: a battery or a curve that concerns both, and one thruster that is fouled. Where either is no candidate, as
+    the common scale beside a calibration, the model stays as it is.
     """
     thrusters = search.nominal.thrusters
     kind = [k for k in state.active if _is_scale(k)]
-    if len(thrusters) != 2 or len(kind) != 2:
+    if len(thrusters) != 2 or len(kind) < 2:
         return state
     names = [t.name for t in thrusters]
     ratio = np.array([_total(state.vehicle, n) / max(_total(search.nominal, n), 1e-12) for n in names])

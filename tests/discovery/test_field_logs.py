@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.discovery import selection
 from undertow.discovery.add_effects import Bench, add_effects
 from undertow.discovery.balance.long_logs import UNKNOWN, correct_compass, misalignment
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
@@ -12,6 +13,7 @@ from undertow.discovery.basis import fit_all_forces
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
 from undertow.discovery.findings import Step
+from undertow.discovery.reason import Reason
 from undertow.discovery.run_models import values_of_step
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.settings import DiscoverySettings
@@ -84,6 +86,23 @@ def test_hidden_effects_are_named_under_coloured_noise_and_held_fixes(nominal: V
     assert set(found.findings.missing) == NAMES
     weak = Search(WeakForm([log], WeakSettings()), nominal, candidates(nominal), SearchSettings())
     assert set(weak.run().active) - NAMES, "the force balance alone takes coloured noise for effects"
+
+
+def test_beside_a_number_at_a_limit_the_search_goes_on_without_it(nominal: Vehicle, monkeypatch: pytest.MonkeyPatch):
+    """What is only found without it is its look-alike: it explains the log because the other was left out."""
+    log = coloured(driven(nominal.with_values(HIDDEN), 4.0, 0), (0.06, 0.04, 0.03), 1.0, seed=2, hold=4)
+    monkeypatch.setattr(selection, "at_limit", lambda c, before, found: c.key == "reverse_thrust_loss")
+    found = find_missing([log], nominal)
+    effects = {c.effect: c for c in found.findings.candidates}
+    left_out = effects.pop("reverse_thrust_loss")
+    assert (left_out.reason, left_out.in_model) == (Reason.AT_LIMIT, False)
+    assert found.corrected.value("reverse_scale") == nominal.value("reverse_scale")
+    stand_ins = {name: c for name, c in effects.items() if c.claim is not None and name not in NAMES}
+    assert stand_ins
+    for one in stand_ins.values():
+        assert "reverse_thrust_loss" in one.indistinguishable_from
+        assert one.confidence <= 0.5
+    assert set(found.findings.missing) <= NAMES
 
 
 def test_effects_are_added_by_rollouts_under_coloured_noise(nominal: Vehicle) -> None:

@@ -115,6 +115,17 @@ def test_both_thrusters_scales_are_told_as_a_common_one_and_the_weaker_one():
     assert plain.score == pytest.approx(state.score, abs=0.5)
 
 
+def test_of_three_scales_of_two_thrusters_one_is_too_many():
+    motion = world({"port_scale": 0.7, "stbd_scale": 0.9})
+    search = searched(motion)
+    thrice = ("thrust_scale", "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
+    values = {"thrust_scale": 1.5, "port_scale": 0.7 / 1.5, "stbd_scale": 0.9 / 1.5}
+    plain = as_common_scale(search, search.evaluate(HULL.with_values(values), thrice))
+    assert set(plain.active) == {"thrust_scale", "thruster_asymmetry[port]"}
+    assert plain.vehicle.value("thrust_scale") == pytest.approx(0.9, rel=0.02)
+    assert plain.vehicle.value("port_scale") == pytest.approx(0.7 / 0.9, rel=0.02)
+
+
 def test_two_scales_stay_as_they_are_where_the_common_one_is_no_candidate():
     """Beside a calibration, as `--refit` makes one, the common scale is part of the calibration."""
     motion = world({"port_scale": 0.7, "stbd_scale": 0.9}, duration=60.0)
