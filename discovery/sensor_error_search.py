@@ -196,7 +196,7 @@ def _quiet(text: str) -> None:
 
 
 def _simpler(against: ForceFit, after: ForceFit, errors: HiddenErrors) -> bool:
-    """True when fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
+    """True when fewer causes explain a log beside errors of the sensors, these among them, and no crowd that is new.
 
     Turning moves an antenna as it bends the flow along a hull: four effects about another origin do as well as five
     laws of drag, and forces that explain a log need no error of the sensors. A centre of gravity that moves farther
@@ -207,7 +207,8 @@ def _simpler(against: ForceFit, after: ForceFit, errors: HiddenErrors) -> bool:
         if arm and abs(state.vehicle.value(symbol) - search.nominal.value(symbol)) > abs(arm):
             return False
     least = len(against.names) if against.explains else np.inf
-    return not _overfits(after) and bool(len(after.names) + errors.count < least)
+    crowd = _overfits(after) and not _overfits(against)
+    return not crowd and bool(len(after.names) + errors.count < least)
 
 
 def _unexplained_share(before: ForceFit, after: ForceFit) -> float:
