@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
-from typing import NamedTuple
+from functools import partial
 
 from ..measurements.statistics.processors import parallel_map
 from ..physics.effects import COMMAND_OFFSET
@@ -56,11 +55,17 @@ class SearchResult:
     subthreshold: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ForceFit:
-    """A model that a search of a force balance ended with, what judges it, and what is calibrated in every model.
+    """A model that a search of a force balance ended with.
 
-    `rehearsal` is that of its candidates, where one was held.
+    Attributes
+    ----------
+    basis : what it was judged on
+    search, state : the search, and the model
+    free : what is calibrated in every model, if anything
+    rehearsal : of its candidates, where one was held
+    rolling : the basis by which rollouts judge, where the model leaves more than white noise; None where it stands
     """
 
     basis: Basis
@@ -68,19 +73,17 @@ class ForceFit:
     state: State
     free: FreeParameters | None = None
     rehearsal: Rehearsal | None = None
+    rolling: Basis | None = None
 
-    @cached_property
+    @property
     def explains(self) -> bool:
         """True when it leaves no structure of the log."""
         return not has_residual_structure(self.search, self.state)
 
-
-class NeedsRollouts(NamedTuple):
-    """The best model of a force balance that leaves more than white noise of it; `rolling` is how rollouts judge."""
-
-    rolling: Basis
-    search: Search
-    state: State
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Keys of the effects in it."""
+        return self.search.named(self.state.active)
 
 
 def without_effects(search: Search, state: State) -> Vehicle:

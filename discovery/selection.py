@@ -6,7 +6,7 @@ begin at several models, are weighted by the model found, and lose what cannot b
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from .evidence.unexplained import add_faint_structure
 from .evidence.weighing import TELL_APART, Evidence, assess_candidates, in_place_of, limit_confidence
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import plausible_amounts, rehearse
-from .kept_effects import ForceFit, NeedsRollouts, SearchResult, without_effects
+from .kept_effects import ForceFit, SearchResult, without_effects
 from .search.estimation import polish
 from .search.floating import Search, State, static_effects
 from .search.record_errors_in_search import coarse_records, has_residual_structure
@@ -236,67 +236,33 @@ def select(basis: Basis, say: Say) -> SearchResult:
     RequestError
         when the log is too short for a few blocks of rollouts.
     """
-    return Selection(basis, say).result
+    return finish(None if basis.uses_rollouts else search_forces(basis, say), basis, say)
 
 
-class Selection:
-    """Selection of effects on a log, in steps that are taken when they are asked for, see `select`.
+def search_forces(basis: Basis, say: Say, *, thorough: bool = False) -> ForceFit:
+    """Search the catalogue on the force balance of a log, and say whether rollouts must judge it for all that.
 
     Parameters
     ----------
-    basis : what judges until forces turn out to explain too little
-    say : told a line for each step
     thorough : terms are looked for even where few forces leave structure, for who compares what is left
-
-    Attributes
-    ----------
-    given : the basis that it began with
     """
+    return _to_the_end(_search(basis, say), say, thorough)
 
-    def __init__(self, basis: Basis, say: Say, *, thorough: bool = False) -> None:
-        self.given, self.say, self._thorough = basis, say, thorough
 
-    @cached_property
-    def first(self) -> ForceFit | None:
-        """The end of the first search of the catalogue on the force balance, where that is asked."""
-        return None if self.given.uses_rollouts else _search(self.given, self.say)
+def finish(fit: ForceFit | None, basis: Basis, say: Say) -> SearchResult:
+    """The candidates weighed beside what the force balance found, or, where rollouts judge, searched on these.
 
-    @cached_property
-    def _searched_on(self) -> ForceFit | NeedsRollouts | None:
-        return self.first and _on_forces(self.first, self.say, self._thorough)
-
-    def search_on(self) -> None:
-        """Search on from there, ahead of who asks for it."""
-        _ = self._searched_on
-
-    @property
-    def force_fit(self) -> ForceFit | None:
-        """The fit that settles the log on the force balance; None where it was not asked, or does not."""
-        return self._searched_on if isinstance(self._searched_on, ForceFit) else None
-
-    @property
-    def needs_rollouts(self) -> NeedsRollouts | None:
-        """The same where it was asked and rollouts must judge."""
-        return self._searched_on if isinstance(self._searched_on, NeedsRollouts) else None
-
-    @property
-    def basis(self) -> Basis:
-        """The basis that judges in the end."""
-        return self.needs_rollouts.rolling if self.needs_rollouts else self.given
-
-    @cached_property
-    def result(self) -> SearchResult:
-        """By whichever judges, weighed."""
-        if self.force_fit:
-            return _assess(self.force_fit, self.say)
-        if self.needs_rollouts:
-            self.say(self.basis.why)
-        return search_on_rollouts(self.basis, self.say)
-
-    @property
-    def outcome(self) -> ForceFit | SearchResult:
-        """The same, weighed where that comes with it."""
-        return self.force_fit or self.result
+    Parameters
+    ----------
+    fit : on the force balance; None where that was not asked
+    basis : what judges a log whose force balance was not asked
+    """
+    if fit is None:
+        return search_on_rollouts(basis, say)
+    if fit.rolling is None:
+        return _assess(fit, say)
+    say(fit.rolling.why)
+    return search_on_rollouts(fit.rolling, say)
 
 
 def _search(basis: Basis, say: Say) -> ForceFit:
@@ -313,17 +279,17 @@ def _search(basis: Basis, say: Say) -> ForceFit:
     return ForceFit(basis, search, search.run(progress=say), free, rehearsal)
 
 
-def _on_forces(first: ForceFit, say: Say, thorough: bool) -> ForceFit | NeedsRollouts:
+def _to_the_end(first: ForceFit, say: Say, thorough: bool) -> ForceFit:
     """Search again without each name where a first search explains a log, and for terms where names leave structure.
 
     Of a log without noise, which rollouts never judge, names that leave structure are searched again, too, unless a few
-    forces leave some. What leaves structure for all that, in a log that is long enough for rollouts, is not settled.
+    forces leave some. What leaves structure for all that, in a log that is long enough for rollouts, these judge.
     """
     basis, search, state = first.basis, first.search, first.state
     beyond = not thorough and _beyond_few_forces(first)
-    unsettled = _needs_rollouts(basis, search, state) if beyond else None
-    if unsettled:
-        return unsettled
+    rolling = _rolling(basis, search, state) if beyond else None
+    if rolling is not None:
+        return replace(first, rolling=rolling)
     if first.explains or not (beyond or basis.has_sensor_noise):
         state = search.again(state, say)
     if has_residual_structure(search, state):  # a model of fewer names may, where the first left none
@@ -331,7 +297,7 @@ def _on_forces(first: ForceFit, say: Say, thorough: bool) -> ForceFit | NeedsRol
         search, state = _with_terms(basis.forces, search, state, say)
     state = as_common_scale(search, state)
     rehearsal = first.rehearsal if search is first.search else None  # of terms, too, another is held
-    return _needs_rollouts(basis, search, state) or ForceFit(basis, search, state, first.free, rehearsal)
+    return ForceFit(basis, search, state, first.free, rehearsal, _rolling(basis, search, state))
 
 
 def _assess(found: ForceFit, say: Say) -> SearchResult:
@@ -372,10 +338,11 @@ def _beyond_few_forces(first: ForceFit) -> bool:
     return search.has_residual_structure(residual_of_few_forces(basis.forces, search, _FEW))
 
 
-def _needs_rollouts(basis: Basis, search: Search, state: State) -> NeedsRollouts | None:
-    """A model that explains no log of sensors, where that has rollouts enough to judge by; else None.
+def _rolling(basis: Basis, search: Search, state: State) -> Basis | None:
+    """The basis by which rollouts judge a log of sensors that a model leaves structure of; None where it leaves none.
 
-    What no model explains is no white noise, and the names of such a model are those of stand-ins.
+    None as well for a log that has too few rollouts. What no model explains is no white noise, and the names of such a
+    model are those of stand-ins.
     """
     if not basis.has_sensor_noise or not has_residual_structure(search, state):
         return None
@@ -385,7 +352,7 @@ def _needs_rollouts(basis: Basis, search: Search, state: State) -> NeedsRollouts
         rolling.balance()
     except RequestError:
         return None
-    return NeedsRollouts(rolling, search, state)
+    return rolling
 
 
 def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[Search, State]:

@@ -5,8 +5,7 @@ where a search leaves structure, or ends with many effects, the errors are estim
 search runs again; its answer is kept where the errors earn their price.
 """
 
-from collections.abc import Callable, Collection, Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -14,18 +13,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ..measurements.kinematics import corrected_for
-from ..measurements.statistics.processors import fork_available, parallel_map, run_in_fork
-from ..physics.errors import RequestError
+from ..measurements.statistics.processors import parallel_map
 from ..physics.motion import Array, Motion
 from ..physics.stage import Say, Stage
-from .basis import Basis, choose_balance, residual_of_few_forces
+from .basis import Basis, choose_balance
 from .candidates.candidate import Kind
 from .effect_findings import FittedTerm
 from .findings import SensorError
 from .kept_effects import ForceFit, SearchResult
 from .search.floating import Search, State
-from .search.record_errors_in_search import RecordErrorFit, has_residual_structure, search_with_record_errors
-from .selection import Selection
+from .search.record_errors_in_search import RecordErrorFit, search_with_record_errors
+from .selection import finish, search_forces, select
 
 _LEAST = (0.05, 0.05, 0.02)
 """Sizes from which an error matters [m, m, rad]."""
@@ -129,144 +127,76 @@ def search_with_sensor_errors(basis: Basis, say: Say) -> SensorErrorSearch:
     Where rollouts judge, a third of what stood unexplained may be left without it; they are not asked of a log that
     forces explain without it. Where the log asks less plainly, nothing is corrected.
     """
-    before = Selection(basis, say)
-    if basis.forces.claimed:
-        return SensorErrorSearch(before.result)
-    first = before.first
-    much = first is not None and _leaves_much(first)
-    asked = _estimate_while_searching(basis, before) if much else None
-    at_once = _corrected(before, first, asked, _explained_by_one) if first and asked is not None else None
-    if first and at_once and not _few_forces_explain(first, at_once):
-        return at_once
-    looked = before.force_fit
-    earned = _earned(looked.search, looked.state) if looked else 0.0
-    estimate = None
-    if before.needs_rollouts or (looked and _overfits(looked.search, looked.state)):
-        estimate = asked if much else _estimate(basis)
-    if estimate is None and looked and earned >= _ASKS:
-        estimate = _fit_with_sensor_errors(looked.search).errors * _USUAL
-    corrected = None
-    if estimate is not None:
-        corrected = _corrected(before, looked, estimate, partial(_selected, before))
-    return corrected or SensorErrorSearch(before.result)
+    if basis.uses_rollouts or basis.forces.claimed:
+        return SensorErrorSearch(select(basis, say))
+    fit = search_forces(basis, say)
+    estimate = _asked(fit)
+    corrected = None if estimate is None else _corrected(fit, estimate, say)
+    return corrected or SensorErrorSearch(finish(fit, basis, say))
 
 
-def _estimate_while_searching(basis: Basis, before: Selection) -> Array | None:
-    """See `_asked`; with a second processor the forces are searched further meanwhile, as most logs want next."""
-    with run_in_fork(partial(_estimate, basis)) as asked:
-        if fork_available():
-            with suppress(RequestError):  # it is told where that search is asked for, if it is
-                before.search_on()
-        return asked()
+def _asked(fit: ForceFit) -> Array | None:
+    """Errors of the sensors that a log asks for: where its model leaves structure or is a crowd, or where they earn."""
+    if fit.rolling is not None or _overfits(fit):
+        return _estimate(fit.basis)
+    if not fit.names or RecordErrorFit(fit.search, _columns(fit.search, fit.state), fit.state).earned < _ASKS:
+        return None
+    return _fit_with_sensor_errors(fit.search).errors * _USUAL
 
 
-def _few_forces_explain(first: ForceFit, found: SensorErrorSearch) -> bool:
-    """True when as many forces on each axis, free there, would explain a log without errors of the sensors, too."""
-    many = len(_named(found.result)) + (found.errors.count if found.errors else 0)
-    return not first.search.has_residual_structure(residual_of_few_forces(first.basis.forces, first.search, many))
-
-
-def _leaves_much(first: ForceFit) -> bool:
-    """True when a first search leaves structure, or ends with so many effects that they may be a crowd of stand-ins."""
-    return not first.explains or len(_named(first)) >= first.search.settings.prune_from
-
-
-def _named(found: ForceFit | SearchResult) -> tuple[str, ...]:
-    return found.search.named(found.state.active)
-
-
-def _overfits(search: Search, state: State) -> bool:
+def _overfits(fit: ForceFit) -> bool:
     """True when a model is a crowd of stand-ins, beside which an error of the sensors would earn nothing more."""
-    named = search.named(state.active)
-    return bool(search.of_kind(named, Kind.TERM)) or len(named) >= search.settings.overfit_from
+    terms = fit.search.of_kind(fit.names, Kind.TERM)
+    return bool(terms) or len(fit.names) >= fit.search.settings.overfit_from
 
 
-def _earned(search: Search, state: State) -> float:
-    """What errors of the sensors earn beside a model."""
-    if not search.named(state.active):
-        return 0.0
-    return RecordErrorFit(search, _columns(search, state), state).earned
-
-
-def _corrected(
-    before: Selection, against: ForceFit | None, estimate: Array, look: Callable[[Basis], Selection | None]
-) -> SensorErrorSearch | None:
+def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | None:
     """What is found on motions without an error of the sensors, as it is refined.
 
-    None where that is no better, or leaves what no noise explains.
+    None where that is no better, no simpler, or leaves what no noise explains: more than a stand-in would.
 
     Parameters
     ----------
-    against : the model of forces alone that it must be better than; None where these settle nothing
-    look : looks at corrected motions; None where what it sees is no better for sure
+    fit : the model of forces alone, that it must be better than where that explains the log
     """
-    basis, say = before.given, before.say
+    basis = fit.basis
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
-    best: Selection | None = None
-    found = None
-    worth = np.inf if against is None else against.state.score - _BETTER
+    best: ForceFit | None = None
+    found = NONE
+    worth = np.inf if fit.rolling is not None else fit.state.score - _BETTER
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
         if errors == NONE:
             break
-        begun = choose_balance(
-            [errors.corrected(motion) for motion in basis.forces.motions], basis.nominal, basis.settings
-        )
-        other = look(begun)
-        if other is None:
+        motions = [errors.corrected(motion) for motion in basis.forces.motions]
+        begun = choose_balance(motions, basis.nominal, basis.settings)
+        if begun.uses_rollouts:
             break
-        search, state = _on_forces(begun, other.outcome)
-        paid = search.settings.price * errors.count
-        if state.score + paid > worth or not _simpler(against, other.outcome, errors):
+        after = search_forces(begun, _quiet, thorough=True)
+        paid = after.search.settings.price * errors.count
+        if after.state.score + paid > worth or not _simpler(fit, after, errors):
             break
-        best, found, worth = other, errors, state.score + paid
-        end = min(parallel_map(partial(_end, search), (state, None)), key=lambda end: end.worth)
-        more = end.errors
-        if np.abs(more).max() < _SETTLED[basis.has_sensor_noise]:
+        if not after.explains and _unexplained_share(fit, after) > _STAND_IN:
             break
-        estimate = estimate + more * _USUAL
-    if best is None or found is None:
-        return None
-    if (
-        has_residual_structure(best.outcome.search, best.outcome.state)
-        and _unexplained_share(before.outcome, best.outcome) > _STAND_IN
-    ):
+        best, found, worth = after, errors, after.state.score + paid
+        end = min(parallel_map(partial(_end, after.search), (after.state, None)), key=lambda end: end.worth)
+        if np.abs(end.errors).max() < _SETTLED[basis.has_sensor_noise]:
+            break
+        estimate = estimate + end.errors * _USUAL
+    if best is None:
         return None
     say("; ".join(error.sentence for error in found.findings))
-    looked = best.result
+    looked = finish(best, best.basis, _quiet)
     notes = (*filter(None, [basis.part]), *looked.notes)
-    looked = replace(looked, basis=replace(looked.basis, part=basis.part), notes=notes)
-    return SensorErrorSearch(looked, found)
-
-
-def _explained_by_one(begun: Basis) -> Selection | None:
-    """What is found on corrected motions, where a first search explains them by one effect at most."""
-    after = Selection(begun, _quiet)
-    return after if after.first and after.first.explains and len(_named(after.first)) <= 1 else None
-
-
-def _selected(before: Selection, begun: Basis) -> Selection | None:
-    """What is found on corrected motions; None where both roll, and more than a stand-in leaves is left of the first.
-
-    None as well where rollouts would judge the first and a search ends with a crowd on the other. Rollouts are asked
-    last: what forces leave of a log they hardly explain.
-    """
-    after, rolls = Selection(begun, _quiet, thorough=True), before.basis.uses_rollouts
-    if rolls and after.first and _overfits(after.first.search, after.first.state):
-        return None
-    left = after.needs_rollouts
-    if left and rolls and _share(before.outcome, left.search, left.state) > _STAND_IN:
-        return None
-    both_roll = rolls and after.basis.uses_rollouts
-    return None if both_roll and _unexplained_share(before.outcome, after.outcome) > _STAND_IN else after
+    return SensorErrorSearch(replace(looked, basis=replace(looked.basis, part=basis.part), notes=notes), found)
 
 
 def _quiet(text: str) -> None:
     """Say nothing."""
 
 
-def _simpler(against: ForceFit | None, after: ForceFit | SearchResult, errors: HiddenErrors) -> bool:
-    """True when fewer causes explain a log beside errors of the sensors, these among them, and no crowd of stand-ins.
+def _simpler(against: ForceFit, after: ForceFit, errors: HiddenErrors) -> bool:
+    """True when fewer causes explain a log beside errors of the sensors, these among them, and no crowd that is new.
 
     Turning moves an antenna as it bends the flow along a hull: four effects about another origin do as well as five
     laws of drag, and forces that explain a log need no error of the sensors. A centre of gravity that moves farther
@@ -276,31 +206,15 @@ def _simpler(against: ForceFit | None, after: ForceFit | SearchResult, errors: H
     for symbol, arm in (("x_g", errors.arm_x), ("y_g", errors.arm_y)):
         if arm and abs(state.vehicle.value(symbol) - search.nominal.value(symbol)) > abs(arm):
             return False
-    named = len(_named(after)) + errors.count
-    least = len(_named(against)) if against and against.explains else np.inf
-    return not _overfits(search, state) and bool(named < least)
+    least = len(against.names) if against.explains else np.inf
+    crowd = _overfits(after) and not _overfits(against)
+    return not crowd and bool(len(after.names) + errors.count < least)
 
 
-def _unexplained_share(before: ForceFit | SearchResult, after: ForceFit | SearchResult) -> float:
-    """The share of what one model leaves unexplained that another leaves, both on the force balance of the other."""
-    return _share(before, *_on_forces(after.basis, after))
-
-
-def _share(before: ForceFit | SearchResult, search: Search, later: State) -> float:
-    """The share of what one model leaves unexplained that another one of a force balance leaves there."""
-    _, earlier = _on_forces(before.basis, before)
-    return search.unexplained(later.fit.held_out) / max(search.unexplained(earlier.fit.held_out), 1e-12)
-
-
-def _on_forces(basis: Basis, found: ForceFit | SearchResult) -> tuple[Search, State]:
-    """What a force balance makes of a model, whichever judge found it: scores of two judges do not compare."""
-    if not found.basis.uses_rollouts:
-        return found.search, found.state
-    search, named = (
-        basis.force_search,
-        found.search.named(found.state.active),
-    )  # what is calibrated is no candidate of it
-    return search, search.evaluate(found.state.vehicle, [c.key for c in search.pool if c.key in named])
+def _unexplained_share(before: ForceFit, after: ForceFit) -> float:
+    """The share of what one model leaves unexplained of a force balance that another leaves."""
+    left, right = (fit.search.unexplained(fit.state.fit.held_out) for fit in (before, after))
+    return right / max(left, 1e-12)
 
 
 def _fit_with_sensor_errors(search: Search, begin: State | None = None) -> RecordErrorFit:
@@ -337,7 +251,7 @@ def _estimate(basis: Basis) -> Array | None:
     # A search beside errors that are not taken out yet may end where one without them does not: then it is told anew.
     motions = [errors.corrected(motion) for motion in basis.forces.motions]
     again = _fit_with_sensor_errors(choose_balance(motions, basis.nominal, basis.settings).force_search)
-    if _overfits(search, again.state):  # stand-ins for whatever it is, not for errors of the sensors
+    if _overfits(ForceFit(basis, search, again.state)):  # stand-ins for whatever it is, not for errors of the sensors
         return None
     taken = np.array([errors.arm_x, errors.arm_y, errors.compass])
     best = min(within.worth(), again.worth() + 0.5 * float(np.square(taken / _USUAL).sum()))

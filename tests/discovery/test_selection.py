@@ -19,7 +19,7 @@ from undertow.discovery.search.estimation import profile_interval
 from undertow.discovery.search.floating import Search, SearchSettings, State
 from undertow.discovery.search.gram import GramScores
 from undertow.discovery.search.thruster_scales import as_common_scale, is_equivalent
-from undertow.discovery.selection import Selection
+from undertow.discovery.selection import search_forces
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.statistics.signals import sensor_noise
 from undertow.physics.effects import PARAMETERS
@@ -250,7 +250,7 @@ def test_rollouts_are_asked_at_once_where_a_few_forces_on_each_axis_explain_no_l
         return search, state
 
     monkeypatch.setattr(selection, "_with_terms", with_terms)
-    assert Selection(basis, lambda text: None, thorough=thorough).needs_rollouts is not None
+    assert search_forces(basis, lambda text: None, thorough=thorough).rolling is not None
     assert bool(terms) is asked
 
 

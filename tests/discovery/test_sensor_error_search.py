@@ -7,13 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.discovery import selection, sensor_error_search
-from undertow.discovery.basis import choose_balance
+from undertow.discovery import selection
 from undertow.discovery.discover import find_missing
-from undertow.discovery.search.floating import Search
-from undertow.discovery.selection import Selection
 from undertow.discovery.sensor_error_search import HiddenErrors
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log import read_log
 from undertow.physics.motion import Motion, body_to_earth, earth_to_body
 from undertow.physics.vehicle import load_vehicle
@@ -61,18 +57,6 @@ def test_an_error_that_only_forces_show_is_found_and_blamed_on_no_effect(
         assert told.get(symbol, 0.0) == pytest.approx(value, abs=0.02 + 0.06 * abs(value))
 
 
-def test_a_lever_arm_is_found_before_terms_are_looked_for(monkeypatch: pytest.MonkeyPatch):
-    """What one effect at most explains without it needs no crowd of stand-ins to be searched to its end beside it."""
-    monkeypatch.setattr(
-        sensor_error_search, "fork_available", lambda: False
-    )  # a second processor is asked for them meanwhile
-    monkeypatch.setattr(selection, "_with_terms", None)
-    monkeypatch.setattr(Search, "again", lambda self, best, say: best if len(self.named(best.active)) < 2 else None)
-    found = find_missing([measured(sailed({"surge_quadratic_damping": -8.0}), HiddenErrors(0.6, 0.0, 0.0))], HULL)
-    assert found.findings.missing == ("surge_quadratic_damping",)
-    assert [s.error for s in found.findings.sensors if s.verdict == "present"] == ["antenna_arm"]
-
-
 def test_a_lever_arm_is_found_under_noise_where_no_effect_leaves_it_white(monkeypatch: pytest.MonkeyPatch):
     """Where it is not looked for, rollouts judge, and a part of the force has no name; they are not asked for it."""
     monkeypatch.setattr(selection, "search_on_rollouts", None)
@@ -89,17 +73,6 @@ def test_rollouts_are_not_asked_for_an_arm_beside_two_effects(monkeypatch: pytes
     found = find_missing([measured(sailed(hidden, noise="field"), HiddenErrors(0.0, 0.5, 0.0))], HULL).findings
     assert set(found.missing) <= set(hidden)
     assert [s.error for s in found.sensors if s.verdict == "present"] == ["antenna_arm"]
-
-
-def test_what_is_calibrated_in_every_model_is_no_candidate_of_a_force_balance_without_it():
-    basis = choose_balance([sailed(noise="field")], HULL, DiscoverySettings(refit=True))
-    found = Selection(basis, lambda text: None).first
-    assert found is not None
-    assert any(key.startswith("calibrated") for key in found.search.nuisances)
-    rolled = replace(found, basis=replace(basis, why="rollouts judge"))
-    search, state = sensor_error_search._on_forces(basis, rolled)
-    assert search is basis.force_search
-    assert set(state.active) <= {c.key for c in search.pool}
 
 
 @pytest.mark.parametrize(
