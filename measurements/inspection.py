@@ -115,7 +115,7 @@ class Inspection(Card, Record):
         ]
 
     @property
-    def mends(self) -> dict[str, Entry]:
+    def mends(self) -> dict[str, Entry | None]:
         """Lines of a channel map that put right what the checks found."""
         return {name: entry for finding in self.quality for name, entry in finding.mends.items()}
 

@@ -105,7 +105,8 @@ def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
     facts = {"value": value, "unit": every[0].unit, "does": drive, "first": first}
     facts["change"] = "change" if many else "changes"
     whole = Size(Share(1.0, 0.0), Share(1.0, 0.0))  # in every row
-    told = Fault(Kind.NEVER, names, whole, facts, value, unit=every[0].unit).in_words("defect")
+    mends = dict.fromkeys(names)
+    told = Fault(Kind.NEVER, names, whole, facts, value, unit=every[0].unit, mends=mends).in_words("defect")
     return told.model_copy(update={"reach": Reach.NUMBERS}) if first in ("ax", "ay") else told
 
 
