@@ -70,7 +70,12 @@ def require(log: Log, vehicle: Vehicle | None) -> None:
 def _such_as(log: Log, names: Sequence[str]) -> str:
     """The lines of a channel map for streams whose names say such channels, as the end of a sentence; or empty."""
     like = {name: next((stream for stream in log.unused if says_motion(stream, name)), None) for name in names}
-    lines = map_text({name: Entry(stream) for name, stream in like.items() if stream is not None}).splitlines()
+    entries = {
+        name: Entry(stream, np.pi / 180.0 if name == "psi" and "deg" in stream.lower() else 1.0)
+        for name, stream in like.items()
+        if stream is not None
+    }
+    lines = map_text(entries).splitlines()
     return f", such as {' and '.join(repr(line) for line in lines)}" if lines else ""
 
 
@@ -137,8 +142,9 @@ def _natural(name: str) -> tuple[int, str]:
 
 
 def like_commands(log: Log) -> list[str]:
-    """Streams that became no channel, and whose names are like those of commands."""
-    return [stream for stream in log.unused if like_a_command(stream)]
+    """Streams that became no channel, and whose names are like those of commands; what steers is none."""
+    kept = {channel.origin for channel in log.auxiliary.values()}
+    return [stream for stream in log.unused if like_a_command(stream) and stream not in kept]
 
 
 def _command_problem(log: Log, name: str) -> str:
