@@ -108,18 +108,27 @@ _THROTTLE, _STEERING = (re.compile(word, re.IGNORECASE) for word in ("throttle|t
 """Words in the names of the two demands of a boat that is steered by its sides."""
 
 
+def mix_of(log: Log, names: Sequence[str]) -> dict[str, Entry]:
+    """The lines of a channel map that mix the log's throttle and steering into sides; none where it has not both."""
+    throttle, steering = (
+        next((name for name in log.unused if word.search(name)), None) for word in (_THROTTLE, _STEERING)
+    )
+    if throttle is None or steering is None:
+        return {}
+    return {name: Entry(throttle, steering=Entry(steering)) for name in names}
+
+
 def _mixed(log: Log, missing: Sequence[str]) -> str:
     """What to say where commands of two sides are missing and the log has throttle and steering; else empty."""
     sides = {side_named((command_kind(name) or ("", ""))[1]) for name in missing}
-    demands = [next((name for name in log.unused if word.search(name)), None) for word in (_THROTTLE, _STEERING)]
-    throttle, steering = demands
-    if sides != {"port", "starboard"} or throttle is None or steering is None:
+    entries = mix_of(log, missing)
+    if sides != {"port", "starboard"} or not entries:
         return ""
-    lines = map_text({name: Entry(throttle, steering=Entry(steering)) for name in missing})
+    lines, throttle = map_text(entries), next(iter(entries.values()))
     return (
-        f"missing command channel {' '.join(missing)}; the log has '{throttle}' and '{steering}'. "
+        f"missing command channel {' '.join(missing)}; the log has {' and '.join(throttle.sources)}. "
         f"Mix them into the two sides in a channel map (--map channels.yaml): {' and '.join(lines.splitlines())}, both "
-        "streams with the scale that makes them the command's unit, such as '{from: steering, scale: 0.01}' for percent."
+        "with the scale that makes them the command's unit, such as '{from: steering, scale: 0.01}' of percent."
     )
 
 

@@ -210,6 +210,12 @@ def test_a_log_without_commands_says_what_to_do(path, tmp_path):
         init(tmp_path / "log.csv")
 
 
+def test_throttle_and_steering_are_offered_to_be_mixed(path, tmp_path):
+    named = {"pwm_port": "throttle", "pwm_stbd": "steering"}
+    with pytest.raises(LogError, match="'normalized_port: {from: 'command:throttle', mix: skid, steering: {from: 'c"):
+        init([respelt(path, tmp_path / "log.csv", named)], Hull(mass=22.0))
+
+
 def test_an_impossible_number_is_refused_before_anything_is_read():
     with pytest.raises(RequestError, match="length must be above 0 and at most 500 m, got -1 m"):
         Hull(length=-1.0)
