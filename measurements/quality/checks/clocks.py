@@ -224,6 +224,13 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
             Finding(check="clocks", verdict="ok", sentence=text, value=seconds, unit="s", ci95=ends, channels=channels)
         ]
     size = _size_of_delay(records, found, seconds)
+    if size is not None and not size.share.low > 0.0:
+        text = (
+            f"the boat may answer its commands {_when(seconds, 2)}, but moved there they explain only {size.share} more"
+        )
+        return [
+            Finding(check="clocks", verdict="cannot tell", sentence=text, value=seconds, unit="s", channels=channels)
+        ]
     moved = "" if size is None else f" (moved there, they explain {size.share} of what is left of surge and yaw)"
     none = Share(0.0, np.inf)
     facts = {"seconds": -seconds, "shift": seconds, "size": moved}

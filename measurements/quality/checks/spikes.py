@@ -25,6 +25,9 @@ _STEPS = 10.0
 """Median steps by which a value must leave its neighbours, where the range is narrow: a jump, not a quick change.
 Twice as much finds the same, half of it
 accuses quick turns at 1 Hz (`benchmarks/steady_limits.py`)."""
+_QUICK = 0.25
+"""Longest row of a record in which a value that stands out is no quick turn [s]: half a period at 2 Hz, where the band
+in which boats answer ends (`response`). Positions that jump are no turns at any rate."""
 _WHOLE = 0.8
 """Share of its whole range by which a record must jump in one row for a counter that turned over.
 Steady, see `benchmarks/steady_limits.py`."""
@@ -59,6 +62,10 @@ def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
     if not out:
         return []
     share, size = out / sum(channel.time.size for channel in channels), _size(channels, _smoothed)
+    row = max(channel.period for channel in channels)
+    if row > _QUICK and name not in ("x", "y"):
+        text = f"{out} values of {name} stand far out of their record: spikes, or turns quicker than {1.0 / row:.2g} Hz"
+        return [Finding(check="spikes", verdict="note", sentence=text, value=share, unit="1", channels=(name,))]
     fix = Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name))
     fault = Fault(Kind.SPIKES, (name,), size, {"count": out, "part": 100.0 * share}, share, fix=fix)
     return [fault.in_words("defect" if size.refuses else "warning")]
