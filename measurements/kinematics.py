@@ -295,7 +295,9 @@ def _compared(motions: Sequence[Motion], gyro: bool, speeds: bool, row: float) -
     if fit is not None and fit.values[0] > _LEAST_SLOPE:
         found |= dict(zip((*_SPEEDS, *_PLACES), zip(fit.values, fit.errors, strict=True), strict=True))
         slope, error = found["velocity_scale"]
-        found["velocity_scale"] = 1.0 / slope, error / slope**2 + _cut_short(motions, row) / _CLEARLY
+        cut_short, off = _chords(motions, row)
+        found["velocity_scale"] = 1.0 / slope, error / slope**2 + cut_short / _CLEARLY
+        found |= {name: (found[name][0], found[name][1] + off / _CLEARLY) for name in ("arm_x", "arm_y")}
         # Of speeds that are late by a and positions by b, the fit shows -a beside the heading, and a - b.
         (ahead, unsure), (apart, error) = found.pop("heading_latency"), found["position_latency"]
         found["velocity_latency"] = -ahead, unsure
@@ -304,14 +306,16 @@ def _compared(motions: Sequence[Motion], gyro: bool, speeds: bool, row: float) -
     return Kinematics({name: pair for name, pair in known.items() if np.isfinite(pair).all()})
 
 
-def _cut_short(motions: Sequence[Motion], row: float) -> float:
-    """Share of the way in turns that lines between positions `row` [s] apart leave out.
+def _chords(motions: Sequence[Motion], row: float) -> tuple[float, float]:
+    """Share of the way that lines between positions `row` [s] apart leave out, and how far off the arc they lie [m].
 
     Chords of an arc of radius R lie at R (1 - r^2 row^2 / 12) on the mean; speeds turned by the heading do not.
     """
     velocity = np.concatenate([motion.velocity for motion in motions])
-    power = (velocity[:, :2] ** 2).sum(axis=1)
-    return float(power @ velocity[:, 2] ** 2 / max(float(power.sum()), 1e-300)) * row**2 / 12.0
+    power, turning = (velocity[:, :2] ** 2).sum(axis=1), velocity[:, 2] ** 2
+    share = float(power @ turning / max(float(power.sum()), 1e-300))
+    off = float(np.sqrt(power * turning) @ turning / max(float(turning.sum()), 1e-300))
+    return share * row**2 / 12.0, off * row**2 / 12.0
 
 
 def _of_gyro(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:
