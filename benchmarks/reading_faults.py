@@ -38,7 +38,7 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "what_it_reads.md"
 _COMMAND = "python benchmarks/reading_faults.py --table"
 _HEAD = """## What becomes of a spoilt log
 A sound log in six formats (wide and long CSV, Parquet, MCAP, DataFlash, ULog) was spoilt as people's logs are, in every
-way that its format can have. Told: a refusal, a check or a note names the cause. Silent: it is misread without a word."""
+way that its format can have. Told: a refusal, a check or a note names the cause. Silent: misread without a word."""
 ACCUSING = ("defect", "warning")
 
 

@@ -20,7 +20,7 @@ _CLEARLY = 6.0
 """Standard errors from which an error is there: of the stretches of one log they are known to a third."""
 _OF_TURNING = 0.1
 """Share of the turning of a log from which a gyro's bias matters, however small it is."""
-_OF_ROW = 0.1
+OF_ROW = 0.1
 """Share of a record's step from which a delay is told: between two rows a line stands for a curve."""
 LEAST_LEFT = 2.5
 """Length [s] that a motion keeps when its ends go; a shorter one keeps them."""
@@ -64,7 +64,7 @@ class Kinematics:
     def least(self, name: str) -> float:
         """The size from which an error matters."""
         if name.endswith("latency"):
-            return max(LIMITS[name][0], _OF_ROW * self.row)
+            return max(LIMITS[name][0], OF_ROW * self.row)
         return min(LIMITS[name][0], _OF_TURNING * self.turning) if name == "gyro_bias" else LIMITS[name][0]
 
     @property

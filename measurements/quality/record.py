@@ -21,6 +21,9 @@ from ..log import Log
 from ..preparation.prepare import Recipe, motions_within
 from ..preparation.resampling import Span, samples
 
+QUICK_ROW = 0.25
+"""Longest row of a record that shows how a speed changes [s]: half a period at 2 Hz, where the band in which boats
+answer ends (`response`). In longer ones a quick turn looks like a spike, and its end like a sensor that sleeps."""
 WHOLE = 10_800.0
 """Usable log that is looked at whole [s]: a day's trials, which take some seconds."""
 PART = 7_200.0

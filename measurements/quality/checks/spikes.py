@@ -11,7 +11,7 @@ from ....physics.motion import Array
 from ...canonical import Channel
 from ..faults import BLOCK, Fault, Kind, Share, Size, size_of
 from ..finding import Channels, Check, Finding, Fix
-from ..record import Record
+from ..record import QUICK_ROW, Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r")
 _LEAST_ROWS = 50
@@ -25,9 +25,6 @@ _STEPS = 10.0
 """Median steps by which a value must leave its neighbours, where the range is narrow: a jump, not a quick change.
 Twice as much finds the same, half of it
 accuses quick turns at 1 Hz (`benchmarks/steady_limits.py`)."""
-_QUICK = 0.25
-"""Longest row of a record in which a value that stands out is no quick turn [s]: half a period at 2 Hz, where the band
-in which boats answer ends (`response`). Positions that jump are no turns at any rate."""
 _WHOLE = 0.8
 """Share of its whole range by which a record must jump in one row for a counter that turned over.
 Steady, see `benchmarks/steady_limits.py`."""
@@ -63,7 +60,7 @@ def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
         return []
     share, size = out / sum(channel.time.size for channel in channels), _size(channels, _smoothed)
     row = max(channel.period for channel in channels)
-    if row > _QUICK and name not in ("x", "y"):
+    if row > QUICK_ROW and name not in ("x", "y"):
         text = f"{out} values of {name} stand far out of their record: spikes, or turns quicker than {1.0 / row:.2g} Hz"
         return [Finding(check="spikes", verdict="note", sentence=text, value=share, unit="1", channels=(name,))]
     fix = Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name))
