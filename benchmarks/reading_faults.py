@@ -6,7 +6,7 @@ Each kind spoils a log of one world in each of six formats that can have the fau
 vehicle. It is read right where the channels are those of the world and nothing is accused that is not in the unspoilt
 log; told where the refusal, a finding or a note names the cause; silent where the channels are wrong and nothing is
 said; a false accusation where another cause is told. Answers are kept in a file as they come, and a study that was
-stopped goes on. With --table, docs/formats.md gets the counts. Exit code 1 for silence or a traceback.
+stopped goes on. With --table, docs/what_it_reads.md gets the counts. Exit code 1 for silence or a traceback.
 """
 
 import argparse
@@ -34,7 +34,11 @@ from undertow.physics.errors import LogError, RequestError
 from undertow.workflows.inspect import look_over
 
 KINDS = (*frames_and_values.KINDS, *tables_and_times.KINDS)
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "formats.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "what_it_reads.md"
+_COMMAND = "python benchmarks/reading_faults.py --table"
+_HEAD = """## What becomes of a spoilt log
+A sound log in six formats (wide and long CSV, Parquet, MCAP, DataFlash, ULog) was spoilt as people's logs are, in every
+way that its format can have. Told: a refusal, a check or a note names the cause. Silent: misread without a word."""
 ACCUSING = ("defect", "warning")
 
 
@@ -166,7 +170,7 @@ def main() -> int:
     text = report(rows)
     print(f"\n{text}")
     if chosen.table:
-        write_section(PAGE, "reading faults", text)
+        write_section(PAGE, "reading faults", f"{_HEAD}\n\n{text}\n\nWritten by `{_COMMAND}`.")
     bad = {Answer.SILENT.value, Answer.TRACEBACK.value}
     return 1 if any(row["answer"] in bad for row in rows) else 0
 

@@ -4,9 +4,10 @@ A refusal is a claim, too. Nothing is wrong with the runs of `study/sound_worlds
 other assumptions, simulators of others, and logs from outside (a boat on a lake, Gazebo, others), where they lie beside
 the repository. Each run is recorded at 50, 20, 10, 5, 2 and 1 Hz, as far as it holds them, with its commands in the
 rows of the motion or at their own instants in turn, with all channels, without positions, or without speeds; each
-record is a log. All checks are made of it, with its vehicle file; the discovery itself is not run.
+record is a log. It is written as a file of one of six formats in turn (`study/sound_files.py`) and read as any log is.
+All checks are made of it, with its vehicle file; the discovery itself is not run.
 
-    python benchmarks/sound_logs.py [--logs 600] [--seeds tuning|reporting] [--jobs N] [--tell]
+    python benchmarks/sound_logs.py [--logs 520] [--seeds tuning|reporting] [--jobs N] [--tell]
         [--table docs/sound_logs.md]
 
 `--logs` counts runs. Exit code 1 where a check refuses 0.1 % of the logs or more.
@@ -18,19 +19,26 @@ from typing import Any
 
 from study.noted_faults import noted, sure_sizes
 from study.records import Kept, Script, bound, in_a_table
+from study.sound_files import FORMATS, through_a_file
 from study.sound_worlds import KINDS, Run, drawn, from_outside, outside, recorded
 
+from undertow.measurements.log import Log
+from undertow.measurements.preparation.needs import problems
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.faults import OVERWHELMING, Kind
 from undertow.measurements.quality.registry import CHECKS
+from undertow.physics.errors import LogError
+from undertow.physics.vehicle import Vehicle
 
 FIRST = {"tuning": 240_000, "reporting": 270_000}
 """First seeds; those from 250,000 on were reported before, and mended by."""
 MOST = 0.001
 """Share of sound logs that a check may refuse."""
 PACKAGES = ("physics", "measurements")
-REFUSING = tuple(dict.fromkeys([*(kind.value.check for kind in Kind), *(check.name for check in CHECKS)]))
-"""All checks, by the names of their findings: those whose refusals are weighed by their size first."""
+_READING = "reading"
+"""What readers refuse, and what keeps a log from being used."""
+REFUSING = tuple(dict.fromkeys([_READING, *(kind.value.check for kind in Kind), *(check.name for check in CHECKS)]))
+"""All that can refuse, by the names of the findings: checks whose refusals are weighed by their size first."""
 
 
 def _outside(purpose: str) -> list[tuple[str, int]]:
@@ -47,19 +55,26 @@ def judge(first: int, number: int) -> dict[str, Any]:
 
 def judged(run: Run, number: int) -> dict[str, Any]:
     """What is said against a run, recorded at each rate."""
-    logs = []
-    for rate, log in recorded(run.log, number).items():
-        with noted() as faults:
-            findings = examine(log, run.vehicle).findings
-        logs.append(
-            {
-                "rate": rate,
-                "refused": {f.check: f.sentence for f in findings if f.refused},
-                "sizes": sure_sizes(faults),
-                "accused": {f.check: f.sentence for f in findings if f.verdict in ("defect", "warning")},
-            }
-        )
+    logs = [
+        {"rate": rate, **_said(log, run.vehicle, number + turn)}
+        for turn, (rate, log) in enumerate(recorded(run.log, number).items())
+    ]
     return {"kind": run.kind, "what": run.what, "logs": logs}
+
+
+def _said(log: Log, vehicle: Vehicle, turn: int) -> dict[str, Any]:
+    """What reading and checks say against one log."""
+    try:
+        read, vehicle, written = through_a_file(log, vehicle, turn)
+    except LogError as error:
+        return {"format": "", "refused": {_READING: error.typed}, "sizes": {}, "accused": {_READING: error.typed}}
+    with noted() as faults:
+        findings = examine(read, vehicle).findings
+    refused = {f.check: f.sentence for f in findings if f.refused}
+    if missing := problems(read, vehicle):
+        refused[_READING] = missing[0]
+    accused = {f.check: f.sentence for f in findings if f.verdict in ("defect", "warning")}
+    return {"format": written, "refused": refused, "sizes": sure_sizes(faults), "accused": {**accused, **refused}}
 
 
 def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
@@ -83,6 +98,7 @@ def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
         for title, some in [
             *((kind, [log for record, log in logs if record["kind"] == kind]) for kind in every),
             *((f"{rate:g} Hz", [log for _, log in logs if log["rate"] == rate]) for rate in (50, 20, 10, 5, 2, 1)),
+            *((name, [log for _, log in logs if log["format"] == name]) for name in FORMATS),
         ]
     ]
     parts = [
@@ -115,7 +131,7 @@ def most_refused(records: Sequence[Mapping[str, Any]]) -> float:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the study and print its page."""
-    records = Script("sound_logs", 600, FIRST, judge, _line, page, PACKAGES).carried_out(__doc__, arguments)
+    records = Script("sound_logs", 520, FIRST, judge, _line, page, PACKAGES).carried_out(__doc__, arguments)
     return int(most_refused(records) >= MOST)
 
 

@@ -115,7 +115,7 @@ class Inspection(Card, Record):
         ]
 
     @property
-    def mends(self) -> dict[str, Entry]:
+    def mends(self) -> dict[str, Entry | None]:
         """Lines of a channel map that put right what the checks found."""
         return {name: entry for finding in self.quality for name, entry in finding.mends.items()}
 
@@ -181,13 +181,14 @@ def inspect_log(
     seen = examination.repaired.stretches
     as_it_is = not examination.fixes and not plan.missing
     curable = as_it_is or not _plan(examination.clean, vehicle, recipe).missing
+    kept = {channel.origin for channel in log.auxiliary.values()}
     return Inspection(
         path=str(log.path),
         verdict=verdict(examination.findings, plan.missing, curable),
         usable=not plan.missing and is_sound(examination.findings),
         quality=examination.findings,
         channels=tuple(_summary(channel, recipe) for channel in log.channels.values()),
-        unused=log.unused,
+        unused=tuple(name for name in log.unused if name not in kept),
         alignment=_alignment(log, longest) if longest else (),
         excitation=excitation_of([s.motion for s in seen], [s.portion.weight for s in seen]) if seen else None,
         plan=plan,

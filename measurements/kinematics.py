@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.motion import Array, Motion, body_to_earth, earth_to_body
+from .canonical import Channel
 from .compass import Compass, compass_of, remeasured
 from .statistics.blocks import Fit, robust_fit
 
@@ -19,6 +20,8 @@ _CLEARLY = 6.0
 """Standard errors from which an error is there: of the stretches of one log they are known to a third."""
 _OF_TURNING = 0.1
 """Share of the turning of a log from which a gyro's bias matters, however small it is."""
+OF_ROW = 0.1
+"""Share of a record's step from which a delay is told: between two rows a line stands for a curve."""
 LEAST_LEFT = 2.5
 """Length [s] that a motion keeps when its ends go; a shorter one keeps them."""
 LIMITS = {
@@ -47,17 +50,21 @@ class Kinematics:
     compass_cosine cos(psi) and the constant misalignment [rad] that a heading lacks; how much later than the heading
     the speeds and the positions tell of a motion [s]; the way over ground that speeds miss, water_north and water_east
     [m/s]; and where the antenna of the positions is, arm_x and arm_y [m]. `agree` is False where the records contradict
-    each other as no such errors explain, `body_speeds` True for speeds that a heading that deviates did not turn, and
-    `turning` the rms yaw rate [rad/s], beside which a gyro's bias matters: a ship turns slower than a boat's gyro errs.
+    each other as no such errors explain, `body_speeds` True for speeds that a heading that deviates did not turn,
+    `turning` the rms yaw rate [rad/s], beside which a gyro's bias matters: a ship turns slower than a boat's gyro errs,
+    and `row` the longest step of a record [s], of which a tenth is no delay.
     """
 
     values: Mapping[str, tuple[float, float]]
     agree: bool = True
     body_speeds: bool = False
     turning: float = np.inf
+    row: float = 0.0
 
     def least(self, name: str) -> float:
         """The size from which an error matters."""
+        if name.endswith("latency"):
+            return max(LIMITS[name][0], OF_ROW * self.row)
         return min(LIMITS[name][0], _OF_TURNING * self.turning) if name == "gyro_bias" else LIMITS[name][0]
 
     @property
@@ -192,13 +199,19 @@ _SPEEDS = ("velocity_scale", "misalignment", "heading_latency", "position_latenc
 _PLACES = ("water_north", "water_east", "arm_x", "arm_y")
 
 
-def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = _ALL) -> Kinematics:
+def longest_row(channels: Mapping[str, Channel]) -> float:
+    """The longest step of the records that are compared [s]."""
+    return max((channel.period for name, channel in channels.items() if name in _ALL), default=0.0)
+
+
+def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = _ALL, row: float = 0.0) -> Kinematics:
     """What is wrong with the sensors of a log, as far as its records tell it of each other.
 
     Parameters
     ----------
     motions : gap-free stretches of one log, unfiltered
     channels : that the log has; records that were derived from others say nothing of them
+    row : longest step of these records in the log [s]
     """
     gyro, speeds = {"psi", "r"} <= set(channels), {"x", "y", "u", "v", "psi"} <= set(channels)
     motions = [m for m in motions if m.duration > LEAST_LEFT]
@@ -206,12 +219,12 @@ def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = _ALL) -
     turning = float(np.sqrt(np.mean(np.concatenate([m.velocity[:, 2] for m in motions]) ** 2))) if motions else np.inf
     here, body = tuple(motions), False
     for _ in range(_ROUNDS):
-        found = replace(_compared(here, gyro, speeds), turning=turning)
+        found = replace(_compared(here, gyro, speeds, row), turning=turning, row=row)
         wrong = [name for name in found.present if name.endswith("latency")] or found.present
         values = {
             n: (total.get(n, right_value(n)) + v - right_value(n), error) for n, (v, error) in found.values.items()
         }
-        so_far = Kinematics(values, body_speeds=body, turning=turning)
+        so_far = Kinematics(values, body_speeds=body, turning=turning, row=row)
         if not wrong or so_far.beyond:
             return so_far
         for name in wrong:
@@ -275,20 +288,34 @@ def compass_shown(motions: Sequence[Motion]) -> Compass:
     return compass_of(motions, constant=none)
 
 
-def _compared(motions: Sequence[Motion], gyro: bool, speeds: bool) -> Kinematics:
+def _compared(motions: Sequence[Motion], gyro: bool, speeds: bool, row: float) -> Kinematics:
     """One fit of heading to gyro, and one of positions to speeds, where the log has both."""
     found = _of_gyro([m for m in motions if not m.derived[2]]) if gyro else {}
     fit = _fit([_moving(m) for m in motions if not any(m.derived[:2])]) if speeds else None
     if fit is not None and fit.values[0] > _LEAST_SLOPE:
         found |= dict(zip((*_SPEEDS, *_PLACES), zip(fit.values, fit.errors, strict=True), strict=True))
         slope, error = found["velocity_scale"]
-        found["velocity_scale"] = 1.0 / slope, error / slope**2
+        cut_short, off = _chords(motions, row)
+        found["velocity_scale"] = 1.0 / slope, error / slope**2 + cut_short / _CLEARLY
+        found |= {name: (found[name][0], found[name][1] + off / _CLEARLY) for name in ("arm_x", "arm_y")}
         # Of speeds that are late by a and positions by b, the fit shows -a beside the heading, and a - b.
         (ahead, unsure), (apart, error) = found.pop("heading_latency"), found["position_latency"]
         found["velocity_latency"] = -ahead, unsure
         found["position_latency"] = -ahead - apart, float(np.hypot(unsure, error))
     known = {name: (float(value), float(error)) for name, (value, error) in found.items()}
     return Kinematics({name: pair for name, pair in known.items() if np.isfinite(pair).all()})
+
+
+def _chords(motions: Sequence[Motion], row: float) -> tuple[float, float]:
+    """Share of the way that lines between positions `row` [s] apart leave out, and how far off the arc they lie [m].
+
+    Chords of an arc of radius R lie at R (1 - r^2 row^2 / 12) on the mean; speeds turned by the heading do not.
+    """
+    velocity = np.concatenate([motion.velocity for motion in motions])
+    power, turning = (velocity[:, :2] ** 2).sum(axis=1), velocity[:, 2] ** 2
+    share = float(power @ turning / max(float(power.sum()), 1e-300))
+    off = float(np.sqrt(power * turning) @ turning / max(float(turning.sum()), 1e-300))
+    return share * row**2 / 12.0, off * row**2 / 12.0
 
 
 def _of_gyro(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:

@@ -298,7 +298,7 @@ class Log(Card):
         needed = tuple(lacks(mapped.channels, spare))
         notes = (*needed, *mapped.notes)
         made = cls(where, mapped.channels, notes, mapped.unused, mapped.entries, idle=mapped.idle, lacks=needed)
-        return replace(made, auxiliary=auxiliary_channels(streams))
+        return replace(made, auxiliary=auxiliary_channels(spare))
 
 
 def _log_numbers(where: str, name: str, given: ArrayLike) -> Array:
@@ -353,7 +353,7 @@ def read_log(
         _check_map_of_repaired(path, entries, {name for one in recording.streams for name in (one.name, one.field)})
     mapped = map_channels(recording.streams, reading.frame, entries, str(path), recording.unread, namespace, mend)
     ours = [one for one in recording.streams if namespace is None or is_under(one.topic, namespace)]
-    auxiliary = auxiliary_channels(ours)
+    auxiliary = auxiliary_channels([one for one in ours if one.name in mapped.unused])
     notes = (*recording.notes, *told, *mapped.notes, *_kept(auxiliary))
     told_of = (recording.start_ns, recording.out_of_step)
     in_use = {**{name: entry for name, entry in given.items() if name == TIME}, **mapped.entries}

@@ -60,6 +60,8 @@ LONG = (
     "tests/cli/test_whole_or_not.py",
     "tests/cli/test_report_verb.py",
     "tests/cli/test_robustness.py",
+    "tests/workflows/test_reported_faults.py",
+    "tests/cli/test_mending_maps.py",
 )
 """Modules that compute for five seconds and more of a processor's time, or wait for a browser; the longest first."""
 

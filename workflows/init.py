@@ -12,7 +12,7 @@ from ..measurements.canonical import command_kind
 from ..measurements.channels.channel_map import Entry, map_text
 from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
-from ..measurements.preparation.needs import like_commands
+from ..measurements.preparation.needs import like_commands, mix_of
 from ..measurements.prepared_logs import PathLike
 from ..measurements.quality.checks.sides import Sides
 from ..measurements.quality.examination import Examination, examine, pool
@@ -257,10 +257,11 @@ def _check_commands(logs: Sequence[Log], records: Sequence[Record]) -> None:
         if not record.commands:
             listed = ", ".join(log.unused[:6]) or "nothing"
             stream = (*like_commands(log), "STREAM")[0]
+            sides = map_text(mix_of(log, ("normalized_port", "normalized_stbd"))).splitlines()
+            lines = " and ".join(f"'{line}'" for line in sides or [f"pwm_port: {stream}"])
             raise LogError(
                 f"{log.path}: no thruster command is recognised in this log; expected one command a thruster. Name "
-                f"them in a channel map, for example 'pwm_port: {stream}', and give it with "
-                f"--map. Not used so far: {listed}"
+                f"them in a channel map, for example {lines}, and give it with --map. Not used so far: {listed}"
             )
     common = set.intersection(*(set(record.commands) for record in records))
     if not common:

@@ -13,7 +13,7 @@ from ..measurements.canonical import command_kind
 from ..measurements.clock import LEAST_CORRELATION
 from ..measurements.collection import channels_digest, find_logs, log_digests
 from ..measurements.inspection import Inspection, inspect_log
-from ..measurements.kinematics import Kinematics, kinematics_of
+from ..measurements.kinematics import Kinematics, kinematics_of, longest_row
 from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.prepare import PAPER, WEAK, DataSet, prepare
@@ -305,10 +305,14 @@ def read_motions(log: PathLike, vehicle: Vehicle, reading: Reading = AS_GUESSED)
 
 def _sensors(logs: Iterable[Log], data: DataSet) -> dict[str, Kinematics]:
     """What the records of each log say of its sensors, by the source of its motions."""
-    channels = {str(log.path): tuple(log.channels) for log in logs}
+    channels = {str(log.path): log.channels for log in logs}
     sources = dict.fromkeys(motion.source for motion in data.motions)
     return {
-        source: kinematics_of([m for m in data.motions if m.source == source], channels.get(source, ()))
+        source: kinematics_of(
+            [m for m in data.motions if m.source == source],
+            channels.get(source, {}),
+            longest_row(channels.get(source, {})),
+        )
         for source in sources
     }
 

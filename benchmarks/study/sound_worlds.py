@@ -25,7 +25,7 @@ from undertow.physics.effects import EFFECTS
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.momentum_balance import mass_matrix, thruster_matrix
 from undertow.physics.motion import Array, body_to_earth
-from undertow.physics.thrusters import command_of
+from undertow.physics.thrusters import resting_commands
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP, programme, thruster_commands
 from undertow.physics.worlds.simulated_log import ODOMETRY_FIELDS, SimulatedLog
@@ -93,7 +93,7 @@ def resting_thruster(number: int, seed: int, rng: np.random.Generator) -> Drawn:
     boat = random_hull(boat, rng)
     kind = ALL[number % len(ALL)]
     held = programme(boat, kind, DURATION, seed)
-    one, neutral = int(rng.integers(2)), command_of(boat.thrusters[0], np.zeros(1))[0]
+    one, neutral = int(rng.integers(2)), np.mean(resting_commands(boat.thrusters[0]))
     for begin in np.cumsum(rng.uniform(20.0, 60.0, 4) + np.array([0.0, 60.0, 60.0, 60.0])):
         first = round(begin / COMMAND_STEP)
         held[first : first + round(rng.uniform(20.0, 60.0) / COMMAND_STEP), one] = neutral

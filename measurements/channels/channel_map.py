@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +63,10 @@ class Entry:
     def sources(self) -> tuple[str, ...]:
         """All streams that it takes."""
         return (self.source, *(self.steering.sources if self.steering else ()))
+
+    def times(self, factor: float, zero: float = 0.0) -> "Entry":
+        """The entry of the same channel times a factor, about a value that stays."""
+        return replace(self, scale=factor * self.scale, offset=factor * self.offset + zero * (1.0 - factor))
 
 
 def read_channel_map(path: Path) -> dict[str, Entry | None]:

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...physics.errors import LogError
 from ...physics.motion import Array, earth_to_body, heading_from_enu, heading_from_quaternion
@@ -186,7 +187,7 @@ def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -
         check_limits(channel, where)
     _heading(channels, sources, where, notes)
     if "psi" in channels:
-        channels["psi"] = _wrapped(channels["psi"], notes)
+        channels["psi"] = _wrapped(channels["psi"], "psi" in sources, notes)
     _position(channels, where, notes)
     _velocity(channels, notes)
     for name in ("x", "y"):
@@ -269,23 +270,15 @@ def _heading(channels: dict[str, Channel], sources: Mapping[str, Source], where:
     notes.append(f"psi: heading of the {origin}")
 
 
-def _wrapped(heading: Channel, notes: list[str]) -> Channel:
+def _wrapped(heading: Channel, recorded: bool, notes: list[str]) -> Channel:
     """A heading without the rows that straight lines drew through its wrap, from one end of its range to the other.
 
-    Who resamples an angle without unwrapping it makes such rows: for a moment the boat spins once round, backwards.
+    Who resamples an angle without unwrapping it makes such rows: for a moment the boat spins once round, backwards. Of
+    a heading that was not `recorded` as an angle but in a quaternion, the angle may have wrapped at any quarter.
     """
     value = heading.value
-    turn = next((full for full in (2.0 * np.pi, 360.0) if 0.9 * full < np.ptp(value) <= 1.001 * full), None)
-    if turn is None or value.size < _FEWEST:
-        return heading
-    steps = np.diff(value)
-    usual = float(np.quantile(np.abs((steps + 0.5 * turn) % turn - 0.5 * turn), 0.95))
-    quick = (np.abs(steps) > _SPINS * usual) & (np.abs(steps) < 0.75 * turn)
-    drawn = np.zeros(value.size, dtype=bool)
-    for begin, end in np.flatnonzero(np.diff(quick, prepend=False, append=False)).reshape(-1, 2).tolist():
-        total, one_way = value[end] - value[begin], np.ptp(np.sign(steps[begin:end])) == 0.0
-        if one_way and _ALL_ROUND * turn < abs(total):
-            drawn[begin + 1 : end] = True
+    wraps = [value] if recorded else [(value - low) % (2.0 * np.pi) + low for low in 0.5 * np.pi * np.arange(-2.0, 2.0)]
+    drawn = next((rows for rows in map(_drawn, wraps) if rows.any()), np.zeros(value.size, dtype=bool))
     if not drawn.any():
         return heading
     times = int(np.count_nonzero(np.diff(drawn, prepend=False) & drawn))
@@ -294,6 +287,22 @@ def _wrapped(heading: Channel, notes: list[str]) -> Channel:
         "it was resampled without being unwrapped"
     )
     return replace(heading, time=heading.time[~drawn], value=value[~drawn])
+
+
+def _drawn(value: Array) -> NDArray[np.bool_]:
+    """The rows (n,) of an angle that lines drew from one end of its range to the other."""
+    drawn = np.zeros(value.size, dtype=bool)
+    turn = next((full for full in (2.0 * np.pi, 360.0) if 0.9 * full < np.ptp(value) <= 1.001 * full), None)
+    if turn is None or value.size < _FEWEST:
+        return drawn
+    steps = np.diff(value)
+    usual = float(np.quantile(np.abs((steps + 0.5 * turn) % turn - 0.5 * turn), 0.95))
+    quick = (np.abs(steps) > _SPINS * usual) & (np.abs(steps) < 0.75 * turn)
+    for begin, end in np.flatnonzero(np.diff(quick, prepend=False, append=False)).reshape(-1, 2).tolist():
+        total, one_way = value[end] - value[begin], np.ptp(np.sign(steps[begin:end])) == 0.0
+        if one_way and _ALL_ROUND * turn < abs(total):
+            drawn[begin + 1 : end] = True
+    return drawn
 
 
 def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> None:

@@ -9,7 +9,7 @@ from ..formats.base import Stream
 
 _OTHERS = re.compile(
     r"(?<![a-z])(cam(era)?|optical|aruco|april_?tag|tag|marker|fiducial|gimbal|buoy|obstacle|target|goal|waypoint|light"
-    r"|lamp|led|beacon|landmark|object|detect(ion|ed|or)?|intruder|ais|zed|realsense|lidar|radar)s?(?![a-z])"
+    r"|lamp|led|other|neighbou?r|beacon|landmark|object|detect(ion|ed|or)?|intruder|ais|zed|realsense|lidar|radar)s?(?![a-z])"
 )
 """Words, in topics and frames, of what is on board or beside the boat and moves otherwise than it."""
 _BODY = re.compile(r"(base_link|base_footprint|body)(_frd|_flu)?")

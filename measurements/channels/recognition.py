@@ -223,6 +223,17 @@ _MOTION = {
     "v": re.compile(r"sway|starboard|lateral", re.IGNORECASE),
 }
 """Words of columns that may be channels of motion."""
+
+
+def says_motion(stream: str, name: str) -> bool:
+    """True when the name of a stream that is no channel ends as a channel of motion is called, or speaks of it.
+
+    >>> says_motion("odometry.psi", "psi"), says_motion("Heading (deg)", "psi"), says_motion("led.r", "psi")
+    (True, True, False)
+    """
+    return re.split(r"[^A-Za-z0-9]+", stream)[-1] == name or _MOTION[name].search(stream) is not None
+
+
 _TURN = 2.0 * np.pi + 0.01
 """Angle that a heading in radians which is not unwrapped stays below; one in degrees goes up to 360."""
 _MOST = 6
@@ -260,7 +271,7 @@ def _of_motion(wanted: Sequence[str], streams: Sequence[Stream]) -> dict[str, st
     """Lines for the first column of each name that may be wanted."""
     result = {}
     for name in wanted:
-        stream = next((s for s in streams if _MOTION[name].search(s.name)), None)
+        stream = next((s for s in streams if says_motion(s.name, name)), None)
         if stream is not None:
             degrees = name == "psi" and np.nanmax(np.abs(stream.value)) > _TURN
             result[name] = f"{{'from': {stream.name!r}, 'unit': 'deg'}}" if degrees else repr(stream.name)

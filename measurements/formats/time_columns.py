@@ -8,19 +8,19 @@ EPOCH = 1e8
 """A first stamp above this [s] counts from an epoch (1973), not from the start of the log."""
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1.0 / 60.0, "h": 1.0 / 3600.0}
 """Units of a time column, and how many of them are a second."""
-_UNITS = (*PER_SECOND, "_ms", "_us")
+_UNITS = (*PER_SECOND, "_ms", "_us", "_ns")
 _UNIT = (
     r"(?P<s>s|secs?|seconds?)|(?P<ms>ms|msecs?|millis|milliseconds?)|(?P<us>us|[\u00b5\u03bc]s|usecs?|micros|"
     r"microseconds?)|(?P<ns>ns|nsecs?|nanos|nanoseconds?)|(?P<min>mins?|minutes?)|(?P<h>h|hrs?|hours?)"
 )
 _NAME = re.compile(
-    r"[\W_]*(?:(?:unix|utc|gps|ros|rosbag|system|sample|log|elapsed|epoch|relative|header)[ _.]?)*"
+    r"(?P<_ns>%time)|[\W_]*(?:(?:unix|utc|gps|ros|rosbag|system|sample|log|elapsed|epoch|relative|header)[ _.]?)*"
     r"(?:ts|(?P<first>t|time)|time[ _]boot|time[ _]?stamp|stamp|elapsed(?:[ _]time)?|epoch|date[ _/-]?time|"
     r"(?P<date>date))"
     rf"[ _.]?[\[(]?(?:{_UNIT})?[\])]?|seconds|secs?|(?P<_ms>milliseconds|millis)|(?P<_us>microseconds|micros)",
     re.IGNORECASE,
 )
-"""`t`, `time`, `__time` (PlotJuggler), `%time` (rostopic), `Time (s)`, `timestamp_ms`, `TimeUS` (ArduPilot), ..."""
+"""`t`, `time`, `__time` (PlotJuggler), `%time` (rostopic, in ns), `Time (s)`, `timestamp_ms`, `TimeUS`, ..."""
 
 
 @dataclass(frozen=True, slots=True)

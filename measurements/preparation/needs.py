@@ -12,7 +12,7 @@ from ...physics.vehicle import Vehicle
 from ..canonical import COMMAND_UNITS, Channel, command_kind, unit_of
 from ..channels.channel_map import Entry, map_text
 from ..channels.mapping import some
-from ..channels.recognition import like_a_command
+from ..channels.recognition import like_a_command, says_motion
 from ..log import Log
 
 _PART = 1 << 17
@@ -29,7 +29,10 @@ def problems(log: Log, vehicle: Vehicle | None) -> list[str]:
     result = []
     have = log.channels
     if "psi" not in have:
-        result.append(f"expected a heading (psi or a quaternion), got only {_listed(log)}. Map it with a channel map.")
+        result.append(
+            f"expected a heading (psi or a quaternion), got only {_listed(log)}. Map it with a channel map"
+            f"{_such_as(log, ('psi',))}."
+        )
     elif have["psi"].time.size < 2:
         result.append("expected at least 2 samples of psi, got 1.")
     else:
@@ -38,7 +41,7 @@ def problems(log: Log, vehicle: Vehicle | None) -> list[str]:
     if velocities and not {"x", "y"} <= set(have):
         result.append(
             f"expected u and v (or x and y, to derive them), but {' and '.join(velocities)} and a position are "
-            f"missing; got {_listed(log)}. Map them with a channel map."
+            f"missing; got {_listed(log)}. Map them with a channel map{_such_as(log, ('x', 'y', 'u', 'v'))}."
         )
     missing = [name for name in command_channels(vehicle) if name not in have]
     told = _numbered(log, missing) or _mixed(log, missing) or _generalised(log, missing)
@@ -62,6 +65,18 @@ def require(log: Log, vehicle: Vehicle | None) -> None:
     found = problems(log, vehicle)
     if found:
         raise LogError(f"{log.path}: {' '.join((found[0], *log.lacks))}")
+
+
+def _such_as(log: Log, names: Sequence[str]) -> str:
+    """The lines of a channel map for streams whose names say such channels, as the end of a sentence; or empty."""
+    like = {name: next((stream for stream in log.unused if says_motion(stream, name)), None) for name in names}
+    entries = {
+        name: Entry(stream, np.pi / 180.0 if name == "psi" and "deg" in stream.lower() else 1.0)
+        for name, stream in like.items()
+        if stream is not None
+    }
+    lines = map_text(entries).splitlines()
+    return f", such as {' and '.join(repr(line) for line in lines)}" if lines else ""
 
 
 def _listed(log: Log) -> str:
@@ -93,18 +108,27 @@ _THROTTLE, _STEERING = (re.compile(word, re.IGNORECASE) for word in ("throttle|t
 """Words in the names of the two demands of a boat that is steered by its sides."""
 
 
+def mix_of(log: Log, names: Sequence[str]) -> dict[str, Entry]:
+    """The lines of a channel map that mix the log's throttle and steering into sides; none where it has not both."""
+    throttle, steering = (
+        next((name for name in log.unused if word.search(name)), None) for word in (_THROTTLE, _STEERING)
+    )
+    if throttle is None or steering is None:
+        return {}
+    return {name: Entry(throttle, steering=Entry(steering)) for name in names}
+
+
 def _mixed(log: Log, missing: Sequence[str]) -> str:
     """What to say where commands of two sides are missing and the log has throttle and steering; else empty."""
     sides = {side_named((command_kind(name) or ("", ""))[1]) for name in missing}
-    demands = [next((name for name in log.unused if word.search(name)), None) for word in (_THROTTLE, _STEERING)]
-    throttle, steering = demands
-    if sides != {"port", "starboard"} or throttle is None or steering is None:
+    entries = mix_of(log, missing)
+    if sides != {"port", "starboard"} or not entries:
         return ""
-    lines = map_text({name: Entry(throttle, steering=Entry(steering)) for name in missing})
+    lines, throttle = map_text(entries), next(iter(entries.values()))
     return (
-        f"missing command channel {' '.join(missing)}; the log has throttle and steering, {throttle} and {steering}. "
-        f"Mix them into the two sides in a channel map (--map channels.yaml): {' and '.join(lines.splitlines())}, each "
-        "with the scale that makes it the command's unit, such as 'scale: 0.01' for percent."
+        f"missing command channel {' '.join(missing)}; the log has {' and '.join(throttle.sources)}. "
+        f"Mix them into the two sides in a channel map (--map channels.yaml): {' and '.join(lines.splitlines())}, both "
+        "with the scale that makes them the command's unit, such as '{from: steering, scale: 0.01}' of percent."
     )
 
 
@@ -127,8 +151,9 @@ def _natural(name: str) -> tuple[int, str]:
 
 
 def like_commands(log: Log) -> list[str]:
-    """Streams that became no channel, and whose names are like those of commands."""
-    return [stream for stream in log.unused if like_a_command(stream)]
+    """Streams that became no channel, and whose names are like those of commands; what steers is none."""
+    kept = {channel.origin for channel in log.auxiliary.values()}
+    return [stream for stream in log.unused if like_a_command(stream) and stream not in kept]
 
 
 def _command_problem(log: Log, name: str) -> str:

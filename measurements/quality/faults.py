@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...physics.forces import modelled_acceleration
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
+from ..channels.channel_map import Entry
 from ..statistics.quantiles import student
 from .finding import Finding, Fix, Reach, Verdict
 from .quick_motion import rates_in_band
@@ -70,7 +71,7 @@ class Share:
     def __str__(self) -> str:
         """In percent, for a sentence."""
         if not np.isfinite(self.error):
-            return f"{100.0 * self.value:.0f} %, by too few blocks of time to be sure"
+            return f"perhaps {100.0 * self.value:.0f} %"
         return f"{100.0 * self.value:.0f} % +- {100.0 * self.error:.0f} %"
 
 
@@ -308,6 +309,7 @@ class Fault:
     facts : what the words have places for, by name; names of channels and both shares are known
     value, ci95, fix, parts : see `Finding`; the value is by default the share
     unit : of the value, where it is not that of its kind
+    mends : see `Finding`
     """
 
     kind: Kind
@@ -319,6 +321,7 @@ class Fault:
     fix: Fix | None = None
     parts: Mapping[str, float | str] = field(default_factory=dict)
     unit: str = ""
+    mends: Mapping[str, Entry | None] = field(default_factory=dict)
 
     def ruled(self) -> Finding | None:
         """The rule: a defect where the fault is overwhelming, a warning where it is likely, else nothing."""
@@ -345,6 +348,7 @@ class Fault:
             parts=dict(self.parts),
             short=words.short.format(**known),
             reach=words.reach,
+            mends=dict(self.mends),
         )
 
 

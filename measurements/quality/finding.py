@@ -67,7 +67,8 @@ class Finding(file_records.Record):
     parts : further numbers by name, such as the coefficients of a curve
     short : the sentence in a few words, for the verdict on the log; empty for the sentence itself; in no file
     reach : how much a defect makes wrong; in no file
-    mends : lines of a channel map that put it right; in no file, for `inspect --map-out` writes them into one
+    mends : lines of a channel map that put it right, None to leave a channel out; in no file, for `inspect --map-out`
+        writes them into one
     """
 
     check: str
@@ -83,7 +84,7 @@ class Finding(file_records.Record):
     parts: Mapping[str, float | str] = {}
     short: str = Field(default="", exclude=True)
     reach: Reach = Field(default=Reach.NUMBERS, exclude=True)
-    mends: Mapping[str, Entry] = Field(default_factory=dict, exclude=True)
+    mends: Mapping[str, Entry | None] = Field(default_factory=dict, exclude=True)
 
     @property
     def refused(self) -> bool:

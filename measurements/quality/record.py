@@ -4,7 +4,7 @@ Delays, signs, sides and shares are hardly surer after ten hours than after two,
 evenly over the log. Gaps, stamps, spikes, stuck sensors and units are looked for in every row.
 """
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -16,10 +16,14 @@ from ...physics.motion import Array, Motion
 from ...physics.sampled_series import area_average
 from ...physics.vehicle import Vehicle
 from ..canonical import Channel, command_kind
+from ..channels.channel_map import Entry
 from ..log import Log
 from ..preparation.prepare import Recipe, motions_within
 from ..preparation.resampling import Span, samples
 
+QUICK_ROW = 0.25
+"""Longest row of a record that shows how a speed changes [s]: half a period at 2 Hz, where the band in which boats
+answer ends (`response`). In longer ones a quick turn looks like a spike, and its end like a sensor that sleeps."""
 WHOLE = 10_800.0
 """Usable log that is looked at whole [s]: a day's trials, which take some seconds."""
 PART = 7_200.0
@@ -209,6 +213,11 @@ class Record:
         """What steers beside the thrusters, such as a rudder, which no vehicle file has."""
         found = self.log.auxiliary.items()
         return tuple(sorted(channel.origin for name, channel in found if name.startswith("steering")))
+
+    def scaled(self, names: Iterable[str], factor: float) -> dict[str, Entry | None]:
+        """The lines of a channel map that multiply some channels, as far as the log's own lines are known."""
+        entries = {name: self.log.entries.get(name) for name in names}
+        return {name: entry.times(factor) for name, entry in entries.items() if entry is not None}
 
     def repaired(self, channels: Mapping[str, Channel]) -> "Record":
         """The same log with other channels."""

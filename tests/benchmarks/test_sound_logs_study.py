@@ -70,6 +70,7 @@ def test_sizes_of_faults_are_noted_told_or_not():
 def test_a_refusal_is_counted_and_told(study: ModuleType):
     log = {
         "rate": 10.0,
+        "format": "ULog",
         "refused": {"drive": "it is wrong"},
         "accused": {"drive": "it is wrong"},
         "sizes": {"CUT": 0.3},

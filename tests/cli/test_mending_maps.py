@@ -1,4 +1,4 @@
-"""`inspect` mends a map: the unit of the time that the motion tells, and a time column that the numbers tell."""
+"""`inspect` mends a map where one reading of the log is surely right: time, commands, speeds, and dead records."""
 
 from pathlib import Path
 
@@ -47,3 +47,43 @@ def test_a_refused_table_leaves_the_line_that_mends_it(table: pd.DataFrame, tmp_
     assert "begins with that line" in result.stderr
     assert yaml.safe_load(lines.read_text()) == {"time": "clk"}
     inspected("inspect", path, "--map", lines)
+
+
+@pytest.fixture(scope="module")
+def driven() -> pd.DataFrame:
+    """A log with the commands of the shipped BlueBoat, held in the rows of the motion."""
+    world = simulate_world(load_vehicle("blueboat"), {}, programme="rich", duration=120.0, noise="field", seed=5)
+    frame = pd.DataFrame(world.odometry, columns=["x", "y", "psi", "u", "v", "r"])
+    held = np.clip(np.searchsorted(world.command_time, world.odometry_time, "right") - 1, 0, None)
+    frame[["newton_port", "newton_stbd"]] = world.commands[held]
+    frame.insert(0, "time", world.odometry_time)
+    return frame
+
+
+def _mixed(frame: pd.DataFrame) -> pd.DataFrame:
+    throttle, steering = (0.5 * (frame["newton_port"] + sign * frame["newton_stbd"]) for sign in (1.0, -1.0))
+    return frame.assign(newton_port=throttle, newton_stbd=steering)
+
+
+def _percent(frame: pd.DataFrame) -> pd.DataFrame:
+    return frame.assign(**{name: frame[name] / 0.35 for name in ("newton_port", "newton_stbd")})
+
+
+SPOILT = {
+    "throttle and steering": (_mixed, "look like throttle and steering"),
+    "percent": (_percent, "beyond the end of its curve"),
+    "u and v exchanged": (lambda f: f.assign(u=f["v"], v=f["u"]), "u and v look exchanged"),
+    "heading in degrees": (lambda f: f.assign(psi=np.degrees(f["psi"])), "in degrees"),
+    "a speed that was never measured": (lambda f: f.assign(u=0.0, v=0.0), "never change"),
+}
+
+
+@pytest.mark.parametrize("name", SPOILT)
+def test_the_map_that_is_written_mends_the_log(name: str, driven: pd.DataFrame, tmp_path: Path):
+    spoil, said = SPOILT[name]
+    path, lines = tmp_path / "log.csv", tmp_path / "map.yaml"
+    spoil(driven).to_csv(path, index=False)
+    told = inspected("inspect", path, "--vehicle", "blueboat", "--map-out", lines)
+    assert said in " ".join(told.split())
+    again = " ".join(inspected("inspect", path, "--vehicle", "blueboat", "--map", lines).split())
+    assert "Usable; no defect was found" in again

@@ -135,6 +135,20 @@ def test_slow_logs_are_not_accused(step: float):
     assert set(kinematics_of([world.motion(step)]).present) <= {"velocity_latency", "position_latency"}
 
 
+def test_chords_between_rows_of_a_second_are_no_wrong_scale():
+    whole = simulate_world(HULL, {}, duration=400.0, noise="clean", seed=8, programme="rich").motion(0.05)
+
+    def rows(table: np.ndarray) -> np.ndarray:
+        return np.column_stack([np.interp(whole.time, whole.time[::20], column[::20]) for column in table.T])
+
+    heading = rows(whole.heading[:, None])[:, 0]
+    lines = replace(whole, position=rows(whole.position), heading=heading, velocity=rows(whole.velocity))
+    assert "velocity_scale" in kinematics_of([lines]).present, "the case is one"
+    assert "velocity_scale" not in kinematics_of([lines], row=1.0).present
+    told = kinematics_of([spoilt(lines, "velocity_scale", 1.15)], row=1.0)
+    assert told.errors["velocity_scale"] == pytest.approx(1.15, rel=0.05)
+
+
 def test_a_log_without_a_record_says_nothing_of_it():
     motion = spoilt(sailed(), "gyro_scale", 0.9)
     assert not any(name.startswith("gyro") for name in kinematics_of([motion], ("x", "y", "psi", "u", "v")).values)

@@ -15,7 +15,8 @@ from undertow.physics.errors import LogError, RequestError
 from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import simulate_world
-from undertow.workflows.init import Doubt, Draft, Hull, init
+from undertow.workflows.first_vehicle import Hull
+from undertow.workflows.init import Doubt, Draft, init
 from undertow.workflows.inputs import read_inputs
 
 PULSES = {"kind": "table", "command": [1110.0, 1510.0, 1910.0], "force": [-35.0, 0.0, 35.0]}
@@ -208,6 +209,12 @@ def test_a_log_without_commands_says_what_to_do(path, tmp_path):
     table[~table.field.str.startswith("pwm")].to_csv(tmp_path / "log.csv", index=False)
     with pytest.raises(LogError, match="no thruster command is recognised"):
         init(tmp_path / "log.csv")
+
+
+def test_throttle_and_steering_are_offered_to_be_mixed(path, tmp_path):
+    named = {"pwm_port": "throttle", "pwm_stbd": "steering"}
+    with pytest.raises(LogError, match="'normalized_port: {from: 'command:throttle', mix: skid, steering: {from: 'c"):
+        init([respelt(path, tmp_path / "log.csv", named)], Hull(mass=22.0))
 
 
 def test_an_impossible_number_is_refused_before_anything_is_read():

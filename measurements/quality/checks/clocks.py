@@ -8,12 +8,13 @@ import numpy as np
 
 from ....physics.motion import Array
 from ...canonical import Channel
+from ...kinematics import OF_ROW
 from ...statistics.blocks import CI
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..quick_motion import centre_of, stands_still
-from ..record import RATE, Record, Stretch
+from ..record import QUICK_ROW, RATE, Record, Stretch
 from ..response import COARSE, MADE_GOOD, SLOW, Trials, made_good, row_of, trials
 
 _STEP = 1.0 / RATE
@@ -110,6 +111,10 @@ class Clocks(Check):
             every = (pair.response(r, s) for r in having for s in r.stretches)
             lag = lags[0] if len(having) == 1 else lag_anywhere(list(every), _STEP)
             known = [one for one in lags if one is not None and _sure(one)]
+            row = max(record.log.channels[name].period for record in having for name in pair.needs)
+            if row > QUICK_ROW and "ax" in pair.needs:
+                lag = None  # speeds in such rows tell of no acceleration
+            pair = replace(pair, in_step=max(pair.in_step, OF_ROW * row))
             finding = _compared(pair, lag, known, any(record.steered for record in having))
             if pair.channels == ("r",) and finding.fix is not None and lag is not None:
                 gyro = lag.seconds
@@ -135,9 +140,10 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: 
         text = f"too little motion to tell whether {pair.late} is in step with {pair.reference}"
         return Finding(check="clocks", verdict="cannot tell", sentence=text, unit="s", channels=names)
     low, high = lag.ci95
-    if low <= pair.in_step and high >= -pair.in_step:
+    in_step = low <= pair.in_step and high >= -pair.in_step
+    if in_step or not lag.size.share.low > 0.0:
         verdict, text = "ok", f"{pair.late} is in step with {pair.reference} (to {max(abs(lag.seconds), 0.001):.3f} s)"
-        if max(high, -low) > COARSE:
+        if not in_step or max(high, -low) > COARSE:
             verdict = "cannot tell"
             text = f"{pair.late} may be {low:+.2f} to {high:+.2f} s after {pair.reference}: too little motion to tell"
         return Finding(
@@ -190,9 +196,9 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     ends = seconds - CI * error, seconds + CI * error
     if seconds > SLOW and far:
         return [_early(seconds, ends, channels)]
-    # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in rows of a second, with
-    # which a programme may keep step, nearly all of it.
-    before = max(0.5 * row, row - 0.5 * COARSE)
+    # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in longer rows, with which a
+    # programme may keep step, all of it.
+    before = row if row > 1.5 * COARSE else 0.5 * row
     if ends[1] >= -_IN_STEP - before:
         if ends[0] < -COARSE - before:
             between = " to ".join(_when(end, 2) for end in ends)
@@ -224,6 +230,13 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
             Finding(check="clocks", verdict="ok", sentence=text, value=seconds, unit="s", ci95=ends, channels=channels)
         ]
     size = _size_of_delay(records, found, seconds)
+    if size is not None and not size.share.low > 0.0:
+        text = (
+            f"the boat may answer its commands {_when(seconds, 2)}, but moved there they explain only {size.share} more"
+        )
+        return [
+            Finding(check="clocks", verdict="cannot tell", sentence=text, value=seconds, unit="s", channels=channels)
+        ]
     moved = "" if size is None else f" (moved there, they explain {size.share} of what is left of surge and yaw)"
     none = Share(0.0, np.inf)
     facts = {"seconds": -seconds, "shift": seconds, "size": moved}

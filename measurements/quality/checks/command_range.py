@@ -95,6 +95,9 @@ class CommandRange(Check):
                 "their curves in the vehicle file",
                 short=f"{all_of(list(names))} go{'es' * (len(names) == 1)} beyond the curve of the vehicle file",
                 reach=Reach.LOG,
+                mends={n: entry for name, f in factors.items() for n, entry in records[0].scaled([name], f).items()}
+                if sure
+                else {},
             )
         ]
 

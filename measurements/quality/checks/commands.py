@@ -23,13 +23,14 @@ class Commands(Check):
                 Finding(
                     check=self.name,
                     verdict="warning",
-                    sentence=f"the log has a rudder ({', '.join(rudders)}); the vehicles and effects of "
+                    sentence=f"the log has a rudder or its like ({', '.join(rudders)}); the vehicles and effects of "
                     "undertow have none",
                     value=float(len(rudders)),
                     unit="1",
-                    consequence="what the rudder does would be laid at the door of hull, current or thrusters",
-                    remedy="look the log over here, but fit no vehicle to it",
-                    short="it is steered by a rudder, which no vehicle file has",
+                    consequence="what it does would be laid at the door of hull, current or thrusters",
+                    remedy="if it turns a rudder or a nozzle, fit no vehicle to the log; if it is the difference of "
+                    "two sides, mix it into them ('mix: skid' in a channel map)",
+                    short=f"it is steered by {', '.join(rudders)}, which no vehicle file has",
                 )
             )
         if not names:

@@ -6,7 +6,6 @@ at any delay, quick or slow, are not the boat's own.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import ClassVar, final
 
 import numpy as np
@@ -215,9 +214,14 @@ def _of_another_run(records: Sequence[Record], parts: Sequence[Part], names: lis
             return None
     if found is None:
         return None
-    if not all("u" in record.log.channels for record in records):  # derived speeds put their noise into the hull's part
-        found = replace(found, weight=replace(found.weight, error=np.inf))
     unanswered = Share(0.5 * (1.0 + found.weight.value), 0.5 * found.weight.error)
+    if not all("u" in record.log.channels for record in records):  # derived speeds put their noise into the hull's part
+        text = (
+            f"the boat may not answer {', '.join(names)}: {unanswered} of its motion, beyond noise and hull, has no "
+            "cause in them, but speeds that are made of positions cannot tell"
+        )
+        short = "the commands are of this run and of this boat"
+        return Finding(check="drive", verdict="cannot tell", sentence=text, channels=tuple(names), short=short)
     facts = {"names": ", ".join(names), "reach": _LAGS, "share": unanswered}
     return Fault(Kind.OTHER_RUN, tuple(names), found, facts).ruled()
 

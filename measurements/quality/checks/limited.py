@@ -128,12 +128,15 @@ def _slow_weight(records: Sequence[Record]) -> Share:
     """The power of what the vehicle leaves of the slow motion, over that of its thrust there, of the axis with more.
 
     Thrusters that worked beyond their record leave much of it, whatever they did; waves are quicker, and leave little.
+    An axis in which thrust makes less than the sensors' noise, as yaw of a boat whose screws turn alike, tells nothing.
     """
     parts = parts_of(records, _SLOWLY)[2]
     block = blocks_of([part.residual.shape[0] for part in parts])
     left = np.concatenate([part.residual for part in parts]) ** 2
     thrust = np.concatenate([part.pushes.sum(axis=1) for part in parts]) ** 2
-    return max((ratio_by_blocks(left[:, k], thrust[:, k], block) for k in range(2)), key=lambda one: one.low)
+    pushed = np.flatnonzero(thrust.mean(axis=0) > np.max([part.noise for part in parts], axis=0) ** 2)
+    told = (ratio_by_blocks(left[:, k], thrust[:, k], block) for k in pushed)
+    return max(told, key=lambda one: one.low, default=Share(0.0, np.inf))
 
 
 def _stand_by_stand(part: Part) -> tuple[Part, NDArray[np.bool_]]:

@@ -15,6 +15,7 @@ import numpy as np
 from ....physics.motion import Motion
 from ....physics.vehicle import Vehicle
 from ...canonical import Channel, command_kind
+from ...channels.channel_map import Entry, map_text
 from ...channels.mixing import mixed
 from ..expected_answers import SIDE, called, expected_of
 from ..faults import Fault, Kind, Size, delayed, size_by_model
@@ -44,20 +45,15 @@ class _Mix:
         keep = np.isfinite(value)
         return replace(throttle, name=name, time=throttle.time[keep], value=value[keep])
 
-    def line(self, records: Sequence[Record], name: str) -> str:
+    def entry(self, records: Sequence[Record], name: str) -> Entry:
         """The line of a channel map that does the same."""
         log = next(record.log for record in records if self.throttle in record.log.channels)
         zero = 1500.0 if name.startswith("pwm") else 0.0
-        ahead, turn = (_scaled(scale, zero) for scale in (self.scale, self.sign * self.scale))
-        sources = log.channels[self.throttle].origin, log.channels[self.steering].origin
-        steering = f"{{from: {sources[1]}{turn}}}" if turn else sources[1]
-        return f"'{name}: {{from: {sources[0]}{ahead}, mix: skid, steering: {steering}}}'"
-
-
-def _scaled(scale: float, zero: float) -> str:
-    if scale == 1.0:
-        return ""
-    return f", scale: {scale:g}" + (f", offset: {zero * (1.0 - scale):g}" if zero else "")
+        ahead, turn = (
+            (log.entries.get(command) or Entry(log.channels[command].origin)).times(scale, zero)
+            for command, scale in ((self.throttle, self.scale), (self.steering, self.sign * self.scale))
+        )
+        return replace(ahead, steering=turn)
 
 
 @final
@@ -90,12 +86,14 @@ def _found(
     records: Sequence[Record], names: tuple[str, str], mix: _Mix, size: Size | None, alone: Size
 ) -> Finding | None:
     """The finding that two commands are mixed, by the vehicle, or by what they do alone where there is none."""
-    lines = " and ".join(mix.line(records, name) for name in names)
+    entries: dict[str, Entry | None] = {name: mix.entry(records, name) for name in names}
+    lines = " and ".join(f"'{line}'" for line in map_text(entries).splitlines())
     facts = {"told": f"{called(records, mix.throttle)} and {called(records, mix.steering)}", "cure": lines}
     facts["how"] = "read so" if size is None else "mixed into sides"
     fix = Fix("throttle and steering mixed into the commands of two sides", partial(_mixed, mix, names))
-    mends = size is not None and size.refuses and len(records) == 1
-    return Fault(Kind.MIXED, names, size or alone, facts, fix=fix if mends else None).ruled()
+    if size is None or not size.refuses or len(records) > 1:
+        return Fault(Kind.MIXED, names, size or alone, facts).ruled()
+    return Fault(Kind.MIXED, names, size, facts, fix=fix, mends=entries).ruled()
 
 
 def _sides(records: Sequence[Record]) -> tuple[str, str] | None:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import ClassVar, final
 
-from ...kinematics import Kinematics, kinematics_of
+from ...kinematics import Kinematics, kinematics_of, longest_row
 from ..finding import Check, Finding
 from ..record import Record, computed_once
 
@@ -22,7 +22,10 @@ class Sensors(Check):
         result, known, apart = [], False, False
         for record in records:
             motions = [stretch.motion for stretch in record.stretches]
-            seen = computed_once([record], "kinematics", lambda m=motions, r=record: kinematics_of(m, r.log.channels))
+            channels = record.log.channels
+            seen = computed_once(
+                [record], "kinematics", lambda m=motions, c=channels: kinematics_of(m, c, longest_row(c))
+            )
             known |= bool(seen.values)
             apart |= bool(seen.beyond) or not seen.agree
             log = f"{record.log.name}: " if len(records) > 1 else ""

@@ -11,7 +11,7 @@ from ....physics.motion import Array
 from ...canonical import Channel
 from ..faults import BLOCK, Fault, Kind, Share, Size, size_of
 from ..finding import Channels, Check, Finding, Fix
-from ..record import Record
+from ..record import QUICK_ROW, Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r")
 _LEAST_ROWS = 50
@@ -59,6 +59,10 @@ def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
     if not out:
         return []
     share, size = out / sum(channel.time.size for channel in channels), _size(channels, _smoothed)
+    row = max(channel.period for channel in channels)
+    if row > QUICK_ROW and name not in ("x", "y"):
+        text = f"{out} values of {name} stand far out of their record: spikes, or turns quicker than {1.0 / row:.2g} Hz"
+        return [Finding(check="spikes", verdict="note", sentence=text, value=share, unit="1", channels=(name,))]
     fix = Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name))
     fault = Fault(Kind.SPIKES, (name,), size, {"count": out, "part": 100.0 * share}, share, fix=fix)
     return [fault.in_words("defect" if size.refuses else "warning")]

@@ -12,7 +12,7 @@ from ..axes import track_of
 from ..faults import Fault, Kind, Share, Size
 from ..finding import Check, Finding, Reach
 from ..fixes import fixes_of
-from ..record import Record
+from ..record import QUICK_ROW, Record
 
 _PLACE = ("x", "y")
 _SENSORS: tuple[tuple[str, ...], ...] = (
@@ -105,7 +105,8 @@ def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
     facts = {"value": value, "unit": every[0].unit, "does": drive, "first": first}
     facts["change"] = "change" if many else "changes"
     whole = Size(Share(1.0, 0.0), Share(1.0, 0.0))  # in every row
-    told = Fault(Kind.NEVER, names, whole, facts, value, unit=every[0].unit).in_words("defect")
+    mends = dict.fromkeys(names)
+    told = Fault(Kind.NEVER, names, whole, facts, value, unit=every[0].unit, mends=mends).in_words("defect")
     return told.model_copy(update={"reach": Reach.NUMBERS}) if first in ("ax", "ay") else told
 
 
@@ -132,9 +133,12 @@ def _moves(record: Record, drive: str, but: tuple[str, ...]) -> bool:
 def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]:
     """Stays of all channels together that begin in mid-motion, as (start, end) [s].
 
-    A boat comes to rest little by little, so that the steps before an honest stay are near the last digit.
+    A boat comes to rest little by little, so that the steps before an honest stay are near the last digit; in rows that
+    are longer than its quick answers it does not.
     """
     first, time = channels[0], channels[0].time
+    if first.name not in _GOES_ON and first.period > QUICK_ROW:
+        return []
     values = [np.unwrap(c.value) if c.name == "psi" else c.value for c in channels]
     steps = np.hypot(*map(np.diff, values)) if len(values) > 1 else np.abs(np.diff(values[0]))
     digit = _last_digit(steps)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import ClassVar, final
 
 import numpy as np
@@ -38,10 +39,10 @@ class Exchanged(Check):
         if not having:
             return []
         way, thrust = _by_way(having), _by_thrust(having)
-        fix = Fix("u and v exchanged", _exchange)
-        said = [
-            None if size is None else Fault(Kind.EXCHANGED, _SPEEDS, size, fix=fix).ruled() for size in (way, thrust)
-        ]
+        u, v = (having[0].log.entries.get(name) for name in _SPEEDS)
+        mends = {"u": v, "v": u} if u and v else {}
+        fault = partial(Fault, Kind.EXCHANGED, _SPEEDS, fix=Fix("u and v exchanged", _exchange), mends=mends)
+        said = [None if size is None else fault(size=size).ruled() for size in (way, thrust)]
         if way is None and (thrust is None or (said[1] is None and thrust.share.value > 0.0)):
             text = "too little motion to tell u from v"
             return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=_SPEEDS)]

@@ -40,7 +40,7 @@ def _sentence(log: Log) -> Finding | None:
         facts["cure"] = f"give the time in seconds (times {slow:.3g})"
         return Fault(Kind.TIME_UNIT, ("t",), turning.size, facts, slow, turning.ends).ruled()
     factor = 1.0 / PER_SECOND[unit]
-    mends = {TIME: Entry(log.clock, factor)} if log.clock else {}
+    mends: dict[str, Entry | None] = {TIME: Entry(log.clock, factor)} if log.clock else {}
     line = map_text(mends).strip() or f"time: {{from: ..., unit: {unit}}}"
 
     def apply(channels: Channels) -> dict[str, Channel]:
@@ -48,5 +48,4 @@ def _sentence(log: Log) -> Finding | None:
 
     facts = {"told": f"the stamps are in {unit}", "cure": f"say so in a channel map: '{line}'"}
     fix = Fix(f"time turned from {unit} into seconds", apply)
-    found = Fault(Kind.TIME_UNIT, ("t",), turning.size, facts, factor, None, fix).ruled()
-    return found and found.model_copy(update={"mends": mends})
+    return Fault(Kind.TIME_UNIT, ("t",), turning.size, facts, factor, None, fix, mends=mends).ruled()

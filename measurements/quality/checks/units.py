@@ -42,7 +42,7 @@ class Units(Check):
         logs = [record.log for record in records]
         turned = any({"psi", "r"} <= set(log.channels) for log in logs)
         turning = turning_of(logs)
-        degrees = None if turning is None else _in_degrees(turning)
+        degrees = None if turning is None else _in_degrees(records, turning)
         cured = [_with(log, degrees.fix.apply) for log in logs] if degrees and degrees.fix else logs
         track = track_of(cured)
         found: list[Finding] = []
@@ -136,7 +136,7 @@ def _wraps(logs: Sequence[Log]) -> Size | None:
     return size_of(as_is, turned, power, np.concatenate(number)) if as_is.size else None
 
 
-def _in_degrees(turning: Turning) -> Finding | None:
+def _in_degrees(records: Sequence[Record], turning: Turning) -> Finding | None:
     """The finding that heading or yaw rate is in degrees, None where neither is."""
     told = f"the heading psi turns {abs(turning.ratio):.3g} times as fast as the yaw rate r says"
     names = tuple(n for n, unit in (("psi", turning.heading), ("r", turning.rate)) if unit == _DEGREE)
@@ -152,7 +152,8 @@ def _in_degrees(turning: Turning) -> Finding | None:
         cure = f"map it with '{name}: {{from: ..., scale: 0.017453292519943}}'"
     facts = {"told": text, "cure": cure}
     fix = _scale(names, _DEGREE, done)
-    return Fault(Kind.ANGLE_UNIT, names, turning.size, facts, turning.ratio, turning.ends, fix).ruled()
+    mends = records[0].scaled(names, _DEGREE)
+    return Fault(Kind.ANGLE_UNIT, names, turning.size, facts, turning.ratio, turning.ends, fix, mends=mends).ruled()
 
 
 def _turns(turning: Turning, track: Track | None) -> Finding:

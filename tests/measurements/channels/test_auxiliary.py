@@ -3,10 +3,12 @@
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
 from undertow.measurements.channels.auxiliary import auxiliary_of
 from undertow.measurements.formats.base import Name
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.log_options import Reading
 
 NAMES = {
     "outboard_steering": "steering_outboard",
@@ -37,6 +39,18 @@ def test_other_columns_have_none(column: str):
 def test_ros_messages_are_known_by_their_type():
     assert auxiliary_of(Name("/battery", "current", "sensor_msgs/msg/BatteryState")) == ("battery_current", -1.0)
     assert auxiliary_of(Name("/wamv/thrusters/left/pos", "data", "std_msgs/msg/Float64")) == ("steering_port", 1.0)
+
+
+def test_what_a_map_mixes_into_sides_steers_no_more(tmp_path):
+    time = np.arange(0.0, 5.0, 0.1)
+    frame = pd.DataFrame({"t": time, "u": time, "psi": time, "throttle": 0.5 + 0.0 * time, "steering": 0.1 * time})
+    frame.to_csv(tmp_path / "log.csv", index=False)
+    side = {"from": "throttle", "mix": "skid", "steering": {"from": "steering"}}
+    mixed = {"normalized_port": side, "normalized_stbd": side}
+    (tmp_path / "map.yaml").write_text(yaml.safe_dump(mixed))
+    assert list(read_log(tmp_path / "log.csv").auxiliary) == ["steering"]
+    assert not read_log(tmp_path / "log.csv", Reading(channel_map=tmp_path / "map.yaml")).auxiliary
+    assert not Log.from_dataframe(frame, channel_map=mixed).auxiliary
 
 
 def test_a_table_keeps_them_beside_its_channels(tmp_path):

@@ -31,6 +31,17 @@ def test_rows_between_the_ends_are_left_out(full, low, every):
     assert any("through the wrap of the heading" in note for note in log.notes)
 
 
+@pytest.mark.parametrize("low", [-np.pi, 0.0, -0.5 * np.pi])
+def test_rows_between_the_ends_are_left_out_where_a_quaternion_holds_the_heading(low):
+    half = 0.5 * drawn(2.0 * np.pi, low, 5)
+    table = {"qx": 0.0 * TIME, "qy": 0.0 * TIME, "qz": np.sin(half), "qw": np.cos(half)}
+    log = Log.from_arrays(TIME, {"x": np.zeros(TIME.size), "y": TIME, **table})
+    kept, known = log.channels["psi"], TIME[::5][-1]
+    error = np.abs(np.exp(1j * kept.value) - np.exp(1j * np.interp(kept.time, TIME, TURNING)))
+    assert error[kept.time <= known].max() < 0.02
+    assert TIME.size > kept.time.size > 0.95 * TIME.size
+
+
 def test_a_heading_that_wraps_as_it_should_keeps_every_row():
     log = read(np.angle(np.exp(1j * TURNING)))
     assert log.channels["psi"].value.size == TIME.size

@@ -7,7 +7,8 @@ import pytest
 from places import shared
 
 from undertow.measurements.inspection import inspect_log
-from undertow.measurements.log import read_log
+from undertow.measurements.log import Log, read_log
+from undertow.measurements.quality.checks.spikes import Spikes
 from undertow.measurements.quality.faults import (
     OVERWHELMING,
     Fault,
@@ -57,6 +58,17 @@ def test_a_log_that_begins_at_the_step_from_rest_accuses_nobody(noise: str, tmp_
     held[: round(8.0 / COMMAND_STEP)] = 35.0  # full ahead from the first row on
     log = World(hull, duration=120.0, seed=7, orders=Orders(held, 1.0)).run(NOISE[noise])
     assert read(log.write(tmp_path / "log.csv"), hull) == []
+
+
+@pytest.mark.parametrize(("rate", "verdict"), [(10.0, "warning"), (1.0, "note")])
+def test_a_quick_turn_between_the_rows_of_a_slow_record_is_no_spike(rate: float, verdict: str):
+    time = np.arange(0.0, 300.0, 1.0 / rate)
+    turning = 0.05 * np.sin(0.2 * time)
+    turning[time.size // 2] = 0.6
+    log = Log.from_arrays(time, {"psi": np.cumsum(turning) / rate, "r": turning, "u": np.ones(time.size)})
+    (found,) = Spikes().examine([Record(log, (), ())])
+    assert found.verdict == verdict
+    assert (found.fix is None) is (verdict == "note")
 
 
 def test_noise_of_a_slow_record_is_told_at_its_own_rate(tmp_path: Path):

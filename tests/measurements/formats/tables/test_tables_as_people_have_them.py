@@ -66,6 +66,10 @@ def test_a_time_of_any_usual_name_and_size_is_read(name: str, tmp_path: Path):
     assert_right(read_log(written(tmp_path, table(**{name: NAMES[name]}))))
 
 
+def test_rostopic_counts_nanoseconds_also_where_a_simulator_begins_at_nought(tmp_path: Path):
+    assert_right(read_log(written(tmp_path, table(**{"%time": np.rint(1e9 * TIME).astype(np.int64)}))))
+
+
 @pytest.mark.parametrize("name", ["r", "tau", "temp", "height", "timeout", "min", "s", "target", "stbd"])
 def test_other_names_are_no_time(name: str):
     assert find_time((name, "x")) is None
