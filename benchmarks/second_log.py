@@ -214,15 +214,8 @@ def saved(before: Array, after: Array) -> float:
 
 
 def told(comparison: Any, name: str) -> float:
-    """Share of the nominal model's error that another saves, as `compare` tells it: in its verdict, or in its table."""
-    if comparison.best.model == name:
-        return float(comparison.best.saved)
-    rolled = {model.name: model.rollout[f"{HORIZON:g}"] for model in comparison.models}
-    nominal, other, noise = (
-        np.array([one.of(axis) ** 2 for axis in ("surge", "sway", "yaw")])
-        for one in (rolled["nominal"], rolled[name], comparison.noise)
-    )
-    return saved(*(beyond(square, noise) for square in (nominal, other)))
+    """Share of the nominal model's error that another saves, as the verdict of `compare` has it."""
+    return next(-float(margin.relative) for margin in comparison.best.margins if margin.model == name)
 
 
 def beyond(square: Array, noise: Array) -> Array:
