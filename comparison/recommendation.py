@@ -246,7 +246,7 @@ class _Verdict:
         if self.ahead is not None:
             margin = self.ahead.against(self.chosen)
             less = f"{self.ahead.name} errs {margin.size} than {name} in {self.what}"
-            return f"{less}, which may be chance ({margin.doubt}): trust {name}, the simpler one"
+            return f"{less}, which may be chance ({margin.doubt}): until more rows tell, trust {name}, the simpler one"
         laws = "keeps the laws of a hull"
         if self.chosen.broken:
             laws = f"breaks {self.chosen.broken}, and no model here keeps all laws"

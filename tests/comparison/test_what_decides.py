@@ -173,7 +173,8 @@ CASES = {
     "better by chance": (
         {"nominal": errors(), "run": gusty(0.65), GUESS: errors(3.0)},
         ("nominal", Grounds.CHANCE),
-        rf"run errs 35 % less than nominal{WHAT}, which may be chance{ABOUT}: trust nominal, the simpler one\.",
+        rf"run errs 35 % less than nominal{WHAT}, which may be chance{ABOUT}: until more rows tell, trust nominal, "
+        r"the simpler one\.",
     ),
     "better by chance, and than a guess for sure": (
         {"nominal": gusty(1.0), "run": errors(0.7), GUESS: errors(0.8)},
