@@ -231,7 +231,6 @@ class _Verdict:
     def in_words(self) -> str:
         """All of it in at most two sentences."""
         tail = "; ".join(self._tail())
-        tail = tail.replace("these", "These", 1) if tail.startswith("these") else tail
         return f"{self._lead()}. {tail}." if tail else f"{self._lead()}."
 
     def _lead(self) -> str:
@@ -244,17 +243,23 @@ class _Verdict:
             also = f" and errs {gain.in_words}" if self.chosen.beats(first) else ""
             return f"{self._ahead()}: trust {name}, which keeps the laws of a hull{also}"
         if self.ahead is not None:
-            margin = self.ahead.against(self.chosen)
-            less = f"{self.ahead.name} errs {margin.size} than {name} in {self.what}"
-            return f"{less}, which may be chance ({margin.doubt}): until more rows tell, trust {name}, the simpler one"
+            less = _perhaps(self.ahead, self.chosen, f" in {self.what}")
+            return f"{less}: until more rows tell, trust {name}, the simpler one"
         laws = "keeps the laws of a hull"
         if self.chosen.broken:
             laws = f"breaks {self.chosen.broken}, and no model here keeps all laws"
         if self.grounds is Grounds.BETTER:
             return f"Trust {name}: in {self.what} it errs {gain.in_words}, and it {laws}"
-        if self.chosen is not first and not first.broken and gain.relative < -MATERIAL:
+        if self._gains_by_chance:
             return f"Trust {name}: in {self.what} it errs {gain.in_words}, which may be chance, and it {laws}"
         return f"Trust {name}: it {laws}, and in {self.what} none that does is better by more than chance"
+
+    @property
+    def _gains_by_chance(self) -> bool:
+        """The trusted model errs less than the nominal one, but not surely."""
+        first = self.named[0]
+        less = self.chosen is not first and self.chosen.against(first).relative < -MATERIAL
+        return self.grounds is Grounds.NONE_BETTER and not first.broken and less
 
     def _ahead(self) -> str:
         """By how much the model that is told of first errs less, and what speaks against it."""
@@ -278,14 +283,17 @@ class _Verdict:
             lawless = self.ahead is not None and self.ahead is not chosen
             return [f"Of models that keep the laws, {chosen.name} is the best, and {self._of_guess()}"] * lawless
         doubtful = [c for c in others if c.broken and not chosen.broken]
-        equal = [c.name for c in others if c.level(chosen) and c not in doubtful]
+        level = [c for c in others if c.level(chosen) and not (c is self.named[0] and self._gains_by_chance)]
         told = [f"{c.name} errs {c.against(chosen).size} but breaks {c.broken}" for c in doubtful if c.beats(chosen)]
-        told += [f"these rows cannot tell {listing(equal)} from {chosen.name}"] * bool(equal)
-        told += [
-            f"{c.name} breaks {c.broken} and is no better by more than chance" for c in doubtful if c.level(chosen)
-        ]
+        told += [_perhaps(c, chosen) for c in level if c not in doubtful]
+        told += [f"{c.name} breaks {c.broken} and is no better by more than chance" for c in level if c in doubtful]
         if self.guess is not None and not chosen.beats(self.guess):
-            margin = chosen.against(self.guess)
-            less = f"{chosen.name} errs {margin.size} than {self.guess.name}, {_GUESS}"
-            told.append(f"{less}, which may be chance ({margin.doubt})")
+            told.append(_perhaps(chosen, self.guess, f", {_GUESS}"))
         return told
+
+
+def _perhaps(one: _Contender, other: _Contender, more: str = "") -> str:
+    """By how much a model errs less or more than another, where that may be chance; `more` follows the other's name."""
+    margin = one.against(other)
+    doubt = f" ({margin.doubt})" if margin.doubt else ""
+    return f"{one.name} errs {margin.size} than {other.name}{more}, which may be chance{doubt}"
