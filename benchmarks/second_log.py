@@ -8,7 +8,9 @@ manual says (4th order, 1.2 Hz, zero phase), because raw fixes of a receiver err
 noise that the low-pass leaves is taken out of the errors, as `compare` takes it out of its verdict.
 
 Run it as `python benchmarks/second_log.py FOLDER [FIRST ...]` with `log_NNN.csv` files of `examples/real_blueboat.py`;
-FIRST are the numbers of the logs on which models are found. It exits with 1 where one pair disagrees.
+FIRST are the numbers of the logs on which models are found. With `--raw`, undertow reads the logs as they came from the
+autopilot (`raw/rcou_NNN.csv`), with the vehicle file and the channel map that `init` makes of the first one and a mass
+of 15 kg; the cleaned tables judge. It exits with 1 where one pair disagrees.
 
 `python benchmarks/second_log.py --simulated 50` asks the same of pairs of simulated logs at field noise, each of a
 boat with two to four hidden effects. There the errors computed here are those against the true track of the second log,
@@ -24,6 +26,7 @@ import math
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -214,15 +217,8 @@ def saved(before: Array, after: Array) -> float:
 
 
 def told(comparison: Any, name: str) -> float:
-    """Share of the nominal model's error that another saves, as `compare` tells it: in its verdict, or in its table."""
-    if comparison.best.model == name:
-        return float(comparison.best.saved)
-    rolled = {model.name: model.rollout[f"{HORIZON:g}"] for model in comparison.models}
-    nominal, other, noise = (
-        np.array([one.of(axis) ** 2 for axis in ("surge", "sway", "yaw")])
-        for one in (rolled["nominal"], rolled[name], comparison.noise)
-    )
-    return saved(*(beyond(square, noise) for square in (nominal, other)))
+    """Share of the nominal model's error that another saves, as the verdict of `compare` has it."""
+    return next(-float(margin.relative) for margin in comparison.best.margins if margin.model == name)
 
 
 def beyond(square: Array, noise: Array) -> Array:
@@ -230,27 +226,66 @@ def beyond(square: Array, noise: Array) -> Array:
     return np.maximum(square - noise, 0.1 * square)
 
 
-def pair(first: Path, second: Path, folder: Path, start: Mapping[str, Any], channels: Path) -> bool:
+@dataclass(frozen=True)
+class Field:
+    """Field logs: which ones undertow reads, with which vehicle and map, and those whose table judges.
+
+    Attributes
+    ----------
+    folder : keeps vehicle files, channel maps and runs
+    start : vehicle file; of raw logs, `init` makes one
+    channels : map of the cleaned tables
+    raw : read what came from the autopilot
+    """
+
+    folder: Path
+    start: Path
+    channels: Path
+    raw: bool
+
+    def read(self, log: Path, first: Path) -> Any:
+        """What undertow reads of a log, for the model that is found on the first."""
+        import undertow
+
+        if not self.raw:
+            reading = undertow.Reading(channel_map=str(self.channels))
+            return undertow.read_inputs(log, self.start, reading, progress=None)
+        vehicle, channels = (self.folder / f"{first.stem}_{name}.yaml" for name in ("vehicle", "channels"))
+        if not vehicle.exists():
+            undertow.init(self.seen(first), undertow.Hull(mass=15.0), progress=None).write(vehicle, channels)
+        reading = undertow.Reading(channel_map=str(channels))
+        return undertow.read_inputs(self.seen(log), vehicle, reading, progress=None)
+
+    def seen(self, log: Path) -> Path:
+        """The file that undertow reads in the place of a cleaned table."""
+        return log.parent / "raw" / log.name.replace("log_", "rcou_") if self.raw else log
+
+    def table(self, log: Path) -> dict[str, Array]:
+        """The cleaned table of a log."""
+        table = dict(read(log))
+        for name, rule in yaml.safe_load(self.channels.read_text("utf-8")).items():
+            table[name] = table[rule["from"]] * rule["scale"] + rule["offset"]
+        return table
+
+
+def pair(first: Path, second: Path, field: Field) -> bool:
     """Print what both say of a pair of logs; False where they disagree. Models are found once, and kept in a folder."""
     import undertow
 
-    reading, run = undertow.Reading(channel_map=str(channels)), folder / f"run_{first.stem}"
-    vehicle = folder / "vehicle.yaml"
+    run = field.folder / f"run_{first.stem}"
     if not run.exists():
         settings = undertow.DiscoverySettings(refit=True)
-        found = undertow.discover(undertow.read_inputs(first, vehicle, reading, progress=None), settings, progress=None)
+        found = undertow.discover(field.read(first, first), settings, progress=None)
         undertow.write_run(found, run, report=False, progress=None)
     try:
-        done = undertow.compare(undertow.read_inputs(second, vehicle, reading, progress=None), [run], progress=None)
+        done = undertow.compare(field.read(second, first), [run], progress=None)
     except undertow.LogError:
         print(f"{first.stem} {second.stem}: passed over, undertow refuses the second log")
         return True
-    table = dict(read(second))
-    for name, rule in yaml.safe_load(channels.read_text("utf-8")).items():
-        table[name] = table[rule["from"]] * rule["scale"] + rule["offset"]
+    table = field.table(second)
     try:
-        model = yaml.safe_load((run / "model.yaml").read_text("utf-8"))
-        own = saved(*(beyond(squares(one, smooth(table)), noise(table)) for one in (start, model)))
+        ends = (yaml.safe_load((run / f"{name}.yaml").read_text("utf-8")) for name in ("nominal", "model"))
+        own = saved(*(beyond(squares(one, smooth(table)), noise(table)) for one in ends))
     except BeyondError as error:
         print(f"{first.stem} {second.stem}: passed over, the model has {error}")
         return True
@@ -350,7 +385,7 @@ def simulated(pairs: int, kept: Path, start: int = 0) -> bool:
     return agree == len(judged)
 
 
-def main(source: Path, firsts: Sequence[str] = (), seconds: Sequence[str] = ()) -> bool:
+def main(source: Path, firsts: Sequence[str] = (), seconds: Sequence[str] = (), *, raw: bool = False) -> bool:
     """True where all pairs agree, of the logs of these numbers or of all."""
     place = Path(__file__).resolve().parent.parent / "examples" / "real_blueboat.py"
     spec = importlib.util.spec_from_file_location("real_blueboat", place)
@@ -363,15 +398,15 @@ def main(source: Path, firsts: Sequence[str] = (), seconds: Sequence[str] = ()) 
         sys.exit(f"{source}: no log_*.csv here")
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
-        channels = folder / "channels.yaml"
-        channels.write_text(example.CHANNELS, encoding="utf-8")
-        (folder / "vehicle.yaml").write_text(yaml.safe_dump(example.START), encoding="utf-8")
+        field = Field(folder, folder / "vehicle.yaml", folder / "channels.yaml", raw)
+        field.channels.write_text(example.CHANNELS, encoding="utf-8")
+        field.start.write_text(yaml.safe_dump(example.START), encoding="utf-8")
         some, others = (
             [log for log in logs if not wanted or log.stem.removeprefix("log_") in wanted]
             for wanted in (firsts, seconds)
         )
-        pairs = [(first, other) for first in some for other in others if other != first]
-        agreed = [pair(first, other, folder, example.START, channels) for first, other in pairs]
+        agreed = [pair(first, other, field) for first in some for other in others if other != first]
+    print(f"{sum(agreed)} of {len(agreed)} pairs agree in sign and within {100.0 * POINTS:.0f} points.")
     return all(agreed)
 
 
@@ -379,6 +414,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("first", nargs="*")
+    parser.add_argument("--raw", action="store_true", help="read raw logs, with what init makes of the first")
     parser.add_argument("--simulated", type=int, metavar="PAIRS")
     parser.add_argument("--start", type=int, default=0, metavar="NUMBER", help="of the first pair")
     parser.add_argument("--kept", type=Path, default=Path("second_log.jsonl"))
@@ -386,7 +422,7 @@ if __name__ == "__main__":
     if given.simulated is None and given.folder is None:
         parser.error("give a folder of logs, or --simulated PAIRS")
     if given.simulated is None:
-        right = main(given.folder, given.first)
+        right = main(given.folder, given.first, raw=given.raw)
     else:
         right = simulated(given.simulated, given.kept, given.start)
     sys.exit(0 if right else 1)

@@ -9,13 +9,18 @@ a minute each; runs that the folder holds are not made again.
 with a fault, with that repaired by `inspect LOG --fix`, which knows no vehicle, and without the fault. The hidden
 effects are a weak thruster and less thrust astern, thrusters stand still at 1510 us, and the faults, one a boat, are
 those of field logs. Every number of a pair of versions should be the same.
+
+`python benchmarks/two_runs.py --field FOLDER 216 235` asks the same of BlueBoat logs: `raw/rcou_NNN.csv` as exported by
+the autopilot, the same with `discover --fix`, and `log_NNN.csv`, which people cleaned. `init` makes the vehicle of the
+raw log.
 """
 
 import argparse
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 
@@ -25,6 +30,7 @@ from study.planting import DEFECTS, Channels, autopilot_log
 
 import undertow
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.log_options import AS_GUESSED
 from undertow.measurements.prepared_logs import write_clean
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
@@ -45,17 +51,23 @@ EFFECTS = (
 )
 NAMES = ("first", "second")
 APART = (Relation.DIFFERS, Relation.ONLY_HERE)
+VERSIONS = ("raw", "fixed", "sound")
+RAW_MAP = Path(__file__).resolve().parent.parent / "examples" / "maps" / "blueboat_raw.yaml"
+CLEANED = "pwm_stbd: {from: pwm_stbd, scale: -1.0, offset: 3020.0}\n"
+"""Channel map of cleaned BlueBoat logs, whose starboard thruster is wired the other way round about 1510 us."""
+MASS = 15.0
+"""Of the BlueBoat [kg], as the notes that came with the logs say."""
 SECONDS = 240.0
 """Length of a log [s]."""
 HIDDEN = ("thruster_asymmetry", "reverse_thrust_loss")
 """What the boat of the versions has, and its file lacks."""
 
 
-def found(log: Path, vehicle: Vehicle, out: Path) -> RunFolder:
+def found(log: Path, vehicle: Vehicle, out: Path, reading: undertow.Reading = AS_GUESSED) -> RunFolder:
     """The run of a log that was searched with a vehicle, or that of before."""
     if (out / "findings.json").exists():
         return read_run(out)
-    run = undertow.discover(read_inputs(log, vehicle, progress=None), progress=None)
+    run = undertow.discover(read_inputs(log, vehicle, reading, progress=None), progress=None)
     return read_run(undertow.write_run(run, out, report=False, progress=None))
 
 
@@ -156,25 +168,52 @@ def versions(boat: int, folder: Path, seconds: float = SECONDS) -> dict[str, Run
     paths = {name: write_clean(log, [], [], folder / f"{name}.csv") for name, log in logs.items()}
     paths["fixed"] = folder / "fixed.csv"
     look_over([paths["raw"]], fix=paths["fixed"], progress=None)
+    return all_found({name: (paths[name], AS_GUESSED) for name in VERSIONS}, boat_at_1510(), folder)
+
+
+def all_found(
+    logs: Mapping[str, tuple[Path, undertow.Reading]], vehicle: Vehicle, folder: Path
+) -> dict[str, RunFolder]:
+    """The runs of versions of a log that are not refused."""
     runs = {}
-    for name in ("raw", "fixed", "sound"):
+    for name, (log, reading) in logs.items():
         try:
-            runs[name] = found(paths[name], boat_at_1510(), folder / name)
+            runs[name] = found(log, vehicle, folder / name, reading)
         except LogError as error:
-            print(f"boat {boat}, {fault}: {name} is refused, {str(error)[:100]} ...")
+            print(f"{folder.name}: {name} is refused, {str(error)[:100]} ...")
     return runs
 
 
-def told_of_versions(boats: int, folder: Path) -> None:
-    """Count how often numbers of two versions of a log are the same, and print what differs."""
-    counts = {pair: Counter[str]() for pair in combinations(("raw", "fixed", "sound"), 2)}
-    for boat in range(boats):
-        runs, told = versions(boat, folder / f"versions {boat}"), []
+def field_versions(number: str, logs: Path, folder: Path) -> dict[str, RunFolder]:
+    """The runs of a field log as it was exported, repaired in memory, and cleaned by people."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "cleaned.yaml").write_text(CLEANED, encoding="utf-8")
+    raw, cleaned = (str(path) for path in (RAW_MAP, folder / "cleaned.yaml"))
+    exported = logs / "raw" / f"rcou_{number}.csv"
+    draft = undertow.init(exported, undertow.Hull(mass=MASS), reading=undertow.Reading(channel_map=raw), progress=None)
+    versions_of = {
+        "raw": (exported, undertow.Reading(channel_map=raw)),
+        "fixed": (exported, undertow.Reading(channel_map=raw, fix=True)),
+        "sound": (logs / f"log_{number}.csv", undertow.Reading(channel_map=cleaned)),
+    }
+    return all_found(versions_of, draft.vehicle, folder)
+
+
+def told_of_versions(logs: Mapping[str, Callable[[], Mapping[str, RunFolder]]]) -> None:
+    """Count how often numbers of two versions of a log are the same, and print what differs.
+
+    Parameters
+    ----------
+    logs : by name, what gives the runs of the versions
+    """
+    counts = {pair: Counter[str]() for pair in combinations(VERSIONS, 2)}
+    for log, runs_of in logs.items():
+        runs, told = runs_of(), []
         for pair in [pair for pair in counts if set(pair) <= set(runs)]:
             numbers = shared_numbers([runs[name] for name in pair], pair)
             counts[pair].update(one.relation.value for one in numbers)
             told += [f"{one.symbol} {one.told(pair)}" for one in numbers if one.relation in APART]
-        print(f"boat {boat}, {list(FAULTS)[boat % len(FAULTS)]}: {'; '.join(told) or 'the same'}", flush=True)
+        print(f"{log}: {'; '.join(told) or 'the same'}", flush=True)
     for (one, other), count in counts.items():
         print(f"{one} and {other}, {count.total()} numbers: {dict(count)}.")
 
@@ -182,12 +221,22 @@ def told_of_versions(boats: int, folder: Path) -> None:
 def main() -> None:
     """Count, and print a line a boat."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("boats", type=int, nargs="?", default=30)
+    parser.add_argument("numbers", nargs="*", default=["30"], help="how many boats; with --field, numbers of logs")
     parser.add_argument("--versions", action="store_true")
+    parser.add_argument("--field", type=Path, metavar="FOLDER", help="BlueBoat logs")
     parser.add_argument("--kept", type=Path, help="folder of the runs, which are not made again")
     given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        (told_of_versions if given.versions else told_of_boats)(given.boats, given.kept or Path(folder))
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = given.kept or Path(scratch)
+        if given.field is not None:
+            told_of_versions({n: partial(field_versions, n, given.field, folder / f"log {n}") for n in given.numbers})
+        elif given.versions:
+            boats = range(int(given.numbers[0]))
+            names = [f"boat {boat}, {list(FAULTS)[boat % len(FAULTS)]}" for boat in boats]
+            made = [partial(versions, boat, folder / f"versions {boat}") for boat in boats]
+            told_of_versions(dict(zip(names, made, strict=True)))
+        else:
+            told_of_boats(int(given.numbers[0]), folder)
 
 
 def told_of_boats(boats: int, folder: Path) -> None:

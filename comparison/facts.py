@@ -8,9 +8,9 @@ from pydantic import ConfigDict, Field
 
 from ..discovery.findings import FailingPlace, Rise
 from ..measurements.statistics.blocks import Difference, paired_difference
-from ..physics.file_records import Flag, Number, Record, Whole, absent
+from ..physics.file_records import DescribedEnum, Flag, Number, Record, Whole, absent
 from ..physics.motion import AXES, Array
-from ..physics.presentation import Card, each, from_above, listing, percent
+from ..physics.presentation import NARROW, Card, each, from_above, listing, percent
 from ..residuals.models.band_record import PredictionBand
 from ..residuals.models.base import Model
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, AccelerationRecord, ByAxis, Errors, Rollouts
@@ -207,21 +207,86 @@ class MadeFrom(Record):
     log_sha256: tuple[LogDigest, ...] = ()
 
 
+class Grounds(DescribedEnum):
+    """Why a model is trusted, or none is."""
+
+    BETTER = "better", "it errs less than the nominal model, by more than chance"
+    NONE_BETTER = "none better", "no model that keeps the laws errs less by more than chance"
+    LAWFUL = "lawful", "a model that errs less breaks a law"
+    CHANCE = "chance", "another model errs less, which may be chance"
+    GUESS = "guess", "a guess that knows nothing of the boat errs less than every model that keeps the laws"
+    TOO_FEW = "too few", "the judged rows are too few to tell models apart"
+
+
+class Margin(Record):
+    """How the error of a model differs from that of another in what decides, all speeds together.
+
+    Sensor noise is no model's error and is left out.
+
+    Attributes
+    ----------
+    model, against : the two
+    relative : error of the model over that of the other, less one: negative where it errs less
+    ci95 : 95 % interval of it; None where the rows are too few
+    verdict : see `PairedRecord`
+    """
+
+    model: str
+    against: str
+    relative: Number
+    ci95: tuple[Number, Number] | None = None
+    verdict: str = ""
+
+    @property
+    def size(self) -> str:
+        """By how much the model errs less or more."""
+        return _less_or_more(self.relative)
+
+    @property
+    def doubt(self) -> str:
+        """The interval, with its sides named where they differ; empty where there is none."""
+        if self.ci95 is None:
+            return ""
+        low, high = self.ci95
+        if low * high <= 0.0 or low * self.relative <= 0.0:
+            return f"{_less_or_more(low)} to {_less_or_more(high)}"
+        near, far = sorted((abs(low), abs(high)))
+        return f"{percent(near).removesuffix(f'{NARROW}%')} to {percent(far)}"
+
+    @property
+    def in_words(self) -> str:
+        """By how much the model errs less or more than the other, and the interval."""
+        return f"{self.size} than {self.against}{f' ({self.doubt})' if self.doubt else ''}"
+
+
+def _less_or_more(share: float) -> str:
+    return f"{percent(abs(share))} {'less' if share < 0.0 else 'more'}"
+
+
 class Best(Record):
     """The model to trust, and why.
 
     Attributes
     ----------
     model : the one to trust; empty where none is
-    sentence : which, and why
-    saved : share of the nominal model's error that it saves in what decides; None where there is no such model
+    grounds : why; None in files of earlier versions
+    sentence : both in words
+    margins : each model against the nominal one
+    guess : the model to trust, or the best where none is, against the best guess that knows nothing of the boat
     horizon : of the predictions that decide [s]; empty where these are too few
     """
 
     model: str = ""
+    grounds: Grounds | None = None
     sentence: str = ""
-    saved: Number | None = None
+    margins: tuple[Margin, ...] = ()
+    guess: Margin | None = None
     horizon: str = ""
+
+    @property
+    def saved(self) -> float | None:
+        """Share of the nominal model's error that the model to trust saves; None where none is, or the nominal one."""
+        return next((-margin.relative for margin in self.margins if margin.model == self.model), None)
 
 
 class Side(Record):

@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..measurements.statistics.blocks import Difference, paired_ratio
+from ..measurements.statistics.blocks import MATERIAL, paired_ratio
 from ..physics.motion import Array
-from ..physics.presentation import listing, percent
+from ..physics.presentation import listing
 from ..residuals.models.base import Model
 from ..residuals.models.foreign import FunctionModel
 from ..residuals.scores import Errors
 from .audit import Audit
-from .facts import Best, rolled, rows_of, squares
+from .facts import Best, Grounds, Margin, rolled, rows_of, squares
 
 _AXES = 3
 """Of the columns of rollout errors, the speeds; the position follows from them."""
@@ -98,6 +98,7 @@ def _diverged(errors: Errors) -> set[str]:
 
 
 BASELINE = "baseline"
+_GUESS = "a guess that knows nothing of the boat"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,100 +119,181 @@ class _Contender:
         """Mean logarithm of the error over the axes."""
         return float(np.log(np.maximum(self.squares.mean(axis=0), 1e-24)).mean())
 
-    def against(self, other: "_Contender") -> Difference:
-        return paired_ratio(self.squares, other.squares, self.shortest)
+    def against(self, other: "_Contender") -> Margin:
+        done = paired_ratio(self.squares, other.squares, self.shortest)
+        ends = None if done.ci95 is None else (float(np.expm1(done.ci95[0])), float(np.expm1(done.ci95[1])))
+        return Margin(model=self.name, against=other.name, relative=done.relative, ci95=ends, verdict=done.verdict)
 
     def beats(self, other: "_Contender") -> bool:
         return self.against(other).verdict == "better"
 
+    def level(self, other: "_Contender") -> bool:
+        """Neither beats the other, and they are not the very same model, such as one to which nothing was added."""
+        return not (self.beats(other) or other.beats(self) or np.array_equal(self.squares, other.squares))
+
 
 def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
-    """The model to trust and why, in at most two sentences.
+    """Recommend a model, and say why in at most two sentences.
 
     What decides are predictions over 10 s, surge, sway and yaw together; over 2 s where the judged rows are too few for
-    that, and the acceleration where they are too few for any. Of models that differ by chance only the simplest is
-    named, and none that breaks a law where another keeps them all.
+    that, and the acceleration where they are too few for any. Of models that keep the laws and differ by chance only
+    the simplest is trusted, and of these one that surely errs less than a guess that knows nothing of the boat before
+    others. None is where the guess errs less, be it by chance. A model that errs less than the trusted one, but breaks
+    a law or may do so by chance, is told of first.
+
+    Parameters
+    ----------
+    models : each with its errors and what the laws say of it; the nominal one first
     """
     decides = what_decides([errors for _, errors, _ in models])
-    what = decides.what
     broken = ["" if audit is None else listing([r.law for r in audit.violations]) for _, _, audit in models]
     field = [
         _Contender(model, decides.squares[k], decides.shortest, broken[k]) for k, (model, _, _) in enumerate(models)
     ]
     named = [c for c in field if c.model.kind != BASELINE]
-    lawful = [c for c in named if not c.broken]
-    if not what:
-        chosen = min(lawful or named, key=lambda c: c.score)
+    lawful = [c for c in named if not c.broken] or named
+    if not decides.what:
+        chosen = min(lawful, key=lambda c: c.score)
         doubt = f", though it breaks {chosen.broken}" if chosen.broken else ""
         sentence = (
             f"The judged rows are too few to tell models apart: {chosen.name} has the smallest errors{doubt}, and that "
             "may be chance."
         )
-        return Best(sentence=sentence)
-    chosen = _simplest(lawful or named)
-    still = [c for c in field if c.model.kind == BASELINE and not chosen.beats(c)]
-    if still:
-        base = min(still, key=lambda c: c.score)
-        kept = " that keeps the laws" if lawful and len(lawful) < len(named) else ""
-        sentence = f"Trust none of the models on these rows: {_beaten(base, chosen, what, kept)}."
-        better = [c for c in named if kept and c not in lawful and c.beats(base)]
-        told = [f"{c.name} is, but breaks {c.broken}" for c in better]
-        if chosen.beats(named[0]):
-            told.append(
-                f"{chosen.name} errs {percent(-chosen.against(named[0]).relative)} less than {named[0].name} does"
-            )
-        return Best(sentence=f"{sentence} {'; '.join(told)}." if told else sentence, horizon=decides.horizon)
-    others = [c for c in named if c is not chosen]
-    told = [_why(chosen, named[0], what), _and_the_others(chosen, others)]
-    saved = None if chosen is named[0] else -chosen.against(named[0]).relative
-    return Best(model=chosen.name, sentence=" ".join(filter(None, told)), saved=saved, horizon=decides.horizon)
-
-
-def _beaten(base: _Contender, chosen: _Contender, what: str, kept: str) -> str:
-    """That a baseline is better than the best model, or that none is better than it."""
-    guess = f"{base.name}, a guess that knows nothing of the boat"
-    if base.beats(chosen):
-        less = percent(-base.against(chosen).relative)
-        return f"{guess}, errs {less} less than {chosen.name}, the best{kept or ' of them'}, in {what}"
-    return f"in {what} none{kept} is better by more than chance than {guess}"
-
-
-def _simplest(field: Sequence[_Contender]) -> _Contender:
-    """The model with the fewest fitted numbers that no other beats; the one with the smallest error where all are."""
-    unbeaten = [c for c in field if not any(other.beats(c) for other in field if other is not c)]
-    # Nobody knows how many numbers somebody else's function has.
-    return min(
-        unbeaten or [min(field, key=lambda c: c.score)],
-        key=lambda c: (isinstance(c.model, FunctionModel), c.model.parameters),
+        return Best(grounds=Grounds.TOO_FEW, sentence=sentence)
+    guess = min((c for c in field if c.model.kind == BASELINE), key=lambda c: c.score, default=None)
+    chosen = _simplest(lawful, guess)
+    verdict = _Verdict(decides.what, named, chosen, guess, *_judge(named, chosen, guess))
+    return Best(
+        model=chosen.name * (verdict.grounds is not Grounds.GUESS),
+        grounds=verdict.grounds,
+        sentence=verdict.in_words,
+        margins=tuple(c.against(named[0]) for c in named[1:]),
+        guess=None if guess is None else chosen.against(guess),
+        horizon=decides.horizon,
     )
 
 
-def _why(chosen: _Contender, first: _Contender, what: str) -> str:
-    laws = f"breaks {chosen.broken}, and no model here keeps all laws" if chosen.broken else "keeps the laws of a hull"
-    if chosen is first:
-        return f"Trust {chosen.name}: it {laws}, and in {what} none that does is better by more than chance."
-    if chosen.beats(first):
-        share = percent(-chosen.against(first).relative)
-        return f"Trust {chosen.name}: in {what} it errs {share} less than {first.name} does, and it {laws}."
-    if not first.broken:
-        return f"Trust {chosen.name}: it {laws}, and in {what} none that does is better by more than chance."
-    less = "errs less" if first.beats(chosen) else "is no better by more than chance"
-    return f"Trust {chosen.name}: it {laws}, which {first.name} does not, though in {what} that {less}."
+def _simplest(field: Sequence[_Contender], guess: _Contender | None) -> _Contender:
+    """The model with the fewest fitted numbers that no other beats.
+
+    One that surely errs less than the guess goes before one that may, and this one before others. Of as many numbers
+    the smallest error decides, as it does where all are beaten.
+    """
+    unbeaten = [c for c in field if not any(other.beats(c) for other in field if other is not c)]
+
+    def rank(c: _Contender) -> tuple[bool, bool, bool, int | None, float]:
+        sure, perhaps = guess is None or c.beats(guess), guess is None or c.score < guess.score
+        # Nobody knows how many numbers somebody else's function has.
+        return not sure, not perhaps, isinstance(c.model, FunctionModel), c.model.parameters, c.score
+
+    return min(unbeaten or [min(field, key=lambda c: c.score)], key=rank)
 
 
-def _and_the_others(chosen: _Contender, others: Sequence[_Contender]) -> str:
-    """What a reader would ask next: whether a model that breaks a law errs less, or which ones are as good."""
-    doubtful = [c for c in others if c.broken and not chosen.broken]
-    texts = [
-        f"{c.name} errs {percent(-c.against(chosen).relative)} less but breaks {c.broken}"
-        for c in doubtful
-        if c.beats(chosen)
-    ]
-    # One with the very same errors is the same model, such as a corrected one to which nothing was added.
-    level = [c for c in others if not chosen.beats(c) and not c.beats(chosen)]
-    level = [c for c in level if not np.array_equal(c.squares, chosen.squares)]
-    equals = [c.name for c in level if c not in doubtful]
-    texts += [f"these rows cannot tell {listing(equals)} from {chosen.name}"] * bool(equals)
-    texts += [f"{c.name} breaks {c.broken} and is no better by more than chance" for c in level if c in doubtful]
-    text = "; ".join(texts)
-    return f"{text.replace('these', 'These', 1) if text.startswith('these') else text}." if texts else ""
+def _judge(
+    named: Sequence[_Contender], chosen: _Contender, guess: _Contender | None
+) -> tuple[Grounds, _Contender | None]:
+    """Why the chosen model is trusted or not, and the model that is told of before it, if one is."""
+    gains = chosen is not named[0] and chosen.beats(named[0])
+    better = [c for c in named if c.broken and not chosen.broken and c.beats(chosen)]
+    ahead = min(better, key=lambda c: c.score, default=None)
+    if guess is not None and guess.score < chosen.score:
+        return Grounds.GUESS, ahead or (chosen if gains else None)
+    if ahead is not None:
+        return Grounds.LAWFUL, ahead
+    if gains:
+        return Grounds.BETTER, None
+    level = [c for c in named if not c.broken and c.level(chosen) and c.against(chosen).relative < -MATERIAL]
+    return (Grounds.CHANCE, min(level, key=lambda c: c.score)) if level else (Grounds.NONE_BETTER, None)
+
+
+@dataclass(frozen=True, slots=True)
+class _Verdict:
+    """Facts of a recommendation, and the words for them.
+
+    Attributes
+    ----------
+    what : decides
+    named : models that are no guess, the nominal one first
+    chosen : the one to trust, or the best where none is
+    guess : the best of those that know nothing of the boat
+    grounds : why the chosen model is trusted or not
+    ahead : errs less than the trusted one, or gains on the nominal one where none is trusted, and is told of first
+    """
+
+    what: str
+    named: Sequence[_Contender]
+    chosen: _Contender
+    guess: _Contender | None
+    grounds: Grounds
+    ahead: _Contender | None
+
+    @property
+    def in_words(self) -> str:
+        """All of it in at most two sentences."""
+        tail = "; ".join(self._tail())
+        return f"{self._lead()}. {tail}." if tail else f"{self._lead()}."
+
+    def _lead(self) -> str:
+        name, first = self.chosen.name, self.named[0]
+        gain = self.chosen.against(first)
+        if self.grounds is Grounds.GUESS:
+            none = "rust none of the models on these rows"
+            return f"{self._ahead()}: t{none}" if self.ahead else f"T{none}: {self._of_guess(f' in {self.what}')}"
+        if self.grounds is Grounds.LAWFUL:
+            also = f" and errs {gain.in_words}" if self.chosen.beats(first) else ""
+            return f"{self._ahead()}: trust {name}, which keeps the laws of a hull{also}"
+        if self.ahead is not None:
+            less = _perhaps(self.ahead, self.chosen, f" in {self.what}")
+            return f"{less}: until more rows tell, trust {name}, the simpler one"
+        laws = "keeps the laws of a hull"
+        if self.chosen.broken:
+            laws = f"breaks {self.chosen.broken}, and no model here keeps all laws"
+        if self.grounds is Grounds.BETTER:
+            return f"Trust {name}: in {self.what} it errs {gain.in_words}, and it {laws}"
+        if self._gains_by_chance:
+            return f"Trust {name}: in {self.what} it errs {gain.in_words}, which may be chance, and it {laws}"
+        return f"Trust {name}: it {laws}, and in {self.what} none that does is better by more than chance"
+
+    @property
+    def _gains_by_chance(self) -> bool:
+        """The trusted model errs less than the nominal one, but not surely."""
+        first = self.named[0]
+        less = self.chosen is not first and self.chosen.against(first).relative < -MATERIAL
+        return self.grounds is Grounds.NONE_BETTER and not first.broken and less
+
+    def _ahead(self) -> str:
+        """By how much the model that is told of first errs less, and what speaks against it."""
+        ahead = self.ahead
+        assert ahead is not None, "a model is told of first"
+        reference = self.chosen if ahead is self.named[0] else self.named[0]
+        against = f"breaks {ahead.broken}" if ahead is not self.chosen else self._of_guess()
+        return f"{ahead.name} errs {ahead.against(reference).in_words} in {self.what}, but {against}"
+
+    def _of_guess(self, where: str = "") -> str:
+        """By how much the guess errs less than the best model."""
+        assert self.guess is not None, "a guess errs less"
+        margin = self.guess.against(self.chosen)
+        chance = "" if margin.verdict == "better" else ", which may be chance"
+        return f"{self.guess.name}, {_GUESS}, errs {margin.in_words}{where}{chance}"
+
+    def _tail(self) -> list[str]:
+        """What a reader would ask next: whether it is better than a guess, and which others are as good."""
+        chosen, others = self.chosen, [c for c in self.named if c not in (self.chosen, self.ahead)]
+        if self.grounds is Grounds.GUESS:
+            lawless = self.ahead is not None and self.ahead is not chosen
+            return [f"Of models that keep the laws, {chosen.name} is the best, and {self._of_guess()}"] * lawless
+        doubtful = [c for c in others if c.broken and not chosen.broken]
+        level = [c for c in others if c.level(chosen) and not (c is self.named[0] and self._gains_by_chance)]
+        told = [f"{c.name} errs {c.against(chosen).size} but breaks {c.broken}" for c in doubtful if c.beats(chosen)]
+        told += [_perhaps(c, chosen) for c in level if c not in doubtful]
+        told += [f"{c.name} breaks {c.broken} and is no better by more than chance" for c in level if c in doubtful]
+        if self.guess is not None and not chosen.beats(self.guess):
+            told.append(_perhaps(chosen, self.guess, f", {_GUESS}"))
+        return told
+
+
+def _perhaps(one: _Contender, other: _Contender, more: str = "") -> str:
+    """By how much a model errs less or more than another, where that may be chance; `more` follows the other's name."""
+    margin = one.against(other)
+    doubt = f" ({margin.doubt})" if margin.doubt else ""
+    return f"{one.name} errs {margin.size} than {other.name}{more}, which may be chance{doubt}"

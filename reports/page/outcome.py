@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import NamedTuple
 
-from ...comparison.facts import CORRECTED, NOMINAL, Comparison
+from ...comparison.facts import CORRECTED, NOMINAL, Comparison, Grounds
 from ...comparison.recommendation import BASELINE
 from ...discovery.effect_findings import EffectFinding
 from ...discovery.findings import Findings, Step
@@ -163,9 +163,9 @@ def with_likely(findings: Findings, comparison: Comparison) -> str:
 
 
 def cannot(comparison: Comparison) -> str:
-    """What the model of a run cannot do, in a sentence: where a guess that knows nothing of the boat errs less.
+    """What a model cannot do, in a sentence: where a guess that knows nothing of the boat errs less.
 
-    The model is the one to trust, or the corrected one where none is. Of the acceleration, a negative R² says so; of
+    The model is the one to trust, or the best where none is. Of the acceleration, a negative R² says so; of
     predictions over the horizon that decides, the baselines that are compared. Empty where nothing is worse.
 
     Parameters
@@ -173,7 +173,8 @@ def cannot(comparison: Comparison) -> str:
     comparison : of all models on the same rows
     """
     by_name = {model.name: model for model in comparison.models}
-    own = next((by_name[name] for name in (comparison.best.model, CORRECTED, NOMINAL) if name in by_name), None)
+    best = comparison.best.guess.model if comparison.best.guess else comparison.best.model
+    own = next((by_name[name] for name in (best, CORRECTED, NOMINAL) if name in by_name), None)
     if own is None:
         return ""
     horizon = pick_horizon(list(own.rollout), comparison.best.horizon or LEAD)
@@ -199,7 +200,8 @@ def _errs_more(own: float, guess: float) -> bool:
 def recommendation(findings: Findings, comparison: Comparison) -> str:
     """Which model to trust, and why that goes with what is missing."""
     best = comparison.best
-    if not (findings.missing and best.sentence and best.model == NOMINAL):
+    matters = best.grounds not in (None, Grounds.NONE_BETTER)
+    if not (findings.missing and best.sentence and best.model == NOMINAL) or matters:
         return best.sentence
     return f"{best.sentence} What is missing hardly matters on these rows."
 

@@ -18,6 +18,7 @@ from .chapters.where_it_fails import TITLE as WHERE
 from .chapters.where_it_fails import failing
 from .figures.model_figures import growth
 from .markup import CSS, NOTHING, Html, element, figure, render
+from .outcome import cannot
 
 VERB = "report"
 TITLE_START = "undertow: "
@@ -105,7 +106,7 @@ def comparison_page(folder: ComparisonFolder) -> str:
     sections = [
         *(element("p", unit_text(text), cls="card warning") for text in found.warnings),
         element("h1", f"{verdict}." if why else verdict),
-        *[element("p", unit_text(f"{why[:1].upper()}{why[1:]}"), cls="lead")] * bool(why),
+        *(element("p", unit_text(f"{one[:1].upper()}{one[1:]}"), cls="lead") for one in (why, cannot(found)) if one),
         element("p", f"Judged on {rows} of {logs}.{not_counted}", cls="lead"),
         element("h2", TITLE),
         models(found.but(best=found.best.but(sentence=""))),

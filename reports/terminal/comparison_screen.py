@@ -15,6 +15,7 @@ from ...physics.presentation import number, percent, share_removed, unit_text, w
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, RolloutRecord
 from ...steering.closed_loop import PERFECT, ControlRecord, Tracking
 from ..band_words import held_words
+from ..page.outcome import cannot
 from ..wording import INTERVAL_HOLDS, held_shares, judged_rows
 from .layout import BAD, FOUND, GOOD, Fitting, Prose, bullets, glossary, plain_table, section, stacked
 
@@ -29,8 +30,11 @@ Marks = Mapping[tuple[str, str, str | None, str], str]
 
 
 def best_text(found: Comparison) -> RenderableType | None:
-    """Which model to trust, and why; None where nothing says so."""
-    return Prose(found.best.sentence, style=f"bold {trust_style(found)}") if found.best.sentence else None
+    """Which model to trust, why, and what it cannot do; None where nothing says so."""
+    if not found.best.sentence:
+        return None
+    weak = [Prose(told, BAD)] if (told := cannot(found)) else []
+    return stacked([Prose(found.best.sentence, style=f"bold {trust_style(found)}"), *weak])
 
 
 def trust_style(found: Comparison) -> str:

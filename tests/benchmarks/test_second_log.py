@@ -109,7 +109,9 @@ def test_pairs_that_are_kept_are_not_made_again(
     ]
 
 
-def test_two_field_logs_of_a_real_boat(study: ModuleType, capsys: pytest.CaptureFixture[str]):
+@pytest.mark.parametrize("raw", [False, True])
+def test_two_field_logs_of_a_real_boat(raw: bool, study: ModuleType, capsys: pytest.CaptureFixture[str]):
+    """Cleaned logs with a vehicle file, and raw ones with what init makes of the first."""
     logs = shared("blueboat")
-    assert study.main(logs, ("235",), ("220", "223"))
+    assert study.main(logs, ("235",), ("220", "223"), raw=raw)
     assert capsys.readouterr().out.count("compare on all") == 2

@@ -1,11 +1,18 @@
 """What decides between models on the same rows, and how much of the error is left, on errors that are made up."""
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
-from undertow.comparison.recommendation import share_of_error, what_decides
+from undertow.comparison.audit import Audit
+from undertow.comparison.facts import Grounds
+from undertow.comparison.recommendation import best, share_of_error, what_decides
+from undertow.physics.laws.audit.base import Ruling
+from undertow.physics.laws.damping_power import Envelope
+from undertow.physics.vehicle import load_vehicle
+from undertow.residuals.models.base import Model, VehicleModel, ZeroAcceleration
 from undertow.residuals.scores import Errors, RolloutErrors
 
 RNG = np.random.default_rng(5)
@@ -85,3 +92,131 @@ def test_an_axis_on_which_nothing_moves_and_a_nominal_model_without_error_have_a
     assert np.isfinite(share_of_error(errors(2.0), errors(), np.array([1.0, 0.0, 1.0])))
     assert share_of_error(errors(), errors(0.0), EVEN) > 1e6
     assert share_of_error(errors(0.0), errors(0.0), EVEN) == 0.0
+
+
+HULL = load_vehicle("blueboat")
+ENVELOPE = Envelope((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
+LAWLESS = Audit("", "", ENVELOPE, "", (Ruling(law="dissipation", verdict="fail", proof="", sentence=""),))
+
+
+def gusty(times: float, seed: int = 1) -> Errors:
+    """So many times as wrong on average, and on some minutes much more or less: its difference to others is chance."""
+    calm = errors(times)
+    minutes = np.exp(2.5 * np.random.default_rng(seed).normal(size=7)).repeat(60)[:400, None]
+    squares = calm.rollouts["10"].squares[0] * minutes
+    squares *= calm.rollouts["10"].squares[0].mean(axis=0) / squares.mean(axis=0)
+    return Errors(
+        calm.measured, calm.acceleration, calm.step, {"10": RolloutErrors((squares,), (1.0,), 0)}, 0.0, calm.noise
+    )
+
+
+def model(name: str, parameters: int = 3) -> Model:
+    return ZeroAcceleration(HULL) if name == "zero acceleration" else VehicleModel(HULL, name, parameters=parameters)
+
+
+GUESS = "zero acceleration"
+ABOUT = r" \((?:> )?\d+ (?:% (?:less|more) )?to (?:> )?\d+ %(?: more| less)?\)"
+LESS = rf"% less than nominal{ABOUT}"
+WHAT = " in the speeds predicted over 10 s"
+KNOWS_NOTHING = "zero acceleration, a guess that knows nothing of the boat,"
+NONE = "rust none of the models on these rows"
+CASES = {
+    "better": (
+        {"nominal": errors(), "run": errors(0.2), GUESS: errors(3.0)},
+        ("run", Grounds.BETTER),
+        rf"Trust run:{WHAT} it errs 80 {LESS}, and it keeps the laws of a hull\.",
+    ),
+    "better, than a guess by chance": (
+        {"nominal": errors(), "run": errors(0.2), GUESS: gusty(0.3)},
+        ("run", Grounds.BETTER),
+        rf"Trust run:{WHAT} it errs 80 {LESS}, and it keeps the laws of a hull\. "
+        rf"run errs 33 % less than {KNOWS_NOTHING} which may be chance{ABOUT}\.",
+    ),
+    "better, and a guess better still": (
+        {"nominal": errors(), "run": errors(0.5), GUESS: errors(0.4)},
+        ("", Grounds.GUESS),
+        rf"run errs 50 {LESS}{WHAT}, but {KNOWS_NOTHING} errs 20 % less than run{ABOUT}: t{NONE}\.",
+    ),
+    "a guess better": (
+        {"nominal": errors(), "run": errors(), GUESS: errors(0.4)},
+        ("", Grounds.GUESS),
+        rf"T{NONE}: {KNOWS_NOTHING} errs 60 {LESS}{WHAT}\.",
+    ),
+    "a guess better by chance": (
+        {"nominal": errors(), GUESS: gusty(0.8)},
+        ("", Grounds.GUESS),
+        rf"T{NONE}: {KNOWS_NOTHING} errs 20 {LESS}{WHAT}, which may be chance\.",
+    ),
+    "better, and breaks a law": (
+        {"nominal": errors(), "wild": errors(0.2), GUESS: errors(3.0)},
+        ("nominal", Grounds.LAWFUL),
+        rf"wild errs 80 {LESS}{WHAT}, but breaks dissipation: trust nominal, which keeps the laws of a hull\.",
+    ),
+    "another breaks a law": (
+        {"nominal": errors(), "run": errors(0.5), "wild": errors(0.2), GUESS: errors(3.0)},
+        ("run", Grounds.LAWFUL),
+        rf"wild errs 80 {LESS}{WHAT}, but breaks dissipation: trust run, which keeps the laws of a hull and errs 50 "
+        rf"{LESS}\.",
+    ),
+    "breaks a law, and a guess better than the others": (
+        {"nominal": errors(), "wild": errors(0.2), GUESS: errors(0.4)},
+        ("", Grounds.GUESS),
+        rf"wild errs 80 {LESS}{WHAT}, but breaks dissipation: t{NONE}\. Of models that keep the laws, nominal is the "
+        rf"best, and {KNOWS_NOTHING} errs 60 {LESS}\.",
+    ),
+    "breaks a law, and no better": (
+        {"nominal": errors(), "wild": gusty(0.9), GUESS: errors(3.0)},
+        ("nominal", Grounds.NONE_BETTER),
+        rf"Trust nominal: it keeps the laws of a hull, and{WHAT} none that does is better by more than chance\. "
+        r"wild breaks dissipation and is no better by more than chance\.",
+    ),
+    "better by chance": (
+        {"nominal": errors(), "run": gusty(0.65), GUESS: errors(3.0)},
+        ("nominal", Grounds.CHANCE),
+        rf"run errs 35 % less than nominal{WHAT}, which may be chance{ABOUT}: until more rows tell, trust nominal, "
+        r"the simpler one\.",
+    ),
+    "better by chance, and than a guess for sure": (
+        {"nominal": gusty(1.0), "run": errors(0.7), GUESS: errors(0.8)},
+        ("run", Grounds.NONE_BETTER),
+        rf"Trust run:{WHAT} it errs 30 {LESS}, which may be chance, and it keeps the laws of a hull\.",
+    ),
+    "worse": (
+        {"nominal": errors(), "run": errors(1.5), GUESS: errors(3.0)},
+        ("nominal", Grounds.NONE_BETTER),
+        rf"Trust nominal: it keeps the laws of a hull, and{WHAT} none that does is better by more than chance\.",
+    ),
+    "worse by chance": (
+        {"nominal": errors(), "run": gusty(1.2), GUESS: errors(3.0)},
+        ("nominal", Grounds.NONE_BETTER),
+        rf"Trust nominal: it keeps the laws of a hull, and{WHAT} none that does is better by more than chance\. "
+        rf"run errs 20 % more than nominal, which may be chance{ABOUT}\.",
+    ),
+    "too few": (
+        {"nominal": errors(starts=15), "run": errors(0.5, starts=15), GUESS: errors(3.0, starts=15)},
+        ("", Grounds.TOO_FEW),
+        r"The judged rows are too few to tell models apart: run has the smallest errors, and that may be chance\.",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_verdict_never_tells_the_opposite_of_the_errors(case: str):
+    """Whichever model errs less is said to, with the interval and what speaks against it; then which one to trust."""
+    models, (trusted, grounds), sentence = CASES[case]
+    told = best([(model(n, 3 * (n != "nominal")), e, LAWLESS if n == "wild" else None) for n, e in models.items()])
+    assert (told.model, told.grounds) == (trusted, grounds)
+    assert re.fullmatch(sentence, told.sentence.replace("\N{NO-BREAK SPACE}", " ")), told.sentence
+    nominal = models["nominal"].rollout_scores.get("10")
+    for margin in told.margins:
+        assert nominal is not None
+        own = models[margin.model].rollout_scores["10"]
+        assert 1.0 + margin.relative == pytest.approx(np.exp(np.log(own.velocity / nominal.velocity).mean()))
+    assert told.saved == next((-m.relative for m in told.margins if m.model == trusted), None)
+
+
+def test_of_models_with_as_many_numbers_the_one_with_smaller_errors_is_trusted():
+    told = best([(model("nominal", 0), errors(), None), (model("other", 0), gusty(0.65), None)])
+    assert told.model == "other"
+    assert "35 % less than nominal" in told.sentence.replace("\N{NO-BREAK SPACE}", " ")
+    assert "which may be chance" in told.sentence

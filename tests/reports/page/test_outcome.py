@@ -9,7 +9,7 @@ import pytest
 from sample_run import write_sample
 from verbs import done
 
-from undertow.comparison.facts import Best, ComparedModel, Comparison
+from undertow.comparison.facts import Best, ComparedModel, Comparison, Grounds, Margin
 from undertow.discovery.findings import Findings, Rise, Step
 from undertow.physics.presentation import NARROW
 from undertow.physics.vehicle import load_vehicle
@@ -341,6 +341,19 @@ def test_it_is_told_of_the_model_to_trust_and_of_the_corrected_one_where_none_is
     assert cannot(NOTHING.but(models=models, best=Best(model="nominal"))) == ""
     assert "surge (R² -9.0)" in cannot(NOTHING.but(models=models, best=Best(sentence="Trust none.")))
     assert cannot(NOTHING) == ""
+    other = models[1].but(name="run")
+    against = Margin(model="run", against=GUESS.name, relative=0.5)
+    none = NOTHING.but(models=(models[0], other, GUESS), best=Best(sentence="Trust none.", guess=against))
+    assert cannot(none).startswith(
+        "Run errs more than a guess that knows nothing of the boat in the acceleration of surge"
+    )
+
+
+@pytest.mark.parametrize("grounds", [None, *Grounds])
+def test_what_is_missing_hardly_matters_only_where_no_model_errs_less(grounds: Grounds | None):
+    best = Best(model="nominal", sentence="Trust nominal.", grounds=grounds)
+    told = recommendation(story(2.0, 1.0).but(missing=("munk_moment",)), NOTHING.but(best=best))
+    assert told.endswith("hardly matters on these rows.") == (grounds in (None, Grounds.NONE_BETTER))
 
 
 def test_the_page_says_it_under_its_headline(tmp_path: Path):
