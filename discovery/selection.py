@@ -114,8 +114,10 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
         search, whole = _search_rollouts(form, nominal, seen, basis.settings, say)
         state = prune_weak(search, as_common_scale(search, whole))
     form = search.balance
-    rehearsal = rehearse(search, nominal, search.nuisances)
-    plausible = plausible_amounts(search, rehearsal)
+    told_apart = [*seen, *limited]  # a manoeuvre may tell what stands at a limit from what stands in its place
+    asked = Search(form, nominal, told_apart, search.settings) if limited else search
+    rehearsal = rehearse(asked, nominal, asked.nuisances)
+    plausible = plausible_amounts(asked, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
     say(Stage("weighing the evidence", WEIGHING))
     evidence = limit_confidence(assess_candidates(search, state, seed, known), form)
@@ -129,7 +131,6 @@ def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:
         Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), at_limit=c in limited, unjudged=c not in limited)
         for c in unseen
     ]
-    told_apart = [*seen, *limited]  # a manoeuvre may tell what stands at a limit from what stands in its place
     forces = Search(basis.cleared_forces(), nominal, told_apart, replace(basis.settings.search, refinements=0))
     return SearchResult(
         basis,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery import selection
+from undertow.discovery import discover, selection
 from undertow.discovery.add_effects import Bench, add_effects
 from undertow.discovery.balance.long_logs import UNKNOWN, correct_compass, misalignment
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
@@ -13,9 +13,10 @@ from undertow.discovery.basis import fit_all_forces
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
 from undertow.discovery.findings import Step
+from undertow.discovery.identifiability.rehearsal import Rehearsal
 from undertow.discovery.reason import Reason
 from undertow.discovery.run_models import values_of_step
-from undertow.discovery.search.floating import Search, SearchSettings
+from undertow.discovery.search.floating import Search, SearchSettings, State
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.compass import Compass, compass_of, corrected
 from undertow.physics.forces import apparent_wind
@@ -103,6 +104,25 @@ def test_beside_a_number_at_a_limit_the_search_goes_on_without_it(nominal: Vehic
         assert "reverse_thrust_loss" in one.indistinguishable_from
         assert one.confidence <= 0.5
     assert set(found.findings.missing) <= NAMES
+
+
+def test_advice_is_asked_of_what_stands_at_a_limit_too(nominal: Vehicle, monkeypatch: pytest.MonkeyPatch):
+    """Where nothing is left in the model, the trials that were driven serve: they have the same candidates."""
+    log = coloured(driven(nominal.with_values(HIDDEN), 4.0, 0, rows=1200), (0.06, 0.04, 0.03), 1.0, seed=2, hold=4)
+    monkeypatch.setattr(selection, "at_limit", lambda candidate, before, found: True)
+    asked = []
+
+    def advised(search: Search, state: State, questions: object, plausible: dict[str, object], driven: Rehearsal):
+        _, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+        asked.append({c.key for c in search.pool} - set(plausible))
+        driven.moments(scores.scale)
+        return ()
+
+    monkeypatch.setattr(discover, "advise", advised)
+    found = find_missing([log], nominal)
+    assert [c.effect for c in found.findings.candidates if c.reason is Reason.AT_LIMIT]
+    assert not [c for c in found.findings.candidates if c.in_model]
+    assert asked == [set()]
 
 
 def test_effects_are_added_by_rollouts_under_coloured_noise(nominal: Vehicle) -> None:
