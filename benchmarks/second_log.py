@@ -10,7 +10,8 @@ noise that the low-pass leaves is taken out of the errors, as `compare` takes it
 Run it as `python benchmarks/second_log.py FOLDER [FIRST ...]` with `log_NNN.csv` files of `examples/real_blueboat.py`;
 FIRST are the numbers of the logs on which models are found. With `--raw`, undertow reads the logs as they came from the
 autopilot (`raw/rcou_NNN.csv`), with the vehicle file and the channel map that `init` makes of the first one and a mass
-of 15 kg; the cleaned tables judge. It exits with 1 where one pair disagrees.
+of 15 kg, and of how its thrusters are wired where `init` asks for that; the cleaned tables judge. It exits with 1 where
+one pair disagrees.
 
 `python benchmarks/second_log.py --simulated 50` asks the same of pairs of simulated logs at field noise, each of a
 boat with two to four hidden effects. There the errors computed here are those against the true track of the second log,
@@ -49,6 +50,8 @@ HORIZON, SPACING = 10.0, 0.5
 """Length of predictions, and from one to the next [s]."""
 LONGEST = 0.025
 """Longest step of the integration [s]."""
+WIRED = Path(__file__).resolve().parent.parent / "examples" / "maps" / "blueboat_raw.yaml"
+"""Channel map of the raw logs, for who knows how the boat is wired."""
 POINTS = 0.05
 """Share by which the two may differ."""
 KNOWN = {
@@ -252,7 +255,11 @@ class Field:
             return undertow.read_inputs(log, self.start, reading, progress=None)
         vehicle, channels = (self.folder / f"{first.stem}_{name}.yaml" for name in ("vehicle", "channels"))
         if not vehicle.exists():
-            undertow.init(self.seen(first), undertow.Hull(mass=15.0), progress=None).write(vehicle, channels)
+            hull, wired = undertow.Hull(mass=15.0), undertow.Reading(channel_map=str(WIRED))
+            draft = undertow.init(self.seen(first), hull, progress=None)
+            if draft.unsettled:
+                draft = undertow.init(self.seen(first), hull, reading=wired, progress=None)
+            draft.write(vehicle, channels)
         reading = undertow.Reading(channel_map=str(channels))
         return undertow.read_inputs(self.seen(log), vehicle, reading, progress=None)
 
@@ -274,7 +281,7 @@ def pair(first: Path, second: Path, field: Field) -> bool:
 
     run = field.folder / f"run_{first.stem}"
     if not run.exists():
-        settings = undertow.DiscoverySettings(refit=True)
+        settings = undertow.DiscoverySettings(refit=not field.raw)  # a file of init says itself what is guessed
         found = undertow.discover(field.read(first, first), settings, progress=None)
         undertow.write_run(found, run, report=False, progress=None)
     try:
