@@ -281,7 +281,8 @@ def pair(first: Path, second: Path, field: Field) -> bool:
 
     run = field.folder / f"run_{first.stem}"
     if not run.exists():
-        settings = undertow.DiscoverySettings(refit=not field.raw)  # a file of init says itself what is guessed
+        # A file of init says itself what is guessed.
+        settings = undertow.DiscoverySettings() if field.raw else undertow.DiscoverySettings(refit=True)
         found = undertow.discover(field.read(first, first), settings, progress=None)
         undertow.write_run(found, run, report=False, progress=None)
     try:
