@@ -16,7 +16,7 @@ from ..measurements.kinematics import corrected_for
 from ..measurements.statistics.processors import parallel_map
 from ..physics.motion import Array, Motion
 from ..physics.stage import Say, Stage
-from .basis import Basis, choose_balance
+from .basis import Basis, choose_balance, residual_of_few_forces
 from .candidates.candidate import Kind
 from .effect_findings import FittedTerm
 from .findings import SensorError
@@ -137,9 +137,13 @@ def search_with_sensor_errors(basis: Basis, say: Say) -> SensorErrorSearch:
 
 def _asked(fit: ForceFit) -> Array | None:
     """Errors of the sensors that a log asks for: where its model leaves structure or is a crowd, or where they earn."""
-    if fit.rolling is not None or _overfits(fit):
-        return _estimate(fit.basis)
-    if not fit.names or RecordErrorFit(fit.search, _columns(fit.search, fit.state), fit.state).earned < _ASKS:
+    if (fit.rolling is not None or _overfits(fit)) and (estimate := _estimate(fit.basis)) is not None:
+        return estimate
+    if (
+        fit.rolling is not None
+        or not fit.names
+        or RecordErrorFit(fit.search, _columns(fit.search, fit.state), fit.state).earned < _ASKS
+    ):
         return None
     return _fit_with_sensor_errors(fit.search).errors * _USUAL
 
@@ -157,13 +161,13 @@ def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | 
 
     Parameters
     ----------
-    fit : the model of forces alone, that it must be better than where that explains the log
+    fit : the model of forces alone, that it must be better than where that explains the log and is no crowd
     """
     basis = fit.basis
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
     best: ForceFit | None = None
     found = NONE
-    worth = np.inf if fit.rolling is not None else fit.state.score - _BETTER
+    worth = np.inf if fit.rolling is not None or _overfits(fit) else fit.state.score - _BETTER
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
         if errors == NONE:
@@ -176,14 +180,12 @@ def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | 
         paid = after.search.settings.price * errors.count
         if after.state.score + paid > worth or not _simpler(fit, after, errors):
             break
-        if not after.explains and _unexplained_share(fit, after) > _STAND_IN:
-            break
         best, found, worth = after, errors, after.state.score + paid
         end = min(parallel_map(partial(_end, after.search), (after.state, None)), key=lambda end: end.worth)
         if np.abs(end.errors).max() < _SETTLED[basis.has_sensor_noise]:
             break
         estimate = estimate + end.errors * _USUAL
-    if best is None:
+    if best is None or _leaves_too_much(fit, best, found):
         return None
     say("; ".join(error.sentence for error in found.findings))
     looked = finish(best, best.basis, _quiet)
@@ -211,10 +213,22 @@ def _simpler(against: ForceFit, after: ForceFit, errors: HiddenErrors) -> bool:
     return not crowd and bool(len(after.names) + errors.count < least)
 
 
-def _unexplained_share(before: ForceFit, after: ForceFit) -> float:
-    """The share of what one model leaves unexplained of a force balance that another leaves."""
-    left, right = (fit.search.unexplained(fit.state.fit.held_out) for fit in (before, after))
-    return right / max(left, 1e-12)
+def _leaves_too_much(fit: ForceFit, after: ForceFit, errors: HiddenErrors) -> bool:
+    """True when a model beside errors of the sensors leaves more than a stand-in would, of what is left without them.
+
+    Never where it is better than one that explains the log. A crowd may be better by its numbers alone: beside it that
+    is asked of what as many forces leave, free on each axis, and these must not explain the log.
+    """
+    paid = after.search.settings.price * errors.count
+    if fit.rolling is None and after.state.score + paid < fit.state.score - _BETTER:
+        return False
+    left = fit.state.fit.held_out
+    if _overfits(fit):
+        left = residual_of_few_forces(fit.basis.forces, fit.search, len(after.names) + errors.count)
+        if not fit.search.has_residual_structure(left):
+            return True
+    right = after.search.unexplained(after.state.fit.held_out)
+    return not after.explains and right > _STAND_IN * fit.search.unexplained(left)
 
 
 def _fit_with_sensor_errors(search: Search, begin: State | None = None) -> RecordErrorFit:
