@@ -112,7 +112,8 @@ def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
         "# Sound logs: how often one is refused",
         "Sound runs, recorded at 1 to 50 Hz, written in one of six formats, read, and sent through all checks. "
         "Refused: the verbs end with exit code 2. Accused: a check calls a defect or a warning, other than "
-        "that the log has few rows a second. The boat on the lake has true faults: a compass that deviates, a late gyro.",
+        "that the log has few rows a second. The boat on the lake has true faults: a compass that deviates and a late "
+        "gyro.",
         f"**{len(told)} of {len(logs)} sound logs of {len(records)} runs were refused** ({len(told) / len(logs):.2%}; "
         f"with 95 % confidence below {bound(len(told), len(logs), 0.95):.2%}, Clopper and Pearson, if logs of one run "
         "were independent). Each check that can refuse:",
