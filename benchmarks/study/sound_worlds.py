@@ -93,7 +93,9 @@ def resting_thruster(number: int, seed: int, rng: np.random.Generator) -> Drawn:
     boat = random_hull(boat, rng)
     kind = ALL[number % len(ALL)]
     held = programme(boat, kind, DURATION, seed)
-    one, neutral = int(rng.integers(2)), np.mean(resting_commands(boat.thrusters[0]))
+    rest = resting_commands(boat.thrusters[0])
+    assert rest is not None, "every boat that is drawn has one"
+    one, neutral = int(rng.integers(2)), 0.5 * sum(rest)
     for begin in np.cumsum(rng.uniform(20.0, 60.0, 4) + np.array([0.0, 60.0, 60.0, 60.0])):
         first = round(begin / COMMAND_STEP)
         held[first : first + round(rng.uniform(20.0, 60.0) / COMMAND_STEP), one] = neutral

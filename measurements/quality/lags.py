@@ -22,8 +22,8 @@ from .faults import BLOCK, FEWEST, Size, size_of, squared_held_out
 _FAR = (-5.0, 5.0)
 """Delays between records of one quantity that are tried [s]: clocks that were set by hand are seconds apart."""
 FOLLOWS = 0.6
-"""Share of a record that another of the same quantity must explain before its delay means anything.
-Steady, see `benchmarks/steady_limits.py`."""
+"""Share of a record that another of the same quantity must explain before its delay means anything. Half of it finds
+the same; twice as much is more than any explains (`benchmarks/steady_limits.py`)."""
 QUICK = (0.2, 2.0)
 """The band in which a boat answers its thrusters and drag has no say [Hz]."""
 
