@@ -185,7 +185,7 @@ def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | 
         if np.abs(end.errors).max() < _SETTLED[basis.has_sensor_noise]:
             break
         estimate = estimate + end.errors * _USUAL
-    if best is None or _leaves_too_much(fit, best, found):
+    if best is None or _overfits(best) or _leaves_too_much(fit, best, found):
         return None
     say("; ".join(error.sentence for error in found.findings))
     looked = finish(best, best.basis, _quiet)
