@@ -44,7 +44,7 @@ def test_one_that_earns_nothing_does_not_keep_another_out(search: Search, drag: 
 
 
 def test_what_ends_at_a_limit_does_not_join(search: Search, drag: State, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(kept_effects, "limit_at", lambda parameter, value, start: value)
+    monkeypatch.setattr(kept_effects, "at_limit", lambda candidate, nominal, vehicle: candidate.key == EXPONENT)
     assert add_subthreshold(search, drag, (EXPONENT,), ShootingSettings()) is drag
 
 
