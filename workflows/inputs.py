@@ -46,7 +46,7 @@ UNPROVEN = (
     "channel map are believed, and if they are wrong, so is what follows. 'undertow inspect' says why."
 )
 
-_HOW = "inspect --fix does so in a new file, discover --fix in memory"
+_HOW = "--fix does so in memory, inspect --fix in a new file"
 
 
 def refuse_broken_logs(
@@ -132,7 +132,7 @@ def _repairable(inspections: Sequence[Inspection]) -> list[str]:
     for inspection in inspections:
         some = [f for f in inspection.quality if f.fix and f.verdict in ("defect", "warning") and not f.refused]
         text = "; ".join(f"{f.short or f.sentence}: {f.fix.sentence}" for f in some if f.fix)
-        result += [f"{Path(inspection.path).name} has what a repair puts right: {text} ({_HOW})."] * bool(some)
+        result += [f"{Path(inspection.path).name} has what a repair would put right: {text} ({_HOW})."] * bool(some)
     return result
 
 

@@ -118,8 +118,8 @@ def test_a_log_that_is_not_refused_has_its_repair_proposed(here: Path, tmp_path:
     table.loc[table["field"] == "r", "time"] += 0.2
     table.sort_values("time", kind="stable").to_csv(tmp_path / "late.csv", index=False)
     (told,) = read_inputs(tmp_path / "late.csv", HULL).warnings
-    assert told.startswith("late.csv has what a repair puts right: the gyro is 0.2")
-    assert told.endswith("discover --fix in memory).")
+    assert told.startswith("late.csv has what a repair would put right: the gyro is 0.2")
+    assert told.endswith("(--fix does so in memory, inspect --fix in a new file).")
     repaired = read_inputs(tmp_path / "late.csv", HULL, Reading(fix=True))
     assert not repaired.warnings
     assert "stamps of r moved" in repaired.repairs[0]

@@ -138,7 +138,9 @@ def track(series: pd.DataFrame) -> Html:
         # A diverged prediction must not shrink the boat's own track to a dot.
         axes.set_aspect("equal", adjustable="datalim")
         if max(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) > 3.0 * span:
-            axes.set(xlim=(east - span, east + span), ylim=(north - span, north + span))
+            ratio = axes.bbox.width / axes.bbox.height
+            wide, high = span * max(ratio, 1.0), span * max(1.0 / ratio, 1.0)
+            axes.set(xlim=(east - wide, east + wide), ylim=(north - high, north + high))
         axes.locator_params(nbins=6)
         axes.set(xlabel="east [m]", ylabel="north [m]")
         return drawn(figure, "measured and predicted track")
