@@ -43,6 +43,31 @@ def _same(form: Form) -> tuple[tuple[int, ...], tuple[int, ...]]:
 _NAMED_KEYS = {(axis, _same(form)) for _, axis, form in HYDRODYNAMIC}
 
 
+def _turns_about(axis: int, form: Form) -> bool:
+    """Whether the force turns about with the motion, as of a hull alike on both sides (Fossen 2021, section 6.3).
+
+    Forces in sway and yaw turn with v and r; that in surge turns with u, as drag does astern.
+    """
+    _, (u, v, r) = _same(form)
+    return (u % 2 == 1 and (v + r) % 2 == 0) if AXES[axis] == "surge" else (v + r) % 2 == 1
+
+
+def _one_sided(axis: int, forms: Sequence[Form], columns: Array) -> set[int]:
+    """Forms that do not turn about, where the log goes too much one way to tell them from the same powers that do.
+
+    They fit such a log as well, and drive the boat when it goes the other way.
+    """
+    norms = np.maximum(np.sqrt((columns**2).sum(axis=0)), np.finfo(float).tiny)
+    unusual = {k for k, form in enumerate(forms) if not _turns_about(axis, form)}
+    found = set()
+    for k in unusual:
+        twins = [n for n, form in enumerate(forms) if n not in unusual and _same(form)[0] == _same(forms[k])[0]]
+        alike = np.abs(columns[:, twins].T @ columns[:, k]) / (norms[twins] * norms[k])
+        if alike.max(initial=0.0) > _TWIN:
+            found.add(k)
+    return found
+
+
 def term_candidate(symbol: str, vehicle: Vehicle) -> Candidate:
     """An unnamed term (`axis:form`) as a candidate like any effect of the catalogue."""
     axis, form = symbol.split(":", 1)
@@ -79,7 +104,8 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
         order = sorted(
             range(len(forms)), key=lambda k: ((axis, _same(forms[k])) not in _NAMED_KEYS, forms[k].degree, k)
         )
-        keep = _distinct(columns, order)
+        left_out = _one_sided(axis, forms, columns)
+        keep = _distinct(columns, [k for k in order if k not in left_out])
         if not np.any(factors.whole[:, len(forms) + axis]):
             continue
         for k in forward(factors.only(keep), axis, most):
@@ -113,8 +139,10 @@ def find_twins(
         axis, text = symbol.split(":", 1)
         k = names.index(text)
         alike = np.abs(features.T @ features[:, k]) / (norms * norms[k])
-        near = [n for n in np.argsort(-alike, kind="stable") if n != k and alike[n] > _TWIN]
-        named = [(AXES.index(axis), _same(forms[n])) in _NAMED_KEYS for n in near]
+        at = AXES.index(axis)
+        left_out = _one_sided(at, forms, features)
+        near = [n for n in np.argsort(-alike, kind="stable") if n != k and alike[n] > _TWIN and n not in left_out]
+        named = [(at, _same(forms[n])) in _NAMED_KEYS for n in near]
         found += [f"{axis}:{names[n]}" for n, known in zip(near, named, strict=True) if not known][:most]
     return tuple(dict.fromkeys(s for s in found if s not in symbols))
 

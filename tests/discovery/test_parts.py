@@ -25,7 +25,8 @@ from undertow.physics.errors import RequestError
 from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.worlds.hidden_effects import apply_effects
+from undertow.physics.worlds.world import NOISE, Orders, World, simulate_world
 
 HULL = load_vehicle("blueboat")
 
@@ -42,6 +43,25 @@ def test_the_shortlist_holds_a_term_that_nobody_has_named():
     found = shortlist(WeakForm([motion], WeakSettings()), HULL)
     assert "surge:u^2" in found
     assert "surge:u|u|" not in found
+
+
+def driven(effect: dict[str, float], *, both_ways: bool) -> WeakForm:
+    """A log of circles ahead at changing thrust, to one side or to either."""
+    rng = np.random.default_rng(3)
+    shares = np.repeat(rng.uniform(0.2, 0.9, (24, 2)), 50, axis=0)
+    ahead = np.sort(shares, axis=1)
+    turns = np.where(np.arange(len(ahead))[:, None] // 150 % 2 == 0, ahead, ahead[:, ::-1]) if both_ways else ahead
+    true = apply_effects(HULL, effect)
+    orders = Orders(turns, heading=0.3)
+    motion = World(true, duration=120.0, seed=3, orders=orders).run(NOISE["clean"]).motion(0.05)
+    return WeakForm([motion], WeakSettings())
+
+
+def test_a_log_that_turns_one_way_lists_no_force_that_would_push_a_hull_aside_the_other_way():
+    one_way, either = (shortlist(driven({"sway:r^2": -20.0}, both_ways=both), HULL) for both in (False, True))
+    assert "sway:r|r|" in one_way
+    assert "sway:r^2" not in one_way
+    assert "sway:r^2" in either
 
 
 def test_a_term_that_nobody_has_named_is_found_and_no_effect_is_blamed():
