@@ -5,6 +5,7 @@ two steps, all axes in one matrix product. Thrusters are summed beforehand in th
 cancels on paper, as of two thrusters that push alike, cancels to the bit and a straight course stays straight.
 """
 
+import math
 from collections.abc import Sequence
 from operator import attrgetter
 
@@ -66,6 +67,33 @@ class Terms:
             return np.einsum("ij,jkb->ikb", i, total)
         ahead, across, turning = i[0, 0] * total[0], i[1, 1] * total[1] + i[1, 2] * total[2], total[1:]
         return np.stack([ahead, across, i[2, 1] * turning[0] + i[2, 2] * turning[1]])
+
+    def fastest_decay(self, speeds: Sequence[float]) -> float:
+        """Rate at which the hull takes off what decays fastest, at rest or at given speeds [1/s]; 0 where nothing does.
+
+        Parameters
+        ----------
+        speeds : u, v [m/s] and r [rad/s]
+        """
+        slopes = [[0.0] * 9, [0.0] * 9]
+        for factors, column in self.columns.items():
+            if not all(name in _SPEED for name in factors):
+                continue
+            for slope, at in zip(slopes, (_AT_REST, speeds), strict=True):
+                for n, name in enumerate(factors):
+                    k = _SPEED[name]
+                    change = 1.0 if name in "uvr" else math.copysign(float(at[k] != 0.0), at[k])
+                    for m, other in enumerate(factors):
+                        if m != n:
+                            change *= at[_SPEED[other]] if other in "uvr" else abs(at[_SPEED[other]])
+                    for axis in range(3):
+                        slope[3 * axis + k] += column[axis] * change
+        rates = np.linalg.eigvals(self.inverse @ np.reshape(slopes, (2, 3, 3)))
+        return max(0.0, float(-rates.real.min()))
+
+
+_SPEED = {"u": 0, "v": 1, "r": 2, "|u|": 0, "|v|": 1, "|r|": 2}
+_AT_REST = (0.0, 0.0, 0.0)
 
 
 class Flattened:

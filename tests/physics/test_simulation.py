@@ -77,6 +77,15 @@ def test_runge_kutta_converges_with_order_four() -> None:
     assert ((orders > 3.8) & (orders < 4.3)).all(), orders
 
 
+@pytest.mark.parametrize("rate", [5.0, 30.0, 200.0])
+def test_damping_that_is_faster_than_the_log_decays_as_it_does_in_small_steps(rate: float) -> None:
+    vehicle = load_vehicle("blueboat")
+    stiff = vehicle.with_values({"Y_v": -rate * (vehicle.mass - vehicle.value("Y_vdot"))})
+    coarse, fine = (commanded(vehicle, 4.0, step) for step in (0.1, 0.002))
+    found, true = (simulate_motion(stiff, motion).velocity for motion in (coarse, fine))
+    assert found[10:] == pytest.approx(true[::50][10:], abs=5e-3)
+
+
 def test_a_batch_equals_its_members() -> None:
     vehicle = load_vehicle("blueboat").with_values(
         {"lag": 0.4, "delay": 0.15, "current_east": 0.3, "memory_sway": 12.0}
