@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..measurements.statistics.blocks import MATERIAL, paired_ratio
+from ..measurements.statistics.blocks import MATERIAL, paired_difference, paired_ratio
 from ..physics.motion import Array
 from ..physics.presentation import listing
 from ..residuals.models.base import Model
@@ -25,6 +25,10 @@ _HORIZONS, _BLOCKS = ("10", "2"), 3
 _NOISE_KNOWN = 0.1
 """Share of a squared error that stays where all of it may be noise of the sensors, whose size is known to a tenth or
 so: an error is then told as smaller by no more than two thirds of what the noise makes."""
+
+
+_STILL = 1e-12
+"""Mean square of a speed that stands for none."""
 
 
 class Decides(NamedTuple):
@@ -82,14 +86,30 @@ def share_of_error(errors: Errors, nominal: Errors, motion: Array) -> float:
     ----------
     motion : (3,) mean square of each measured speed [m^2/s^2, m^2/s^2, rad^2/s^2]
     """
-    horizon = next((horizon for horizon in _HORIZONS if horizon in errors.rollouts), None)
-    if horizon in _diverged(errors) - _diverged(nominal):
+    if _horizon(errors) in _diverged(errors) - _diverged(nominal):
         return float(np.inf)
-    own, before = (
-        np.mean(squares(e) if horizon is None else rolled(e, horizon)[:, :_AXES], axis=0) for e in (errors, nominal)
-    )
-    unit = np.maximum(motion, np.finfo(float).tiny)
-    return float((own / unit).sum() / max(float((before / unit).sum()), np.finfo(float).tiny))
+    own, before = (float(_all_speeds(one, motion).mean()) for one in (errors, nominal))
+    return own / max(before, np.finfo(float).tiny)
+
+
+def surely_less(errors: Errors, other: Errors, motion: Array) -> bool:
+    """True when that error is smaller than another model's on these rows by more than chance, or chance is unknown."""
+    horizon = _horizon(errors)
+    shortest = 1 if horizon is None else rows_of(errors, horizon)
+    done = paired_difference(_all_speeds(errors, motion), _all_speeds(other, motion), shortest)
+    return done.difference < 0.0 if done.ci95 is None else done.ci95[1] < 0.0
+
+
+def _horizon(errors: Errors) -> str | None:
+    """The horizon of the longest predictions, None where there are none."""
+    return next((horizon for horizon in _HORIZONS if horizon in errors.rollouts), None)
+
+
+def _all_speeds(errors: Errors, motion: Array) -> Array:
+    """Squared errors (n,) of the speeds together, each in units of how much it varies."""
+    horizon = _horizon(errors)
+    own = squares(errors) if horizon is None else rolled(errors, horizon)[:, :_AXES]
+    return (own / np.maximum(motion, _STILL)).sum(axis=1)
 
 
 def _diverged(errors: Errors) -> set[str]:

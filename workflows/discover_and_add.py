@@ -18,7 +18,7 @@ from ..comparison.comparison import (
     where_ends_fail,
 )
 from ..comparison.facts import CALIBRATED, CORRECTED
-from ..comparison.recommendation import share_of_error
+from ..comparison.recommendation import share_of_error, surely_less
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose_balance
 from ..discovery.discover import Discovery, find_missing
@@ -293,10 +293,10 @@ def _predicts_better(
 ) -> Judged | None:
     """The model that adds nothing and is to be written in the place of the corrected one, if any is.
 
-    What is named has to be materially worse on rows that no model saw. What has no sure name has to be materially
-    better, and to keep the laws that the nominal model keeps, or it only follows this log: of models that predict as
-    well the one with fewer guesses holds elsewhere. Material is what part of the nominal model's error it is: a ratio
-    of two errors near nothing says nothing.
+    Of models that predict as well, on rows that none saw, the one with fewer guesses holds elsewhere: a calibration,
+    or what has no sure name, has to be better materially and by more than chance (Hastie et al. 2009, section 7.10),
+    and to keep the laws that the nominal model keeps. What is named stands unless it is materially worse. Material is
+    what part of the nominal model's error it is: a ratio of two errors near nothing says nothing.
 
     Parameters
     ----------
@@ -304,14 +304,20 @@ def _predicts_better(
     """
     velocity = np.concatenate([motion.velocity for motion in inputs.parts.judged.motions])
     motion = (velocity**2).mean(axis=0)
-    adding_nothing = [nominal, *(other for other in others if other.name == CALIBRATED)]
-    every = (*adding_nothing, corrected)
-    shares = [share_of_error(judged.errors, nominal.errors, motion) ** 0.5 for judged in every]
-    least = min(shares[:-1])
-    stands = (
-        shares[-1] <= least + MATERIAL if named else shares[-1] <= least - MATERIAL and not _breaks(corrected, nominal)
-    )
-    return None if stands else adding_nothing[shares.index(least)]
+
+    def gains(model: Judged, instead: Judged) -> float:
+        """Share of the nominal model's error by which a model errs less than another."""
+        less, more = (share_of_error(one.errors, nominal.errors, motion) ** 0.5 for one in (model, instead))
+        return more - less
+
+    def surely_gains(model: Judged, instead: Judged) -> bool:
+        return gains(model, instead) >= MATERIAL and surely_less(model.errors, instead.errors, motion)
+
+    calibrated = next((other for other in others if other.name == CALIBRATED), None)
+    simplest = calibrated if calibrated is not None and surely_gains(calibrated, nominal) else nominal
+    if named:
+        return simplest if gains(simplest, corrected) > MATERIAL else None
+    return None if surely_gains(corrected, simplest) and not _breaks(corrected, nominal) else simplest
 
 
 def _breaks(model: Judged, nominal: Judged) -> set[str]:
