@@ -232,10 +232,13 @@ def turns(logs: Sequence[Log], scale: float, late: float = 0.0) -> Turns | None:
 def unexplained_turning(logs: Sequence[Log]) -> Size | None:
     """How much of the turning of the heading the yaw rate does not explain, whichever of them is how late.
 
-    None where the pieces are too few. The noise of the heading is no turning.
+    None where the pieces are too few. The noise of the heading is no turning, nor is what the noise of the yaw rate
+    adds up to: of what follows from it, a slope of k, least squares leaves k times its square (Fuller 1987, eq. 1.1.7).
     """
     both = [log for log in logs if {"psi", "r"} <= set(log.channels)]
     noise = 2.0 * float(np.mean([(noise_level(np.unwrap(log.channels["psi"].value)) or 0.0) ** 2 for log in both]))
+    rates = [log.channels["r"] for log in both]
+    of_rate = float(np.mean([(noise_level(rate.value) or 0.0) ** 2 * rate.period for rate in rates]))
     best: Size | None = None
     for late in np.arange(-_LATEST, _LATEST + 0.5 * _LAG, _LAG).tolist():
         found = turns(both, 1.0, late)
@@ -243,7 +246,9 @@ def unexplained_turning(logs: Sequence[Log]) -> Size | None:
             return None
         heading, rate = (part - found.span * np.median(part / found.span) for part in (found.heading, found.rate))
         power = heading**2 - noise
-        left = squared_held_out(heading, rate[:, None], blocks_of_pieces(found.piece)) - noise
+        slope = float(np.clip((heading @ rate) / max(float(rate @ rate), 1e-300), 0.0, 1.0))
+        left = squared_held_out(heading, rate[:, None], blocks_of_pieces(found.piece))
+        left = left - noise - slope * of_rate * found.span
         size = size_of(left, 0.0 * power, power, blocks_of_pieces(found.piece))
         best = size if best is None or size.weight.value < best.weight.value else best
     return best

@@ -20,6 +20,7 @@ from undertow.measurements.quality.faults import (
     squared_held_out,
 )
 from undertow.measurements.quality.finding import Finding
+from undertow.measurements.quality.lags import unexplained_turning
 from undertow.measurements.quality.quick_motion import STEP, parts_of, rates_in_band
 from undertow.measurements.quality.record import Record
 from undertow.physics.vehicle import Vehicle, load_vehicle
@@ -49,6 +50,17 @@ def read(path: Path, vehicle: Vehicle) -> list[Finding]:
 def test_a_sound_log_from_outside_is_not_refused(fault: str):
     folder = shared("faults") / fault
     assert read(folder / "log.csv.gz", load_vehicle(folder / "vehicle.yaml")) == []
+
+
+@pytest.mark.parametrize("related", [True, False])
+def test_the_noise_of_a_gyro_does_not_part_a_slow_ship_from_its_heading(related: bool):
+    time, rng = 0.5 * np.arange(2400, dtype=float), np.random.default_rng(4)
+    heading = 0.1 * np.sin(0.03 * time) + 0.03 * np.sin(0.11 * time)
+    turning = np.gradient(heading, time) if related else 0.006 * np.sin(0.05 * time + 1.0)
+    noisy = {"psi": heading + 0.015 * rng.standard_normal(2400), "r": turning + 0.015 * rng.standard_normal(2400)}
+    left = unexplained_turning([Log.from_arrays(time, noisy)])
+    assert left is not None
+    assert left.refuses == (not related)
 
 
 @pytest.mark.parametrize("noise", ["clean", "field"])
