@@ -244,7 +244,7 @@ class PersistentResidual(Record):
 
 
 class OtherForm(Record):
-    """Force on an axis that follows a signal, and that nothing which was selected explains.
+    """Force on an axis that follows a signal, and that nothing which was selected explains, or explains as well.
 
     Attributes
     ----------
@@ -293,7 +293,8 @@ class Findings(Card, Record):
     unnamed : terms that nobody has named but the log asks for
     sensors : what the sensors and their record do wrong
     rests : force that lasts and that nothing explains, by axis: what acts there is not called missing
-    other_forms : what the rest of the model follows, looked for where an effect would be named
+    other_forms : what the rest of the model follows, looked for where an effect would be named; and last, of an
+        undecided log, what explains more in the place of a doubtful effect
     calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
     left : others that were not
     absorbed : effects that cannot be judged beside the calibration, which would do the same

@@ -14,7 +14,7 @@ from .candidates.candidate import Candidate, Kind, measurable
 from .claims import Tests
 from .effect_findings import LIKELY, MISSING, Claim, EffectFinding, FittedTerm, Verdict, rounded_probability
 from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
-from .findings import NOTHING, Advice, Criterion, Findings, PersistentResidual
+from .findings import NOTHING, Advice, Criterion, Findings, OtherForm, PersistentResidual
 from .identifiability.rehearsal import Identifiability
 from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
@@ -106,6 +106,11 @@ def conclude(grounds: VerdictInputs, advice: tuple[Advice, ...] = (), others: Se
     unsure = bool(in_play) or bool(unnamed) or still or bool(g.persistent)
     verdict = "missing" if missing else "likely" if likely else "undecided" if unsure else "nothing missing"
     headline, reasons = (_STILL, ()) if still and not (missing or likely) else _headline(g, found, unnamed, in_play)
+    other_forms, instead = g.tests.forms.selected, _best_substitute(g, in_play) if verdict == "undecided" else None
+    if instead is not None:
+        name, form = instead
+        reasons = (*reasons, f"{_sentence_case(form.in_words)} explains more than {name} does.")
+        other_forms = (*other_forms, form)
     reasons = (*([thrust] if thrust and ONE in (*missing, *likely) else []), *reasons)
     return Findings(
         verdict=verdict,
@@ -120,8 +125,25 @@ def conclude(grounds: VerdictInputs, advice: tuple[Advice, ...] = (), others: Se
         identifiability=g.known,
         passivity=lawful.passivity,
         rests=tuple(g.persistent),
-        other_forms=g.tests.forms.selected,
+        other_forms=other_forms,
     )
+
+
+def _best_substitute(g: VerdictInputs, in_play: Sequence[EffectFinding]) -> tuple[str, OtherForm] | None:
+    """The name in whose place one free force explains most, more by what a term without a name must earn; the force."""
+    told = {(form.axis, form.follows) for form in g.tests.forms.selected}
+    refits = [(f, g.tests.forms.refits.get(f.key)) for f in in_play if f.in_model]
+    better = [
+        (refit.margin, words(f.key), refit.form)
+        for f, refit in refits
+        if refit and refit.form and (refit.margin or 0.0) >= g.search.settings.unnamed_price
+    ]
+    best = max(better, key=lambda one: one[0] or 0.0, default=None)
+    return None if best is None or (best[2].axis, best[2].follows) in told else best[1:]
+
+
+def _sentence_case(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}"
 
 
 def _in_play(effect: EffectFinding) -> bool:
@@ -275,11 +297,11 @@ def _headline(
 ) -> tuple[str, tuple[str, ...]]:
     """The verdict in a short sentence, and what else is to be known in others."""
     missing, likely = ([f for f in found if f.verdict == word] for word in _SAID)
-    rests = [f"{rest.in_words[0].upper()}{rest.in_words[1:]}." for rest in g.persistent]
+    rests = [f"{_sentence_case(rest.in_words)}." for rest in g.persistent]
     for form in g.tests.forms.selected[:1]:
         if form.share >= g.search.settings.materiality:
             share = f"{100.0 * form.share:.0f} % of the force at work"
-            rests.append(f"{form.in_words[0].upper()}{form.in_words[1:]} stays unexplained, {share}.")
+            rests.append(f"{_sentence_case(form.in_words)} stays unexplained, {share}.")
     terms = f"{len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named"
     for said, probably in ((missing, ""), (likely, "probably ")):
         if said:

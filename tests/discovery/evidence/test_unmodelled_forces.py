@@ -92,6 +92,15 @@ def test_a_stand_in_gives_way(drag: Drag, told: str, noise: str):
         assert beside.form.in_words in beside.sentence
 
 
+def test_what_explains_more_than_a_doubtful_name_is_told_beside_it():
+    said = find_missing([log_of(KINK, "field")], HULL).findings
+    last = said.other_forms[-1]
+    assert said.verdict == "undecided"
+    assert last.axis == "surge"
+    assert last.follows.startswith("u beyond 0.8")
+    assert said.reasons[-1].startswith(f"A force in surge that follows {last.follows} explains more than surge ")
+
+
 def test_what_sets_in_at_once_does_as_well_as_what_grows():
     beside = judged(log_of(net, "field"), ("hull_fouling",)).refits["hull_fouling"]
     assert beside.margin is not None
