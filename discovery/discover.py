@@ -22,8 +22,13 @@ from .claims import Tests, gather_claims, widen_intervals
 from .evidence.invariance import invariance
 from .evidence.limits import at_limits, widen_delays, with_clock_offset
 from .evidence.record_errors import add_record_errors, record_errors, sensor_findings, shares_of_sensor_errors
-from .evidence.unexplained import find_persistent_residuals, inclusion
-from .evidence.unmodelled_forces import find_changing_forces, fit_unmodelled_forces, rollouts_of_several_logs
+from .evidence.unexplained import find_passing_residuals, find_persistent_residuals, inclusion
+from .evidence.unmodelled_forces import (
+    UnmodelledForces,
+    find_changing_forces,
+    fit_unmodelled_forces,
+    rollouts_of_several_logs,
+)
 from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
 from .findings import Calibrated, Findings, PersistentResidual, SensorError
@@ -213,6 +218,7 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
         included=inclusion(search, looked.state, basis.settings.seed) if search.of_kind(selected, Kind.TERM) else {},
         unseen=looked.unseen,
         persistent=rests,
+        passing={} if search.balance.forces else find_passing_residuals(looked.forces[0], looked.state.vehicle),
     )
     questions = open_questions(model.evidence, model.kept, looked.known)
     advice = advise(*looked.forces, questions, looked.plausible, None if selected else looked.rehearsal)
@@ -260,8 +266,9 @@ def _test(
     """Ask every test of every name that was selected; and what lasts and is explained by nothing."""
     search, (forces, there), seed = looked.search, looked.forces, looked.basis.settings.seed
     selected = (*search.named(looked.state.active), *model.subthreshold)
-    with second_processor.run_in_fork(partial(fit_unmodelled_forces, forces, there, selected, seed)) as formed:
-        rests = find_persistent_residuals(forces, search.balance, looked.state.vehicle)
+    rests = find_persistent_residuals(forces, search.balance, looked.state.vehicle)
+    asked = partial(fit_unmodelled_forces, forces, there, selected, seed) if selected or rests else UnmodelledForces
+    with second_processor.run_in_fork(asked) as formed:
         changes = find_changing_forces(forces, there, selected, seed)
         forms = formed()
     trim_memory()

@@ -57,6 +57,7 @@ class VerdictInputs:
     added_by_name : effects that somebody added by name, and what a search said of them, by key
     sure : the probability that a search gave to others that somebody added by name, by key
     persistent : what lasts and is explained by nothing
+    passing : where rollouts judge, shares of the force at work that the force balance leaves, by axis, largest first
     """
 
     search: Search
@@ -74,6 +75,7 @@ class VerdictInputs:
     added_by_name: Mapping[str, str] = field(default_factory=dict)
     sure: Mapping[str, float] = field(default_factory=dict)
     persistent: Sequence[PersistentResidual] = ()
+    passing: Mapping[str, float] = field(default_factory=dict)
 
 
 def conclude(grounds: VerdictInputs, advice: tuple[Advice, ...] = (), others: Sequence[EffectFinding] = ()) -> Findings:
@@ -311,12 +313,21 @@ def _headline(
         return f"Undecided: {_at_best(in_play[0], found)}.", (where, *rests)
     if g.persistent:
         where = _listed(dict.fromkeys(rest.axis for rest in g.persistent))
-        return f"Undecided: part of the force in {where} has no name.", tuple(rests)
+        follows = next((f.follows for f in g.tests.forms.selected if f.axis == g.persistent[0].axis and f.follows), "")
+        also = f"; that in {g.persistent[0].axis} follows {follows}" if follows else ""
+        return f"Undecided: part of the force in {where} has no name{also}.", tuple(rests)
     if unnamed:
         return f"No named effect is missing for sure, but the log asks for {terms}.", tuple(rests)
     unjudged = [axis for axis, scale in zip(AXES, g.search.force_scale, strict=True) if scale <= NOTHING]
     if unjudged:
         text = f"Nothing material is missing that this log can show; {listing(unjudged)} could not be judged."
+        return text, tuple(rests)
+    if g.passing:
+        axis, size = next(iter(g.passing.items()))
+        text = (
+            f"Nothing material is missing that this log can show: {_percent(min(size, 1.0))} of the force at work in "
+            f"{axis} comes and goes within seconds, as in waves and gusts."
+        )
         return text, tuple(rests)
     return "Nothing material is missing: the model explains this log.", tuple(rests)
 

@@ -67,6 +67,19 @@ def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) ->
     )
 
 
+def find_passing_residuals(forces: Search, found: Vehicle) -> dict[str, float]:
+    """Shares of the force at work that a model leaves beyond sensor noise, by axis, largest first; material ones alone.
+
+    Parameters
+    ----------
+    forces, found : as in `find_persistent_residuals`
+    """
+    beyond = _size(forces.balance.residual(found)) ** 2 - forces.noise_error**2
+    share = np.sqrt(np.maximum(beyond, 0.0)) / forces.force_scale
+    material = np.flatnonzero(~forces.quiet & (share > _MATERIAL)).tolist()
+    return {AXES[axis]: float(share[axis]) for axis in sorted(material, key=lambda axis: -share[axis])}
+
+
 def _lasting(rest: Array, time: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Size (3,) of the force in a rest (tests, 3) that lasts for 5 to 10 s, and whether there surely is one.
 

@@ -80,7 +80,7 @@ def fit_unmodelled_forces(search: Search, state: State, kept: Sequence[str], see
     """
     there = [key for key in kept if key in state.active]
     seen = ~search.quiet
-    if not there or not seen.any():
+    if not seen.any():
         return UnmodelledForces()
     weak = search.balance
     assert isinstance(weak, WeakForm), "forms are looked for on the force balance"

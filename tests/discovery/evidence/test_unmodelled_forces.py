@@ -121,8 +121,10 @@ def test_an_effect_that_has_nothing_to_do_with_the_form_stays():
     assert said.refits["yaw_trim"].change < 0.1
 
 
-def test_a_model_without_effects_is_asked_nothing():
-    assert judged(log_of(KINK), ()) == UnmodelledForces()
+def test_what_a_model_without_effects_leaves_follows_a_form():
+    said = judged(log_of(KINK), ())
+    assert (said.selected[0].axis, said.selected[0].follows) == ("surge", "u beyond 0.89 m/s either way")
+    assert said.refits == {}
 
 
 def test_forms_have_names_of_their_own_and_no_noise_in_a_log_without():
