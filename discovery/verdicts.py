@@ -312,10 +312,10 @@ def _headline(
         where = f"It may be {_listed(f.key for f in in_play)}."
         return f"Undecided: {_at_best(in_play[0], found)}.", (where, *rests)
     if g.persistent:
-        where = _listed(dict.fromkeys(rest.axis for rest in g.persistent))
-        follows = next((f.follows for f in g.tests.forms.selected if f.axis == g.persistent[0].axis and f.follows), "")
-        also = f"; that in {g.persistent[0].axis} follows {follows}" if follows else ""
-        return f"Undecided: part of the force in {where} has no name{also}.", tuple(rests)
+        axes = list(dict.fromkeys(rest.axis for rest in g.persistent))
+        follows = next((f.follows for f in g.tests.forms.selected if f.axis == axes[0] and f.follows), "")
+        also = f"; {'it' if len(axes) == 1 else f'that in {axes[0]}'} follows {follows}" if follows else ""
+        return f"Undecided: part of the force in {_listed(axes)} has no name{also}.", tuple(rests)
     if unnamed:
         return f"No named effect is missing for sure, but the log asks for {terms}.", tuple(rests)
     unjudged = [axis for axis, scale in zip(AXES, g.search.force_scale, strict=True) if scale <= NOTHING]
