@@ -9,16 +9,19 @@ import numpy as np
 from ..measurements.preparation.split import folds_of
 from ..measurements.statistics import processors as second_processor
 from ..measurements.statistics.processors import single_threaded
+from ..physics.forces import through_water
 from ..physics.laws.damping_power import envelope_of
-from ..physics.motion import Array, Motion
-from ..physics.presentation import Card
+from ..physics.motion import AXES, FORCE_UNITS, Array, Motion
+from ..physics.presentation import Card, listing
 from ..physics.stage import Say, trim_memory
+from ..physics.terms import parse_form
 from ..physics.vehicle import Vehicle
 from .basis import Basis, choose_balance
 from .calibration.before_calibration import with_calibration
 from .candidates.candidate import CALIBRATED, Kind
 from .candidates.linearisation import Linearisation
 from .claims import Tests, gather_claims, widen_intervals
+from .effect_findings import FittedTerm
 from .evidence.invariance import invariance
 from .evidence.limits import at_limits, widen_delays, with_clock_offset
 from .evidence.record_errors import add_record_errors, record_errors, sensor_findings, shares_of_sensor_errors
@@ -31,7 +34,7 @@ from .evidence.unmodelled_forces import (
 )
 from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
-from .findings import Calibrated, Findings, PersistentResidual, SensorError
+from .findings import Calibrated, Criterion, Findings, OtherForm, PersistentResidual, SensorError
 from .kept_effects import SearchResult, add_stepwise, add_subthreshold, refit_kept, too_short
 from .lawful.passivity import Lawful, judge_passivity, lawful_model
 from .run_models import FoldModels, fold_models
@@ -111,7 +114,12 @@ class Discovery(Card):
             for symbol, value in vehicle.values.items()
             if calibrated and value != self.nominal.value(symbol)
         )
-        envelope = envelope_of(self.basis.forces.motions, vehicle)
+        motions = self.basis.forces.motions
+        states = np.concatenate([np.stack(through_water(self.nominal, motion)) for motion in motions], axis=1)
+        apart_from_it = tuple(_as_form(term, states, findings.criterion) for term in findings.unnamed)
+        if apart_from_it:
+            why = f"{why} What is not in it: {listing([form.in_words for form in apart_from_it])}."
+        envelope = envelope_of(motions, vehicle)
         error = np.sqrt((self.basis.forces.residual(vehicle) ** 2).mean(axis=0))
         self.basis.forces.forget()
         corrected = vehicle.with_values({}, name=self.corrected.name)
@@ -123,6 +131,7 @@ class Discovery(Card):
                 headline=headline,
                 candidates=candidates,
                 unnamed=(),
+                other_forms=tuple(dict.fromkeys((*apart_from_it, *findings.other_forms))),
                 calibrated=rows,
                 passivity=judge_passivity(corrected, envelope),
                 reasons=(*findings.reasons, why),
@@ -130,6 +139,13 @@ class Discovery(Card):
             force_error=error,
             unseen=replace(self.unseen, steps=(tuple(apart),) if apart else ()),
         )
+
+
+def _as_form(term: FittedTerm, states: Array, criterion: Criterion) -> OtherForm:
+    """A term without a name that is not written, as a force that nothing written explains, along states (3, rows)."""
+    force = abs(term.value) * float(np.sqrt(np.mean(parse_form(term.form)(*states) ** 2)))
+    scale, unit = criterion.force_scale[term.axis], FORCE_UNITS[AXES.index(term.axis)]
+    return OtherForm(axis=term.axis, follows=term.form, force=force, share=force / scale, unit=unit)
 
 
 @single_threaded

@@ -11,6 +11,7 @@ from undertow.comparison.facts import CALIBRATED, CORRECTED, NOMINAL, Best
 from undertow.comparison.recommendation import share_of_error
 from undertow.discovery.basis import choose_balance
 from undertow.discovery.discover import Discovery, find_missing
+from undertow.discovery.effect_findings import FittedTerm
 from undertow.discovery.findings import Findings
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.prepared_logs import Inputs
@@ -161,6 +162,20 @@ def test_guesses_have_to_take_a_tenth_of_the_error_off(
     unsure = replace(found, findings=found.findings.but(missing=(), likely=()))
     run = assessed(folded, unsure, calibrated_to(folded, found, drag, known))
     assert [step.added for step in run.findings.steps] == [None, written]
+
+
+def test_a_term_without_a_name_that_is_not_written_is_told_as_a_force(
+    folded: Inputs, found: Discovery, known: References
+):
+    term = FittedTerm(axis="surge", form="u^3", value=-2.0, unit="N s^3/m^3")
+    asking = replace(found, findings=found.findings.but(missing=(), likely=(), unnamed=(term,)))
+    run = assessed(folded, asking, calibrated_to(folded, found, TRUE, known))
+    (form,) = [form for form in run.findings.other_forms if form.follows == "u^3"]
+    surge = np.concatenate([motion.velocity[:, 0] for motion in found.basis.forces.motions])
+    assert run.findings.unnamed == ()
+    assert form.force == pytest.approx(2.0 * np.sqrt((surge**6).mean()))
+    assert form.share == pytest.approx(form.force / found.findings.criterion.force_scale["surge"])
+    assert form.in_words in run.findings.reasons[-1]
 
 
 def test_where_the_file_predicts_best_the_file_is_written(
