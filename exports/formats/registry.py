@@ -47,6 +47,6 @@ def format_named(name: str) -> "Export":
     names, meant = format_names(), _ALSO.get(name, name)
     if meant not in names:
         near = get_close_matches(name, (*names, *_ALSO), n=1)
-        text = f"did you mean {near[0]!r}? " if near else ""
-        raise RequestError(f"export: unknown format {name!r}: {text}There are: {names_with_aliases()}")
+        text = f": did you mean {near[0]!r}?" if near else "."
+        raise RequestError(f"export: unknown format {name!r}{text} There are: {names_with_aliases()}")
     return import_module(f".{_FILE}{meant}", __package__).EXPORT

@@ -245,7 +245,8 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
     models = {model.name: model.rollout[horizon].of(metric) for model in comparison.models if horizon in model.rollout}
     before, own = models.get(NOMINAL, float("nan")), models.get(best.model, float("nan"))
     if not best.model or not isfinite(before) or not own <= before:
-        return best.sentence or outcome(findings, comparison) or "only the nominal model was judged."
+        guess = "a guess that knows nothing of the boat. " * (best.grounds is Grounds.GUESS)
+        return f"{guess}{best.sentence}" or outcome(findings, comparison) or "only the nominal model was judged."
     what, unit = f"{metric} error of {horizon} s predictions", ROLLOUT_UNITS[metric]
     if best.model != NOMINAL:
         which = f"the {best.model} model{' (model.yaml)' * (best.model == CORRECTED)}"
