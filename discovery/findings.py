@@ -1,5 +1,6 @@
 """Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` holds them."""
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
@@ -240,7 +241,7 @@ class PersistentResidual(Record):
         share = f"at work, {100.0 * self.share:.0f} % of it"
         if self.share > 1.0:
             share = f"that is measured, {number(self.share, 2)} times what is at work in the model"
-        return f"{force} {share}, last for seconds and are explained by nothing that was looked for"
+        return f"{force} {share}, last for seconds and are explained by no effect that was looked for"
 
 
 class OtherForm(Record):
@@ -262,10 +263,21 @@ class OtherForm(Record):
     unit: str
 
     @property
+    def kind(self) -> str:
+        """Force or moment."""
+        return "a moment" if self.unit == "N m" else "a force"
+
+    @property
     def in_words(self) -> str:
         """The form, as a part of a sentence."""
-        what = f"{'a moment' if self.unit == 'N m' else 'a force'} in {self.axis}"
+        what = f"{self.kind} in {self.axis}"
         return f"{what} that follows {self.follows}" if self.follows else f"{what} that is constant"
+
+    @property
+    def sets_in(self) -> tuple[str, float] | None:
+        """The signal that it follows from a minute of the log on, empty for none, and that minute; None for others."""
+        found = re.fullmatch(r"(.*?) ?from minute ([\d.]+) on", self.follows)
+        return (found[1], float(found[2])) if found else None
 
 
 class LogFacts(Record):

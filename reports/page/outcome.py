@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ...comparison.facts import CORRECTED, NOMINAL, Comparison, Grounds
 from ...comparison.recommendation import BASELINE
 from ...discovery.effect_findings import EffectFinding
-from ...discovery.findings import Findings, Step
+from ...discovery.findings import Findings, OtherForm, Step
 from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, share_removed, words
 from ...physics.vehicle import Vehicle
@@ -276,10 +276,20 @@ def _in_play(findings: Findings) -> str:
     if perhaps:
         return f"perhaps {listing(perhaps[:_IN_PLAY])}; model.yaml has none of it."
     if findings.rests:
+        form = _leading_form(findings)
+        if form is not None:
+            return f"no name; {form.in_words}."
         return f"no name; in {listing([rest.axis for rest in findings.rests])} a force lasts that nothing explains."
     if findings.criterion.unjudged:
         return f"nothing in {listing(findings.criterion.unjudged)} was judged."
     return "no name; model.yaml is the nominal model."
+
+
+def _leading_form(findings: Findings) -> OtherForm | None:
+    """The form that a lasting force follows on its axis, where no name stands in the model."""
+    axes = [rest.axis for rest in findings.rests]
+    forms = () if findings.added else findings.other_forms
+    return next((form for form in forms if form.follows and form.axis in axes[:1]), None)
 
 
 def _with_rivals(item: EffectFinding) -> str:
@@ -295,6 +305,11 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     if unjudged:
         channels = listing([_SPEEDS[axis] for axis in unjudged])
         return f"log {channels} by another sensor, or give positions: what is logged may be wrong, so none was judged."
+    form = _leading_form(findings)
+    if form is not None and form.sets_in is not None:
+        signal, minute = form.sets_in
+        what = f"{form.kind} in {form.axis} {f'that follows {signal}' if signal else 'that is constant'}"
+        return f"find out what happened at about minute {minute:g}, such as weed, a blow or a payload: {what} sets in there."
     for advice in findings.advice[:1]:
         why = f" ({advice.why.rstrip('.')})" if advice.why else ""
         return f"record this: {advice.manoeuvre.rstrip('.')}{why}."

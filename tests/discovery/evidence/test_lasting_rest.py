@@ -72,7 +72,7 @@ def test_what_lasts_is_told_beside_the_names(monkeypatch: pytest.MonkeyPatch):
     assert (elsewhere.missing, elsewhere.rests) == ((DRAG,), tuple(rests))
     assert elsewhere.headline == "The file's X_uu (about -38, not -8) is off."
     assert elsewhere.reasons[0].startswith("4.2 N m of the yaw force at work, 31 % of it, last for seconds")
-    assert elsewhere.reasons[0].endswith("explained by nothing that was looked for.")
+    assert elsewhere.reasons[0].endswith("explained by no effect that was looked for.")
     rests.append(PersistentResidual(axis="surge", force=5.1, share=0.2, unit="N"))
     findings = find_missing([motion], HULL).findings
     assert findings.verdict != "nothing missing"

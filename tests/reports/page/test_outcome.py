@@ -239,6 +239,33 @@ def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file
     assert "record a second log" in answer(bare, judged("nominal", nominal=2.0), BOAT)[2].text
 
 
+@pytest.mark.parametrize(
+    ("follows", "play", "step"),
+    [
+        (
+            "the thrust of port from minute 2.7 on",
+            "no name; a moment in yaw that follows the thrust of port from minute 2.7 on.",
+            "find out what happened at about minute 2.7, such as weed, a blow or a payload: a moment in yaw that "
+            "follows the thrust of port sets in there.",
+        ),
+        ("r|r|^0.5", "no name; a moment in yaw that follows r|r|^0.5.", "record this: 20/20 zigzag."),
+        ("", "no name; in yaw a force lasts that nothing explains.", "record this: 20/20 zigzag."),
+    ],
+)
+def test_what_a_force_that_lasts_follows_is_in_play_and_says_where_to_look(follows: str, play: str, step: str):
+    rest = {"axis": "yaw", "force": 0.6, "share": 0.12, "unit": "N m"}
+    found = open_story(
+        2.0,
+        2.0,
+        candidates=(),
+        rests=[rest],
+        other_forms=[{**rest, "axis": "surge", "follows": "u", "unit": "N"}, {**rest, "follows": follows}],
+        advice=[{"manoeuvre": "20/20 zigzag"}],
+    )
+    _, second, third = answer(found, judged("nominal", nominal=2.0), BOAT)
+    assert (second.text, third.text) == (play, step)
+
+
 def test_where_the_nominal_model_is_as_good_the_line_says_what_the_other_reaches():
     compared = judged("nominal", nominal=2.0, corrected=1.9).but(differences=paired("no difference").differences)
     line = answer(open_story(2.0, 1.9), compared)[0].text
