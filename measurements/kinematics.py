@@ -106,7 +106,10 @@ class Kinematics:
         for name in self.present:
             first = _PAIRS.get(name, name)
             a, b = (self.values.get(n, (0.0, 0.0))[0] for n in (first, _OTHER.get(first, first)))
-            told[first] = _WORDS[first].format(a, b, np.degrees(a), np.degrees(b), 100.0 * abs(a - 1.0), _less(a))
+            words = _WORDS[first]
+            if name == "position_latency" and a < 0.0 <= self.errors.get("velocity_latency", 0.0):
+                words = _OVER_GROUND
+            told[first] = words.format(a, b, np.degrees(a), np.degrees(b), 100.0 * abs(a - 1.0), _less(a), -a)
         return told
 
 
@@ -124,6 +127,9 @@ _WORDS = {
     "those through moving water do",
     "arm_x": "the antenna of the positions is {0:+.2f} m ahead and {1:+.2f} m to starboard of where the speeds are",
 }
+
+_OVER_GROUND = "the speeds over ground are {6:.2f} s later than the positions, as of a receiver that smooths them"
+"""Of positions that tell of a motion before heading and speeds do, which no record can."""
 
 
 def _less(scale: float) -> str:
@@ -144,6 +150,10 @@ def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:
     if not errors:
         return motion
     time, late = motion.time, [errors.get(f"{name}_latency", 0.0) for name in ("velocity", "position")]
+    # No record tells of what will be: positions that are ahead of heading and speeds belong to speeds over ground that
+    # are late, as those of a receiver that smooths them, and that the heading turned into the body when they came.
+    over_ground = -late[1] if late[1] < 0.0 <= late[0] else 0.0
+    late[1] += over_ground
 
     def on_time(series: Array, by: float) -> Array:
         return np.column_stack([np.interp(time + by, time, column) for column in series.T]) if by else series
@@ -163,12 +173,17 @@ def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:
         ahead, aside = earth_to_body(heading, north, east)
         return heading, np.column_stack([surge + ahead + mount[1] * rate, sway + aside - mount[0] * rate, rate])
 
-    on_row = np.column_stack([on_time(motion.velocity[:, :2], late[0]), motion.velocity[:, 2]])
+    speeds = motion.velocity[:, :2]
+    if over_ground:
+        ground = on_time(np.column_stack(body_to_earth(motion.heading, *speeds.T)), over_ground)
+        speeds = np.column_stack(earth_to_body(motion.heading, *ground.T))
+    on_row = np.column_stack([on_time(speeds, late[0]), motion.velocity[:, 2]])
     found = remeasured(motion, true, on_row)
     ones = np.ones_like(motion.heading)
     places = (errors.get("arm_x", 0.0) + mount[0]) * ones, (errors.get("arm_y", 0.0) + mount[1]) * ones
     arm = body_to_earth(found.heading, *places)
     found = replace(found, position=on_time(motion.position, late[1]) - np.column_stack(arm))
+    late = [late[0] + over_ground, late[1]]
     first, last = (int(np.ceil(max(0.0, *side) / motion.time_step)) for side in ([-x for x in late], late))
     enough = (time.size - first - last) * motion.time_step > LEAST_LEFT
     return found.slice(first, time.size - last) if (first or last) and enough else found

@@ -99,6 +99,24 @@ def test_an_error_of_a_sensor_is_found_and_taken_away(name: str, noise: str):
     assert kinematics_of([mended]).present == ()
 
 
+@pytest.mark.parametrize("noise", ["clean", "field"])
+def test_positions_that_are_ahead_belong_to_speeds_over_ground_that_are_late(noise: str):
+    """A receiver gives its speeds late, and the heading of that moment turns them into the body."""
+    right = sailed(noise)
+    ground = later(np.column_stack(body_to_earth(right.heading, *right.velocity[:, :2].T)), right, 0.4)
+    speeds = np.column_stack(earth_to_body(right.heading, *ground.T))
+    wrong = replace(right, velocity=np.column_stack([speeds, right.velocity[:, 2]]))
+    found = kinematics_of([wrong])
+    assert found.present == ("position_latency",)
+    assert found.values["position_latency"][0] == pytest.approx(-0.4, abs=0.03)
+    assert found.sentences["position_latency"].startswith("the speeds over ground are 0.4")
+    mended = corrected_for(wrong, found.errors)
+    rows = np.isin(right.time, mended.time)
+    assert np.abs(mended.velocity - right.velocity[rows])[20:-20].std() < 0.05
+    assert np.array_equal(mended.position, right.position[rows])
+    assert kinematics_of([mended]).present == ()
+
+
 @pytest.mark.parametrize("programme", ["rich", "zigzag", "gentle"])
 @pytest.mark.parametrize(("noise", "waves"), [("clean", 0.0), ("field", 0.0), ("rough", 0.0), ("field", 0.2)])
 def test_right_sensors_are_not_accused(noise: str, waves: float, programme: str):

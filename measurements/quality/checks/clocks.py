@@ -6,9 +6,9 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.motion import Array
+from ....physics.motion import Array, body_to_earth, earth_to_body
 from ...canonical import Channel
-from ...kinematics import OF_ROW
+from ...kinematics import OF_ROW, kinematics_of, longest_row
 from ...statistics.blocks import CI
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix
@@ -115,7 +115,7 @@ class Clocks(Check):
             if row > QUICK_ROW and "ax" in pair.needs:
                 lag = None  # speeds in such rows tell of no acceleration
             pair = replace(pair, in_step=max(pair.in_step, OF_ROW * row))
-            finding = _compared(pair, lag, known, any(record.steered for record in having))
+            finding = _compared(pair, lag, known, having)
             if pair.channels == ("r",) and finding.fix is not None and lag is not None:
                 gyro = lag.seconds
             found.append(finding)
@@ -133,7 +133,7 @@ def _sure(lag: Lag | None) -> bool:
     return lag is not None and lag.explained >= FOLLOWS and CI * lag.error <= COARSE
 
 
-def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: bool) -> Finding:
+def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], records: Sequence[Record]) -> Finding:
     """The finding on one pair of records; no force is learnt of a boat that a rudder steers, whatever its clocks."""
     names = (*pair.channels[:1],)
     if lag is None or not _sure(lag):
@@ -155,20 +155,23 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: 
             ci95=lag.ci95,
             channels=names,
         )
+    over_ground = [_late_over_ground(record) for record in records] if "v" in pair.channels else [0.0]
+    seconds = float(np.median(over_ground)) if all(over_ground) else lag.seconds
     spread = [one.seconds for one in each]
     between = f" ({min(spread):.2f} to {max(spread):.2f} s over the logs)" if len(spread) > 1 else ""
-    order = "after" if lag.seconds > 0 else "before"
+    order = "after" if seconds > 0 else "before"
     moved = " and ".join(pair.channels)
-    shifts = dict.fromkeys(pair.channels, -lag.seconds)
     facts = {"late": pair.late, "reference": pair.reference, "order": order, "wrong": pair.consequence, "moved": moved}
-    facts |= {"seconds": abs(lag.seconds), "shift": -lag.seconds}
+    facts |= {"seconds": abs(seconds), "shift": -seconds}
     facts["told"] = (
-        f"{pair.late} tells of a motion {abs(lag.seconds):.2f} s {order} {pair.reference} does{between}: moved there, "
+        f"{pair.late} tells of a motion {abs(seconds):.2f} s {order} {pair.reference} does{between}: moved there, "
         f"they agree in {lag.size.share} of what parts them"
     )
-    fix = Fix(f"stamps of {moved} moved by {-lag.seconds:+.3f} s", _move(shifts))
-    fault = Fault(Kind.APART, names, lag.size, facts, lag.seconds, lag.ci95, fix)
-    grave = lag.size.refuses and np.sign(lag.seconds) in pair.grave and not steered
+    fix = Fix(f"stamps of {moved} moved by {-seconds:+.3f} s", _move(dict.fromkeys(pair.channels, -seconds)))
+    if all(over_ground):
+        fix = Fix(f"{moved} moved over ground by {-seconds:+.3f} s", _move_over_ground(-seconds))
+    fault = Fault(Kind.APART, names, lag.size, facts, seconds, None if all(over_ground) else lag.ci95, fix)
+    grave = lag.size.refuses and np.sign(lag.seconds) in pair.grave and not any(record.steered for record in records)
     return fault.in_words("defect" if grave else "warning")
 
 
@@ -323,5 +326,33 @@ def _move(seconds: Mapping[str, float]) -> Callable[[Channels], dict[str, Channe
             name: replace(channel, time=channel.time + seconds[name]) if name in seconds else channel
             for name, channel in channels.items()
         }
+
+    return apply
+
+
+def _late_over_ground(record: Record) -> float:
+    """How late speeds over ground came that the heading of that moment turned [s], 0 where they did not.
+
+    See `corrected_for`. The surge speed alone does not tell: in turns it is part of what was sway.
+    """
+    if not {"x", "y", "psi", "u", "v"} <= set(record.log.channels):
+        return 0.0
+    channels = record.log.channels
+    seen = kinematics_of([stretch.motion for stretch in record.stretches], channels, longest_row(channels))
+    late = -seen.errors.get("position_latency", 0.0)
+    return max(late, 0.0) if "velocity_latency" not in seen.present else 0.0
+
+
+def _move_over_ground(seconds: float) -> Callable[[Channels], dict[str, Channel]]:
+    """Moves speeds as vectors over ground: the heading at each stamp stays."""
+
+    def apply(channels: Channels) -> dict[str, Channel]:
+        psi, u, v = (channels[name] for name in ("psi", "u", "v"))
+        then = np.interp(u.time, psi.time, np.unwrap(psi.value))
+        ground = body_to_earth(then, u.value, np.interp(u.time, v.time, v.value))
+        north, east = (np.interp(u.time - seconds, u.time, part) for part in ground)
+        ahead, aside = earth_to_body(then, north, east)
+        moved = {"u": replace(u, value=ahead), "v": replace(v, time=u.time, value=aside)}
+        return {name: moved.get(name, channel) for name, channel in channels.items()}
 
     return apply

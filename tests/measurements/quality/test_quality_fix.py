@@ -18,7 +18,9 @@ from undertow.measurements.preparation.prepare import prepare
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding
 from undertow.physics.errors import LogError
+from undertow.physics.motion import body_to_earth, earth_to_body
 from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.inputs import read_inputs
 
 TIME = np.arange(0.0, 60.0, 0.1)
@@ -47,6 +49,23 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "100")
     return tmp_path
+
+
+def test_speeds_over_ground_that_are_late_are_moved_over_ground(place: Path):
+    """Moved in the body instead, they would tell of other turns than the heading."""
+    motion = simulate_world(load_vehicle("blueboat"), {}, duration=200.0, noise="clean", seed=7).motion(0.05)
+    then = motion.time - 0.5
+    ground = [np.interp(then, motion.time, x) for x in body_to_earth(motion.heading, *motion.velocity[:, :2].T)]
+    late = dict(zip("uv", earth_to_body(motion.heading, *ground), strict=True))
+    columns = {"t": motion.time, "x": motion.position[:, 0], "y": motion.position[:, 1], "psi": motion.heading}
+    commands = dict(zip(("newton_port", "newton_stbd"), motion.commands.T, strict=True))
+    written(place / "raw.csv", columns | late | {"r": motion.velocity[:, 2]} | commands)
+    screen = inspected("inspect", "raw.csv", "--fix", "clean.csv")
+    assert re.search(r"u and v moved over ground by -0\.(49|50)", screen)
+    channels = read_log("clean.csv").channels
+    for name, right in zip("uv", motion.velocity.T[:2], strict=True):
+        left = channels[name].value - np.interp(channels[name].time, motion.time, right)
+        assert np.sqrt(np.mean(left[20:-20] ** 2)) < 0.1 * np.sqrt(np.mean((late[name] - right)[20:-20] ** 2))
 
 
 def test_degrees_are_repaired_and_the_repair_is_noted_in_the_data(place: Path):
