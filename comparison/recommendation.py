@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..measurements.statistics.blocks import MATERIAL, paired_difference, paired_ratio
+from ..measurements.statistics.blocks import MATERIAL, paired_ratio
 from ..physics.motion import Array
 from ..physics.presentation import listing
 from ..residuals.models.base import Model
@@ -90,14 +90,6 @@ def share_of_error(errors: Errors, nominal: Errors, motion: Array) -> float:
         return float(np.inf)
     own, before = (float(_all_speeds(one, motion).mean()) for one in (errors, nominal))
     return own / max(before, np.finfo(float).tiny)
-
-
-def surely_less(errors: Errors, other: Errors, motion: Array) -> bool:
-    """True when that error is smaller than another model's on these rows by more than chance, or chance is unknown."""
-    horizon = _horizon(errors)
-    shortest = 1 if horizon is None else rows_of(errors, horizon)
-    done = paired_difference(_all_speeds(errors, motion), _all_speeds(other, motion), shortest)
-    return done.difference < 0.0 if done.ci95 is None else done.ci95[1] < 0.0
 
 
 def _horizon(errors: Errors) -> str | None:

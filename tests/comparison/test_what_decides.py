@@ -8,7 +8,7 @@ import pytest
 
 from undertow.comparison.audit import Audit
 from undertow.comparison.facts import Grounds
-from undertow.comparison.recommendation import best, share_of_error, surely_less, what_decides
+from undertow.comparison.recommendation import best, share_of_error, what_decides
 from undertow.physics.laws.audit.base import Ruling
 from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.vehicle import load_vehicle
@@ -92,26 +92,6 @@ def test_an_axis_on_which_nothing_moves_and_a_nominal_model_without_error_have_a
     assert np.isfinite(share_of_error(errors(2.0), errors(), np.array([1.0, 0.0, 1.0])))
     assert share_of_error(errors(), errors(0.0), EVEN) > 1e6
     assert share_of_error(errors(0.0), errors(0.0), EVEN) == 0.0
-
-
-def scattered(rise: float) -> Errors:
-    """Errors that are smaller on half of the log and larger on the other, and in the mean less by a share."""
-    by = np.where(np.arange(400)[:, None] // 100 % 2, 1.6, 0.4 - 2.0 * rise)
-    return Errors((), (), (), {"10": RolloutErrors((by * LONG,), (1.0,), 0)}, 0.0, np.zeros(3))
-
-
-def test_a_smaller_error_is_surely_smaller_where_the_whole_log_says_so():
-    even = errors(0.95)
-    assert surely_less(even, errors(), EVEN)
-    assert not surely_less(errors(), even, EVEN)
-    assert share_of_error(scattered(0.05), errors(), EVEN) == pytest.approx(0.95, abs=0.02)
-    assert not surely_less(scattered(0.05), errors(), EVEN)
-
-
-def test_where_the_rows_are_too_few_to_tell_chance_the_smaller_error_is_taken():
-    less, more = errors(0.95, starts=12), errors(starts=12)
-    assert surely_less(less, more, EVEN)
-    assert not surely_less(more, less, EVEN)
 
 
 HULL = load_vehicle("blueboat")
