@@ -309,7 +309,8 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
     if form is not None and form.sets_in is not None:
         signal, minute = form.sets_in
         what = f"{form.kind} in {form.axis} {f'that follows {signal}' if signal else 'that is constant'}"
-        return f"find out what happened at about minute {minute:g}, such as weed, a blow or a payload: {what} sets in there."
+        asked = f"find out what happened at about minute {minute:g}, such as weed, a blow or a payload"
+        return f"{asked}: {what} sets in there."
     for advice in findings.advice[:1]:
         why = f" ({advice.why.rstrip('.')})" if advice.why else ""
         return f"record this: {advice.manoeuvre.rstrip('.')}{why}."
