@@ -133,7 +133,7 @@ def track_of(logs: Sequence[Log]) -> Track | None:
         own = sway if (rule.turn, rule.side, reading.quarters) == (1, -1, 0) else way
         # Sway alone makes little of the way, and is weighed against its own part of it.
         other = next(one for one in rules if (one.turn, one.side) == (rule.turn, -rule.side)).errors(reading.c)
-        if not size_of(told, least, way, block).warns and not size_of(told, other, sway, block).warns:
+        if not size_of(told, least, way, block).likely and not size_of(told, other, sway, block).likely:
             break
     noise = noise_of_ways(both)
     return Track(

@@ -3,7 +3,8 @@
 Something correlated is left of every sound log, so a fault is weighed by its size: `share` of the squared error that
 putting it right removes, over the same rows, and `weight`, the same over the power of the accused record, each with a
 jackknife error over blocks of time (Kuensch 1989, doi:10.1214/aos/1176347265). A log is refused where both are surely
-beyond `OVERWHELMING`; where they are likely so, the finding warns.
+beyond `OVERWHELMING`; where they are likely so, the finding is a note. Of what another witness has shown already, such
+as a delay or a sign, it is a warning where the share is likely so, and surely some.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -62,6 +63,11 @@ class Share:
         return self.value + self.error
 
     @property
+    def warns(self) -> bool:
+        """True when what another witness shows is worth a warning: it explains much by all likelihood, surely some."""
+        return self.value > OVERWHELMING and self.low > 0.0
+
+    @property
     def by_factors(self) -> "Share":
         """The same of a ratio that has no upper end, and is sure to a factor: its lower end is never below nothing."""
         if not self.value > 0.0 or not np.isfinite(self.error):
@@ -94,7 +100,7 @@ class Size:
         return min(self.share.low, self.weight.low) > OVERWHELMING
 
     @property
-    def warns(self) -> bool:
+    def likely(self) -> bool:
         """True when the fault is worth telling: it explains much, sure or not."""
         return min(self.share.value, self.weight.value) > OVERWHELMING
 
@@ -324,10 +330,10 @@ class Fault:
     mends: Mapping[str, Entry | None] = field(default_factory=dict)
 
     def ruled(self) -> Finding | None:
-        """The rule: a defect where the fault is overwhelming, a warning where it is likely, else nothing."""
-        if not self.size.warns:
+        """The rule: a defect where the fault is overwhelming, a note where it is likely, else nothing."""
+        if not self.size.likely:
             return None
-        return self.in_words("defect" if self.size.refuses else "warning")
+        return self.in_words("defect" if self.size.refuses else "note")
 
     def in_words(self, verdict: Verdict) -> Finding:
         """The fault in words."""

@@ -22,8 +22,9 @@ _SETTLED = 2.0
 """A command that is neutral stays for this long [s]."""
 _LEAST = 3.0
 """Rest from which a neutral can be told [s]."""
-_SAME = 0.6
-"""Share of the rest during which the command must be the same."""
+_SAME = 0.9
+"""Share of the rest during which the command must be the same: a boat that hardly moves for a while at each of several
+pushes lies at rest at none of them."""
 _DIGITS = 1e-6
 """Share of the largest command by which its means over steps may differ from each other by rounding, as in
 `quick_motion`."""

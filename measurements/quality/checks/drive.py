@@ -210,7 +210,7 @@ def _of_another_run(records: Sequence[Record], parts: Sequence[Part], names: lis
         size = _unanswered(records, band) if whole * band[0] >= 1.0 else None
         if size is not None and (found is None or size.weight.value < found.weight.value):
             found = size
-        if found is not None and not found.warns:
+        if found is not None and not found.likely:
             return None
     if found is None:
         return None
@@ -255,7 +255,7 @@ def _unanswered(records: Sequence[Record], band: tuple[float, float]) -> Size | 
             left = squared_held_out(target, columns, block) - noise
             size = size_of(left, power - left, power, block)
             result = size if result is None or size.weight.value < result.weight.value else result
-            if not result.warns:
+            if not result.likely:
                 return result
     return result
 

@@ -74,12 +74,12 @@ class Limited(Check):
                 told = _beyond(left[:, axis], motion[:, axis], extreme[:, k], elsewhere, float(noise[axis]), block)
                 if told is not None:
                     found.append((Size(told[0], slowly), told[1], names[k]))
-        if not any(size.warns for size, *_ in found):
+        if not any(size.likely for size, *_ in found):
             text = "while the commands stand at their largest, the boat hardly moves beyond what they say"
             return [Finding(check=self.name, verdict="ok", sentence=text, channels=tuple(names))]
         size, cause, _ = max(found, key=lambda one: (one[0].share.low, one[0].share.value))
         facts = {"seconds": float(extreme.any(axis=1).sum()) * _ROWS * STEP, "cause": cause}
-        sure = tuple(dict.fromkeys(name for one, _, name in found if one.warns))
+        sure = tuple(dict.fromkeys(name for one, _, name in found if one.likely))
         told = Fault(Kind.CUT, sure, size, facts).ruled()
         return [] if told is None else [told]
 
@@ -117,9 +117,9 @@ def _beyond(
     cause, least = min(usual.items(), key=lambda one: one[1])
     if np.isfinite(least):
         size = size_of(there, np.full(there.size, max(least, 0.0)), motion[extreme] - noise, block[extreme])
-        if size.warns:
+        if size.likely:
             return size.share, cause
-    if not apart.size and size_of(there, 0.0 * there, motion[extreme] - noise, block[extreme]).warns:
+    if not apart.size and size_of(there, 0.0 * there, motion[extreme] - noise, block[extreme]).likely:
         return Share(1.0, np.inf), f"they push nowhere else: {_CUT}, or waves throw the boat about as much"
     return None
 

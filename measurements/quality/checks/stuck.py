@@ -31,6 +31,9 @@ _GOES_ON = ("x", "psi")
 _PLAINLY = 3.0
 """Times the steps before it that such a jump has at least, and times its last digit that a step on the move has.
 Steady, see `benchmarks/steady_limits.py`."""
+_WAKES = 0.1
+"""Share of its usual range by which any other record jumps when its sensor wakes up: less is no false motion, as of a
+boat at rest whose receiver says 0."""
 _LEAST = 1.0
 """A value that stays for less than this is not called stuck [s]. Steady, see `benchmarks/steady_limits.py`."""
 _BEFORE = 10
@@ -150,6 +153,7 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
     same = np.concatenate(([False], steps == 0.0, [False]))
     starts, ends = np.flatnonzero(same[1:] & ~same[:-1]), np.flatnonzero(same[:-1] & ~same[1:])
     result, period = [], first.period
+    jump = _WAKES * float(np.ptp(np.quantile(values[0], [0.02, 0.98])))
     before_rows = max(_BEFORE * usual, round(_BEFORE_SECONDS / period) if period > 0.0 else 0)
     long = (time[ends] - time[starts] >= max(_LEAST, 5.0 * usual * period)) & (starts >= before_rows)
     for start, end in zip(starts[long], ends[long], strict=True):
@@ -157,7 +161,8 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
         moving = before[before > 0.0]
         if moving.size < 0.6 * before.size / usual or min(np.median(moving), moving[-1]) < _PLAINLY * digit:
             continue
-        if first.name in _GOES_ON and end < steps.size and steps[end] < _PLAINLY * np.median(moving):
+        wakes = _PLAINLY * float(np.median(moving)) if first.name in _GOES_ON else jump
+        if end < steps.size and steps[end] < wakes:
             continue
         result.append((float(time[start]), float(time[end])))
     return result
