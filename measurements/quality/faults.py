@@ -3,8 +3,9 @@
 Something correlated is left of every sound log, so a fault is weighed by its size: `share` of the squared error that
 putting it right removes, over the same rows, and `weight`, the same over the power of the accused record, each with a
 jackknife error over blocks of time (Kuensch 1989, doi:10.1214/aos/1176347265). A log is refused where both are surely
-beyond `OVERWHELMING`; where they are likely so, the finding is a note. Of what another witness has shown already, such
-as a delay or a sign, it is a warning where the share is likely so, and surely some.
+beyond `OVERWHELMING`. Where both are surely some, and more than all else together, the finding warns, and where they are
+likely overwhelming, it is a note. Of what another witness has shown, such as a delay or a sign, a share that is likely
+overwhelming, and surely some, is enough for a warning.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -26,6 +27,9 @@ from .record import RATE, Record
 OVERWHELMING = 0.25
 """Share of the squared error, and of the accused record's power, that a fault must surely take away. Calibrated:
 `benchmarks/sound_logs.py` prints the largest sizes of sound logs, `benchmarks/spoiling.py` the least of spoilt ones."""
+_MOST = 0.5
+"""Share beyond which a fault explains more than all else together. Of 3,000 sound logs, `benchmarks/sound_logs.py` found
+none above 0.4 that was surely some; commands of another run explain 0.66 where no vehicle is known."""
 FEWEST = 4
 """Blocks below which nothing is sure: all of three agree by chance in one log of four, 2^(1 - n)."""
 _LEVEL = 0.975
@@ -64,7 +68,7 @@ class Share:
 
     @property
     def warns(self) -> bool:
-        """True when what another witness shows is worth a warning: it explains much by all likelihood, surely some."""
+        """True when what another witness shows is worth a warning: it likely explains much, and surely some."""
         return self.value > OVERWHELMING and self.low > 0.0
 
     @property
@@ -98,6 +102,11 @@ class Size:
     def refuses(self) -> bool:
         """True when a log may be refused for the fault: it surely explains much."""
         return min(self.share.low, self.weight.low) > OVERWHELMING
+
+    @property
+    def warns(self) -> bool:
+        """True when the fault is worth a warning without another witness: it surely explains some, and likely most."""
+        return min(self.share.value, self.weight.value) > _MOST and min(self.share.low, self.weight.low) > 0.0
 
     @property
     def likely(self) -> bool:
@@ -330,10 +339,10 @@ class Fault:
     mends: Mapping[str, Entry | None] = field(default_factory=dict)
 
     def ruled(self) -> Finding | None:
-        """The rule: a defect where the fault is overwhelming, a note where it is likely, else nothing."""
+        """The rule: a defect where the fault is overwhelming, less where it is likely, else nothing."""
         if not self.size.likely:
             return None
-        return self.in_words("defect" if self.size.refuses else "note")
+        return self.in_words("defect" if self.size.refuses else "warning" if self.size.warns else "note")
 
     def in_words(self, verdict: Verdict) -> Finding:
         """The fault in words."""

@@ -22,9 +22,9 @@ _SETTLED = 2.0
 """A command that is neutral stays for this long [s]."""
 _LEAST = 3.0
 """Rest from which a neutral can be told [s]."""
-_SAME = 0.9
-"""Share of the rest during which the command must be the same: a boat that hardly moves for a while at each of several
-pushes lies at rest at none of them."""
+_SAME = 2.0 / 3.0
+"""Share of the rest during which the command must be the same: twice as long as at all other values together, at which
+a boat may hardly move for a while."""
 _DIGITS = 1e-6
 """Share of the largest command by which its means over steps may differ from each other by rounding, as in
 `quick_motion`."""
@@ -38,11 +38,11 @@ def neutral_of(records: Sequence[Record], name: str) -> float | None:
 def _neutral(records: Sequence[Record], name: str) -> float | None:
     rest = [one for record in records if (one := _resting(record, name)).size]
     values = np.concatenate(rest) if rest else np.zeros(0)
-    if values.size < RATE * _LEAST:
+    if not values.size:
         return None
     _, which, counts = np.unique(np.rint(values / _rounding(records, name)), return_inverse=True, return_counts=True)
     best = int(np.argmax(counts))
-    return float(np.median(values[which == best])) if counts[best] >= _SAME * values.size else None
+    return float(np.median(values[which == best])) if counts[best] >= max(RATE * _LEAST, _SAME * values.size) else None
 
 
 def centre_of(records: Sequence[Record], name: str) -> float:

@@ -138,9 +138,16 @@ def test_the_limit_of_a_size_is_a_knife_edge(which: str):
 
 @pytest.mark.parametrize(
     ("value", "error", "verdict"),
-    [(0.9, 0.1, "defect"), (0.9, 0.7, "warning"), (0.2, 0.01, None), (0.9, np.inf, "warning")],
+    [
+        (0.9, 0.1, "defect"),
+        (0.9, 0.7, "warning"),
+        (0.9, 1.0, "note"),
+        (0.4, 0.2, "note"),
+        (0.2, 0.01, None),
+        (0.9, np.inf, "note"),
+    ],
 )
-def test_a_fault_refuses_where_it_is_overwhelming_warns_where_it_is_likely_and_is_else_silent(
+def test_a_fault_refuses_where_it_is_overwhelming_warns_where_it_is_likely_and_is_else_a_note_or_silent(
     value: float, error: float, verdict: str | None
 ):
     for size in (Size(Share(value, error), Share(1.0, 0.0)), Size(Share(1.0, 0.0), Share(value, error))):
