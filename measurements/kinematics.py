@@ -52,7 +52,7 @@ class Kinematics:
     [m/s]; and where the antenna of the positions is, arm_x and arm_y [m]. `agree` is False where the records contradict
     each other as no such errors explain, `body_speeds` True for speeds that a heading that deviates did not turn,
     `turning` the rms yaw rate [rad/s], beside which a gyro's bias matters: a ship turns slower than a boat's gyro errs,
-    and `row` the longest step of a record [s], of which a tenth is no delay.
+    and `row` the longest step of a record [s], between which a line bends the motion; see `bend_between_rows`.
     """
 
     values: Mapping[str, tuple[float, float]]

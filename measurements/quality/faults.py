@@ -3,9 +3,9 @@
 Something correlated is left of every sound log, so a fault is weighed by its size: `share` of the squared error that
 putting it right removes, over the same rows, and `weight`, the same over the power of the accused record, each with a
 jackknife error over blocks of time (Kuensch 1989, doi:10.1214/aos/1176347265). A log is refused where both are surely
-beyond `OVERWHELMING`. Where both are surely some, and more than all else together, the finding warns, and where they are
-likely overwhelming, it is a note. Of what another witness has shown, such as a delay or a sign, a share that is likely
-overwhelming, and surely some, is enough for a warning.
+beyond `OVERWHELMING`. Where both are surely some, and more than all else together, the finding warns, and where they
+are likely overwhelming, it is a note. Of what another witness has shown, such as a delay or a sign, a share that is
+likely overwhelming, and surely some, is enough for a warning.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -28,8 +28,8 @@ OVERWHELMING = 0.25
 """Share of the squared error, and of the accused record's power, that a fault must surely take away. Calibrated:
 `benchmarks/sound_logs.py` prints the largest sizes of sound logs, `benchmarks/spoiling.py` the least of spoilt ones."""
 _MOST = 0.5
-"""Share beyond which a fault explains more than all else together. Of 3,000 sound logs, `benchmarks/sound_logs.py` found
-none above 0.4 that was surely some; commands of another run explain 0.66 where no vehicle is known."""
+"""Share beyond which a fault explains more than all else together: `benchmarks/sound_logs.py` prints the largest that
+were surely some of sound logs; commands of another run explain 0.66 of one where no vehicle is known."""
 FEWEST = 4
 """Blocks below which nothing is sure: all of three agree by chance in one log of four, 2^(1 - n)."""
 _LEVEL = 0.975
