@@ -132,7 +132,7 @@ def page(records: Sequence[Mapping[str, Any]], command: str) -> str:
         in_a_table(("check", "refused", f"share (at most {MOST:.1%})", "warned"), by_check),
         in_a_table(("logs", "number", "refused", "accused"), rows),
         f"The largest sizes of each kind of fault: what it surely takes away (refused from {OVERWHELMING:g} on), "
-        "and what it likely does where it surely takes some.",
+        "and what it likely does where it does not perhaps take nothing.",
         in_a_table(("fault", "check", "logs in which it was weighed", "sure", "likely"), by_kind),
         "All accusations:",
         "\n".join(

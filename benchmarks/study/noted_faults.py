@@ -28,10 +28,10 @@ def noted() -> Iterator[list[Fault]]:
 
 
 def likely_sizes(faults: Sequence[Fault]) -> dict[str, float]:
-    """By kind, the largest size, the lesser of share and weight, of those that are surely some."""
+    """By kind, the largest size, the lesser of share and weight, of those that are not doubtful."""
     found: dict[str, float] = {}
     for fault in faults:
-        if min(fault.size.share.low, fault.size.weight.low) > 0.0:
+        if not (fault.size.share.doubtful or fault.size.weight.doubtful):
             size = min(fault.size.share.value, fault.size.weight.value)
             found[fault.kind.name] = max(found.get(fault.kind.name, 0.0), size)
     return found

@@ -3,8 +3,8 @@
 Something correlated is left of every sound log, so a fault is weighed by its size: `share` of the squared error that
 putting it right removes, over the same rows, and `weight`, the same over the power of the accused record, each with a
 jackknife error over blocks of time (Kuensch 1989, doi:10.1214/aos/1176347265). A log is refused where both are surely
-beyond `OVERWHELMING`. Where both are surely some, and more than all else together, the finding warns, and where they
-are likely overwhelming, it is a note. Of what another witness has shown, such as a delay or a sign, a share that is
+beyond `OVERWHELMING`. Where both are more than all else together, and neither may be nothing, the finding warns, and
+where they are likely overwhelming, it is a note. Of what another witness has shown, such as a delay or a sign, a share that is
 likely overwhelming, and surely some, is enough for a warning.
 """
 
@@ -29,7 +29,7 @@ OVERWHELMING = 0.25
 `benchmarks/sound_logs.py` prints the largest sizes of sound logs, `benchmarks/spoiling.py` the least of spoilt ones."""
 _MOST = 0.5
 """Share beyond which a fault explains more than all else together: `benchmarks/sound_logs.py` prints the largest that
-were surely some of sound logs; commands of another run explain 0.66 of one where no vehicle is known."""
+are not doubtful of sound logs; commands of another run explain 0.66 of one where no vehicle is known."""
 FEWEST = 4
 """Blocks below which nothing is sure: all of three agree by chance in one log of four, 2^(1 - n)."""
 _LEVEL = 0.975
@@ -65,6 +65,11 @@ class Share:
     def high(self) -> float:
         """What it surely is at most."""
         return self.value + self.error
+
+    @property
+    def doubtful(self) -> bool:
+        """True when it may be nothing; where the blocks are too few for an interval, none speaks against it."""
+        return bool(np.isfinite(self.error)) and self.low <= 0.0
 
     @property
     def warns(self) -> bool:
@@ -105,8 +110,9 @@ class Size:
 
     @property
     def warns(self) -> bool:
-        """True when the fault is worth a warning without another witness: it surely explains some, and likely most."""
-        return min(self.share.value, self.weight.value) > _MOST and min(self.share.low, self.weight.low) > 0.0
+        """True when the fault is worth a warning without another witness: it explains most, and nothing is doubtful."""
+        most = min(self.share.value, self.weight.value) > _MOST
+        return most and not (self.share.doubtful or self.weight.doubtful)
 
     @property
     def likely(self) -> bool:

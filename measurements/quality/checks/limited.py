@@ -97,7 +97,8 @@ def _beyond(
 ) -> tuple[Share, str] | None:
     """How much of what is left at an extreme is more than elsewhere, or comes by fits, and the words for it.
 
-    None where it is little of the motion while the command stands there.
+    None where it is little of the motion while the command stands there, or more than all of it: a vehicle that leaves
+    more than there is answers to noise and waves, and what it leaves is its own.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ def _beyond(
     noise : power that the sensors' noise makes of it
     """
     there, apart = left[extreme] - noise, left[elsewhere] - noise
-    if there.mean() <= noise:
+    if not noise < there.mean() <= motion[extreme].mean() - noise:
         return None
     usual = {"it comes by fits, with stillness between: " + _CUT: np.inf}
     if there.size * _ROWS / RATE >= FEWEST * BLOCK:

@@ -144,7 +144,7 @@ def test_the_limit_of_a_size_is_a_knife_edge(which: str):
         (0.9, 1.0, "note"),
         (0.4, 0.2, "note"),
         (0.2, 0.01, None),
-        (0.9, np.inf, "note"),
+        (0.9, np.inf, "warning"),
     ],
 )
 def test_a_fault_refuses_where_it_is_overwhelming_warns_where_it_is_likely_and_is_else_a_note_or_silent(
