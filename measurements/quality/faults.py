@@ -4,8 +4,8 @@ Something correlated is left of every sound log, so a fault is weighed by its si
 putting it right removes, over the same rows, and `weight`, the same over the power of the accused record, each with a
 jackknife error over blocks of time (Kuensch 1989, doi:10.1214/aos/1176347265). A log is refused where both are surely
 beyond `OVERWHELMING`. Where both are more than all else together, and neither may be nothing, the finding warns, and
-where they are likely overwhelming, it is a note. Of what another witness has shown, such as a delay or a sign, a share that is
-likely overwhelming, and surely some, is enough for a warning.
+where they are likely overwhelming, it is a note. Of what another witness has shown, such as a delay or a sign, a share
+that is likely overwhelming, and surely some, is enough for a warning.
 """
 
 from collections.abc import Callable, Mapping, Sequence
