@@ -67,6 +67,11 @@ class Kinematics:
             return max(LIMITS[name][0], bend_between_rows(self.row))
         return min(LIMITS[name][0], _OF_TURNING * self.turning) if name == "gyro_bias" else LIMITS[name][0]
 
+    def large(self, name: str) -> bool:
+        """True when an error, or the other part of it, is nearer to the largest of sensors than to the least."""
+        parts = [part for part in (name, _OTHER.get(name, name)) if part in self.values]
+        return any(abs(self.values[p][0] - right_value(p)) > np.sqrt(LIMITS[p][0] * LIMITS[p][1]) for p in parts)
+
     @property
     def beyond(self) -> tuple[str, ...]:
         """What is further off than any sensor is: something else is wrong with a record."""

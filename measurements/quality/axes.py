@@ -16,7 +16,7 @@ from ..canonical import Channel
 from ..log import Log
 from ..statistics.blocks import CI
 from ..statistics.signals import noise_level
-from .faults import OVERWHELMING, Size, size_of
+from .faults import OVERWHELMING, Size, size_of, size_of_unexplained
 from .finding import Channels, Fix
 from .lags import Ways, blocks_of_pieces, fit_ways, ways
 
@@ -139,7 +139,7 @@ def track_of(logs: Sequence[Log]) -> Track | None:
     return Track(
         *(rule.turn, rule.side, abs(rule.best), rule.interval, float(np.angle(rule.best))),
         *(reading.quarters, reading.unit, float(told.sum() / max(way.sum(), 1e-300))),
-        *(size_of(as_is, told, own, block), size_of(least - noise, 0.0 * way, way - noise, block)),
+        *(size_of(as_is, told, own, block), size_of_unexplained(least - noise, way - noise, block)),
     )
 
 

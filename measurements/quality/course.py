@@ -16,7 +16,7 @@ from ...physics.motion import Array
 from ..canonical import command_kind
 from ..log import Log
 from .axes import Mixed, mixed_axes, noise_of_ways, other_places
-from .faults import FEWEST, OVERWHELMING, Size, size_of
+from .faults import FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
 from .lags import blocks_of_pieces, courses
 
 _QUARTER = 0.5 * np.pi
@@ -95,7 +95,7 @@ def course_of(logs: Sequence[Log]) -> Course | None:
         return None
     found, noise = _read(ways, block, beside=True), 0.5 * noise_of_ways(both)  # one of its two parts
     power, left = np.abs(ways.way) ** 2, min((ways.across(turn, ways.angle(turn)) for turn in (1, -1)), key=np.sum)
-    unrelated = size_of(left - noise, 0.0 * power, power - 2.0 * noise, block)
+    unrelated = size_of_unexplained(left - noise, power - 2.0 * noise, block)
     if found[-1].likely:
         return Course(*found, drifts=False, unrelated=unrelated)
     alone = _read(ways, block, beside=False)

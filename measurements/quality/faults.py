@@ -3,8 +3,8 @@
 Something correlated is left of every sound log, so a fault is weighed by its size: `share` of the squared error that
 putting it right removes, over the same rows, and `weight`, the same over the power of the accused record, each with a
 jackknife error over blocks of time (Kuensch 1989, doi:10.1214/aos/1176347265). A log is refused where both are surely
-beyond `OVERWHELMING`. Where both are more than all else together, and neither may be nothing, the finding warns, and
-where they are likely overwhelming, it is a note. Of what another witness has shown, such as a delay or a sign, a share
+beyond `OVERWHELMING`. Where they are more than half on the mean, and neither may be nothing, the finding warns, and
+where both are likely overwhelming, it is a note. Of what another witness has shown, such as a delay or a sign, a share
 that is likely overwhelming, and surely some, is enough for a warning.
 """
 
@@ -27,9 +27,6 @@ from .record import RATE, Record
 OVERWHELMING = 0.25
 """Share of the squared error, and of the accused record's power, that a fault must surely take away. Calibrated:
 `benchmarks/sound_logs.py` prints the largest sizes of sound logs, `benchmarks/spoiling.py` the least of spoilt ones."""
-_MOST = 0.5
-"""Share beyond which a fault explains more than all else together: `benchmarks/sound_logs.py` prints the largest that
-are not doubtful of sound logs; commands of another run explain 0.66 of one where no vehicle is known."""
 FEWEST = 4
 """Blocks below which nothing is sure: all of three agree by chance in one log of four, 2^(1 - n)."""
 _LEVEL = 0.975
@@ -110,9 +107,12 @@ class Size:
 
     @property
     def warns(self) -> bool:
-        """True when the fault is worth a warning without another witness: it explains most, and nothing is doubtful."""
-        most = min(self.share.value, self.weight.value) > _MOST
-        return most and not (self.share.doubtful or self.weight.doubtful)
+        """True when it is worth a warning without another witness: on the (geometric) mean of both more than half.
+
+        Neither may be nothing, nor little.
+        """
+        half = min(self.share.value, 1.0) * min(self.weight.value, 1.0) > 0.5**2
+        return self.likely and half and not (self.share.doubtful or self.weight.doubtful)
 
     @property
     def likely(self) -> bool:
@@ -132,6 +132,12 @@ def size_of(without: Array, with_fault: Array, power: Array, block: NDArray[np.i
     """
     gain = without - with_fault
     return Size(ratio_by_blocks(gain, without, block), ratio_by_blocks(gain, power, block).by_factors)
+
+
+def size_of_unexplained(left: Array, power: Array, block: NDArray[np.int64]) -> Size:
+    """Weigh what is left of records that should explain each other (n,), over their power (n,); see `size_of`."""
+    weight = ratio_by_blocks(left, power, block).by_factors
+    return Size(weight, weight)
 
 
 def ratio_by_blocks(part: Array, whole: Array, block: NDArray[np.int64]) -> Share:

@@ -31,9 +31,11 @@ _GOES_ON = ("x", "psi")
 _PLAINLY = 3.0
 """Times the steps before it that such a jump has at least, and times its last digit that a step on the move has.
 Steady, see `benchmarks/steady_limits.py`."""
-_WAKES = 0.1
-"""Share of its usual range by which any other record jumps when its sensor wakes up: less is no false motion, as of a
-boat at rest whose receiver says 0."""
+_MEANWHILE = 0.1
+"""Share of its usual range that another speed goes through while a sensor sleeps in mid-motion: less is a steady turn,
+or a boat at rest whose receiver says 0."""
+_SETTLED = 0.01
+"""Share of a record's usual step below which it has settled, however many digits it has."""
 _LEAST = 1.0
 """A value that stays for less than this is not called stuck [s]. Steady, see `benchmarks/steady_limits.py`."""
 _BEFORE = 10
@@ -153,7 +155,6 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
     same = np.concatenate(([False], steps == 0.0, [False]))
     starts, ends = np.flatnonzero(same[1:] & ~same[:-1]), np.flatnonzero(same[:-1] & ~same[1:])
     result, period = [], first.period
-    jump = _WAKES * float(np.ptp(np.quantile(values[0], [0.02, 0.98])))
     before_rows = max(_BEFORE * usual, round(_BEFORE_SECONDS / period) if period > 0.0 else 0)
     long = (time[ends] - time[starts] >= max(_LEAST, 5.0 * usual * period)) & (starts >= before_rows)
     for start, end in zip(starts[long], ends[long], strict=True):
@@ -161,8 +162,7 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
         moving = before[before > 0.0]
         if moving.size < 0.6 * before.size / usual or min(np.median(moving), moving[-1]) < _PLAINLY * digit:
             continue
-        wakes = _PLAINLY * float(np.median(moving)) if first.name in _GOES_ON else jump
-        if end < steps.size and steps[end] < wakes:
+        if first.name in _GOES_ON and end < steps.size and steps[end] < _PLAINLY * np.median(moving):
             continue
         result.append((float(time[start]), float(time[end])))
     return result
@@ -175,16 +175,15 @@ def _rest_moves(log: Log, names: tuple[str, ...], span: tuple[float, float]) -> 
         return True
     for other in others:
         during = other.value[(other.time >= span[0]) & (other.time <= span[1])]
-        digit = _last_digit(np.abs(np.diff(other.value)))
-        if digit is not None and during.size and float(np.ptp(during)) > _PLAINLY * digit:
+        if during.size and float(np.ptp(during)) > _MEANWHILE * float(np.ptp(np.quantile(other.value, [0.02, 0.98]))):
             return True
     return False
 
 
 def _last_digit(steps: Array) -> float | None:
-    """The smallest step that the channel shows more than by chance, None where it never moves."""
+    """The smallest step that the channel shows more than by chance, or that matters; None where it never moves."""
     moved = steps[steps > 0.0]
-    return float(np.quantile(moved, 0.01)) if moved.size else None
+    return max(float(np.quantile(moved, 0.01)), _SETTLED * float(np.median(moved))) if moved.size else None
 
 
 def _resolution(values: Sequence[Array]) -> float:

@@ -142,7 +142,8 @@ def test_the_limit_of_a_size_is_a_knife_edge(which: str):
         (0.9, 0.1, "defect"),
         (0.9, 0.7, "warning"),
         (0.9, 1.0, "note"),
-        (0.4, 0.2, "note"),
+        (0.4, 0.2, "warning"),
+        (0.4, 0.5, "note"),
         (0.2, 0.01, None),
         (0.9, np.inf, "warning"),
     ],
@@ -154,6 +155,17 @@ def test_a_fault_refuses_where_it_is_overwhelming_warns_where_it_is_likely_and_i
         told = Fault(Kind.FROZEN, ("pwm_port",), size, {"seconds": 40.0, "push": 7.0}).ruled()
         assert (told and told.verdict) == verdict
         assert told is None or told.refused is (verdict == "defect")
+
+
+@pytest.mark.parametrize("beyond", [1e-6, -1e-6])
+def test_a_fault_without_another_witness_warns_from_half_on_the_mean_on(beyond: float):
+    size = Size(Share(0.8, 0.6), Share(0.25 / 0.8 + beyond, 0.1))
+    assert (size.likely, size.warns, size.refuses) == (True, beyond > 0.0, False)
+
+
+def test_what_a_delay_or_a_sign_shows_warns_where_it_likely_explains_a_quarter():
+    shares = [Share(0.4, 0.3), Share(0.4, 0.5), Share(0.2, 0.1), Share(0.9, np.inf)]
+    assert [one.warns for one in shares] == [True, False, False, False]
 
 
 FACTS = {
