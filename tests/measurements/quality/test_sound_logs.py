@@ -1,5 +1,6 @@
 """Sound logs that were refused once: nothing is wrong with them, and the verbs go on."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,11 @@ from places import shared
 
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.preparation.jumps import jumps_of
+from undertow.measurements.quality.checks import sensors
+from undertow.measurements.quality.checks.compass_deviation import Deviation
 from undertow.measurements.quality.checks.spikes import Spikes
+from undertow.measurements.quality.checks.stuck import Stuck
 from undertow.measurements.quality.faults import (
     OVERWHELMING,
     Fault,
@@ -21,8 +26,9 @@ from undertow.measurements.quality.faults import (
 )
 from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.lags import unexplained_turning
-from undertow.measurements.quality.quick_motion import STEP, parts_of, rates_in_band
+from undertow.measurements.quality.quick_motion import STEP, neutral_of, parts_of, rates_in_band
 from undertow.measurements.quality.record import Record
+from undertow.physics.motion import body_to_earth
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP, programme
 from undertow.physics.worlds.world import NOISE, Orders, Sensors, World
@@ -186,3 +192,66 @@ def test_every_kind_has_words_of_its_own_that_take_its_facts(kind: Kind):
     assert all((told.sentence, told.consequence, told.remedy))
     assert "{" not in f"{told.sentence}{told.short}{told.consequence}{told.remedy}"
     assert Kind(kind.value) is kind, "no two kinds have the same words"
+
+
+# What accused sound logs once
+
+
+def moving(time: np.ndarray, psi: np.ndarray, u: np.ndarray, v: np.ndarray, **more: np.ndarray) -> Log:
+    north, east = body_to_earth(psi, u, v)
+    x, y = (np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (w[1:] + w[:-1]))]) for w in (north, east))
+    return Log.from_arrays(time, {"x": x, "y": y, "psi": psi, "u": u, "v": v, "r": np.gradient(psi, time), **more})
+
+
+@pytest.mark.parametrize(("turned", "verdict"), [(0.0, "cannot tell"), (8.0, "defect")])
+def test_a_hull_that_drifts_alike_on_every_heading_is_no_compass_that_deviates(turned: float, verdict: str):
+    """Of a deviation, only what changes with the heading is told from a hull that a trim pushes aside."""
+    time = np.arange(0.0, 240.0, 0.1)
+    psi = np.radians(30.0) * (time // 20.0 + 0.5 * (1.0 + np.tanh(20.0 * ((time % 20.0) / 20.0 - 0.8))))
+    u = 1.5 + 0.5 * np.sin(0.2 * time)
+    aside = u * np.tan(np.radians(8.0 + turned * np.cos(psi)))
+    noise = 0.01 * np.random.default_rng(1).standard_normal(time.size)
+    (found,) = Deviation().examine([Record.of(moving(time, psi, u, aside + noise))])
+    assert found.verdict == verdict
+    assert ("may as well be the drift of the hull" in found.sentence) is (verdict == "cannot tell")
+
+
+@pytest.mark.parametrize(("rests", "verdict"), [(True, "ok"), (False, "warning")])
+def test_a_boat_at_rest_whose_receiver_says_0_is_not_stuck(rests: bool, verdict: str):
+    time, rng = np.arange(0.0, 120.0, 0.1), np.random.default_rng(2)
+    goes = np.where((time < 60.0) | (time > 70.0), 1.0, 0.0) if rests else np.ones(time.size)
+    u = goes * (1.0 + 0.4 * np.sin(0.5 * time)) + 0.01 * rng.standard_normal(time.size)
+    turning = 0.3 * goes * np.sin(0.9 * time) + 0.003 * rng.standard_normal(time.size)
+    u[640:655] = 0.0
+    log = Log.from_arrays(time, {"psi": 0.1 * np.cumsum(turning), "r": turning, "u": u, "v": 0.1 * turning})
+    assert [f.verdict for f in Stuck().examine([Record.of(log)])] == [verdict]
+
+
+def test_a_boat_that_spins_goes_somewhere_at_last_and_does_not_jump():
+    time = np.arange(0.0, 120.0)
+    spun = 0.5 * np.pi * time
+    x, y = np.cos(spun) + np.where(time > 60.0, 2.0, 0.0), np.sin(spun)
+    assert jumps_of(Log.from_arrays(time, {"x": x, "y": y}).channels) == ()
+    assert len(jumps_of(Log.from_arrays(time, {"x": x + np.where(time > 60.0, 20.0, 0.0), "y": y}).channels)) == 1
+
+
+@pytest.mark.parametrize(("scale", "large"), [(0.968, False), (0.8, True)])
+def test_an_error_that_is_corrected_warns_where_it_is_large(scale: float, large: bool):
+    """A gyro on a boat that heels shows 3 % less of the turning, and nothing is wrong with it."""
+    time = np.arange(0.0, 300.0, 0.1)
+    turning = 0.3 * np.sin(0.4 * time) + 0.1
+    psi = np.cumsum(turning) * 0.1
+    log = moving(time, psi, np.ones(time.size), 0.0 * time)
+    log = replace(log, channels={**log.channels, "r": replace(log.channels["r"], value=scale * np.gradient(psi, time))})
+    found = [f for f in sensors.Sensors().examine([Record.of(log)]) if "the gyro shows" in f.sentence]
+    assert [f.verdict for f in found] == ["warning" if large else "note"]
+
+
+def test_rests_at_one_value_that_is_not_most_of_them_show_no_neutral():
+    time = np.arange(0.0, 60.0, 0.1)
+    for first, known in ((7.0, True), (5.5, False)):  # of 10 s at rest
+        pwm = np.where(time < 40.0, 1600.0 + 100.0 * np.sin(time), np.where(time < 40.0 + first, 1500.0, 1540.0))
+        u = np.where(time < 40.0, 1.0, 0.0)
+        pwm[time >= 50.0], u[time >= 50.0] = 1700.0, 1.0
+        log = Log.from_arrays(time, {"psi": 0.0 * time, "r": 0.0 * time, "u": u, "v": 0.0 * time, "pwm_port": pwm})
+        assert (neutral_of([Record.of(log)], "pwm_port") is not None) is known
