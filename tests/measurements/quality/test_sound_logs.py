@@ -227,12 +227,13 @@ def test_a_boat_at_rest_whose_receiver_says_0_is_not_stuck(rests: bool, verdict:
     assert [f.verdict for f in Stuck().examine([Record.of(log)])] == [verdict]
 
 
-def test_a_boat_that_spins_goes_somewhere_at_last_and_does_not_jump():
+def test_a_boat_that_spins_is_as_quick_as_one_that_goes_somewhere():
     time = np.arange(0.0, 120.0)
-    spun = 0.5 * np.pi * time
-    x, y = np.cos(spun) + np.where(time > 60.0, 2.0, 0.0), np.sin(spun)
-    assert jumps_of(Log.from_arrays(time, {"x": x, "y": y}).channels) == ()
-    assert len(jumps_of(Log.from_arrays(time, {"x": x + np.where(time > 60.0, 20.0, 0.0), "y": y}).channels)) == 1
+    spins = np.where(time > 70.0, 0.8 * np.exp(0.5j * np.pi * time), 0.8 + 0.3 * (70.0 - time))
+    for step, count in ((2.5, 0), (20.0, 1)):
+        place = spins + np.where(time > 30.0, step, 0.0)
+        log = Log.from_arrays(time, {"x": place.real, "y": place.imag})
+        assert len(jumps_of(log.channels)) == count
 
 
 @pytest.mark.parametrize(("scale", "large"), [(0.968, False), (0.8, True)])
@@ -249,7 +250,7 @@ def test_an_error_that_is_corrected_warns_where_it_is_large(scale: float, large:
 
 def test_rests_at_one_value_that_is_not_most_of_them_show_no_neutral():
     time = np.arange(0.0, 60.0, 0.1)
-    for first, known in ((7.0, True), (5.5, False)):  # of 10 s at rest
+    for first, known in ((7.0, True), (5.8, False)):  # of 10 s at rest, and 2 s until each is steady
         pwm = np.where(time < 40.0, 1600.0 + 100.0 * np.sin(time), np.where(time < 40.0 + first, 1500.0, 1540.0))
         u = np.where(time < 40.0, 1.0, 0.0)
         pwm[time >= 50.0], u[time >= 50.0] = 1700.0, 1.0
