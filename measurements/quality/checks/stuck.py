@@ -33,9 +33,10 @@ _PLAINLY = 3.0
 Steady, see `benchmarks/steady_limits.py`."""
 _MEANWHILE = 0.1
 """Share of its usual range that another speed goes through while a sensor sleeps in mid-motion: less is a steady turn,
-or a boat at rest whose receiver says 0."""
+or a boat at rest whose receiver says 0. Steady, see `benchmarks/steady_limits.py`."""
 _SETTLED = 0.01
-"""Share of a record's usual step below which it has settled, however many digits it has."""
+"""Share of a record's usual step below which it has settled, however many digits it has.
+Steady, see `benchmarks/steady_limits.py`."""
 _LEAST = 1.0
 """A value that stays for less than this is not called stuck [s]. Steady, see `benchmarks/steady_limits.py`."""
 _BEFORE = 10
