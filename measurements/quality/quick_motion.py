@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.forces import modelled_acceleration
+from ...physics.momentum_balance import mass_matrix, push_of
 from ...physics.motion import Array, Motion
+from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
 from ..clock import band_passed
 from ..statistics.signals import noise_level
@@ -214,6 +216,18 @@ def _pushes(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> Array:
             alone = without.with_values({scales[name]: vehicle.value(scales[name])})
             result[:, place] = modelled_acceleration(alone, motion)[:, [0, 2]] - rest
     return result
+
+
+def push_range(records: Sequence[Record], name: str) -> tuple[float, Array]:
+    """How far the push of a command's thruster may stray from its mean [N], and accelerations that a newton makes (2,).
+
+    No series that stays between two ends strays by more than half of what is between them (Popoviciu).
+    """
+    vehicle = next(r.vehicle for r in records if r.vehicle and name in {t.channel for t in r.vehicle.thrusters})
+    thruster = next(one for one in vehicle.thrusters if one.channel == name)
+    ends = thruster.scale * thruster.curve.thrust(command_of(thruster, np.array([-1.0, 1.0])), thruster.command)
+    made = np.linalg.solve(mass_matrix(vehicle), np.array(push_of(thruster)))
+    return 0.5 * abs(float(np.diff(ends)[0])), np.array([float(made[0]), float(made[2])])
 
 
 def _white(record: Record, motion: Motion, band: tuple[float, float]) -> Array:

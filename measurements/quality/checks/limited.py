@@ -16,7 +16,7 @@ from ....physics.motion import Array
 from ...statistics.quantiles import student
 from ..faults import BLOCK, FEWEST, Fault, Kind, Share, Size, blocks_of, ratio_by_blocks, size_of
 from ..finding import Check, Finding
-from ..quick_motion import LEAST, STEP, Part, neutral_of, parts_of, unexplained
+from ..quick_motion import LEAST, STEP, Part, neutral_of, parts_of, push_range, unexplained
 from ..record import RATE, Record
 
 _NEAR = 0.02
@@ -68,10 +68,12 @@ class Limited(Check):
         )
         block = blocks_of([part.residual.shape[0] for part in parts])[np.concatenate(rows)][::_ROWS]
         noise = np.max([part.noise for part in parts], axis=0) ** 2
+        most = sum(newton * np.abs(made) for newton, made in (push_range(having, name) for name in names)) ** 2
         slowly, found = _slow_weight(having), []
         for k in at:
             for axis in range(2):
-                told = _beyond(left[:, axis], motion[:, axis], extreme[:, k], elsewhere, float(noise[axis]), block)
+                power = np.minimum(motion[:, axis], most[axis] + noise[axis])
+                told = _beyond(left[:, axis], power, extreme[:, k], elsewhere, float(noise[axis]), block)
                 if told is not None:
                     found.append((Size(told[0], slowly), told[1], names[k]))
         if not any(size.likely for size, *_ in found):
@@ -97,12 +99,12 @@ def _beyond(
 ) -> tuple[Share, str] | None:
     """How much of what is left at an extreme is more than elsewhere, or comes by fits, and the words for it.
 
-    None where it is little of the motion while the command stands there, or more than all of it: a vehicle that leaves
-    more than there is answers to noise and waves, and what it leaves is its own.
+    None where it is little of the motion while the command stands there, or more than all of it, or than thrusters can
+    make: a vehicle that leaves more than there is answers to noise and waves, and what it leaves is its own.
 
     Parameters
     ----------
-    left, motion : (pieces,) power of what is left of accelerations, and of all of them
+    left, motion : (pieces,) power of what is left of accelerations, and of all of them, as far as thrusters can make it
     extreme, elsewhere : (pieces,) whether the command stands at an extreme, and whether none does
     noise : power that the sensors' noise makes of it
     """
