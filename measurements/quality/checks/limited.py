@@ -68,7 +68,8 @@ class Limited(Check):
         )
         block = blocks_of([part.residual.shape[0] for part in parts])[np.concatenate(rows)][::_ROWS]
         noise = np.max([part.noise for part in parts], axis=0) ** 2
-        most = sum(newton * np.abs(made) for newton, made in (push_range(having, name) for name in names)) ** 2
+        ranges = [push_range(having, name) for name in names]
+        most = np.sum([newtons * np.abs(made) for newtons, made in ranges], axis=0) ** 2
         slowly, found = _slow_weight(having), []
         for k in at:
             for axis in range(2):

@@ -12,6 +12,7 @@ from undertow.measurements.log import Log, read_log
 from undertow.measurements.preparation.jumps import jumps_of
 from undertow.measurements.quality.checks import sensors
 from undertow.measurements.quality.checks.compass_deviation import Deviation
+from undertow.measurements.quality.checks.limited import _beyond
 from undertow.measurements.quality.checks.spikes import Spikes
 from undertow.measurements.quality.checks.stuck import Stuck
 from undertow.measurements.quality.faults import (
@@ -26,7 +27,7 @@ from undertow.measurements.quality.faults import (
 )
 from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.lags import unexplained_turning
-from undertow.measurements.quality.quick_motion import STEP, neutral_of, parts_of, rates_in_band
+from undertow.measurements.quality.quick_motion import STEP, neutral_of, parts_of, push_range, rates_in_band
 from undertow.measurements.quality.record import Record
 from undertow.physics.motion import body_to_earth
 from undertow.physics.vehicle import Vehicle, load_vehicle
@@ -231,8 +232,8 @@ def test_a_boat_that_spins_is_as_quick_as_one_that_goes_somewhere():
     time = np.arange(0.0, 120.0)
     spins = np.where(time > 70.0, 0.8 * np.exp(0.5j * np.pi * time), 0.8 + 0.3 * (70.0 - time))
     for step, count in ((2.5, 0), (20.0, 1)):
-        place = spins + np.where(time > 30.0, step, 0.0)
-        log = Log.from_arrays(time, {"x": place.real, "y": place.imag})
+        x, y = np.real(spins) + np.where(time > 30.0, step, 0.0), np.imag(spins)
+        log = Log.from_arrays(time, {"x": x, "y": y})
         assert len(jumps_of(log.channels)) == count
 
 
@@ -256,3 +257,19 @@ def test_rests_at_one_value_that_is_not_most_of_them_show_no_neutral():
         pwm[time >= 50.0], u[time >= 50.0] = 1700.0, 1.0
         log = Log.from_arrays(time, {"psi": 0.0 * time, "r": 0.0 * time, "u": u, "v": 0.0 * time, "pwm_port": pwm})
         assert (neutral_of([Record.of(log)], "pwm_port") is not None) is known
+
+
+def test_a_thruster_strays_from_its_mean_by_half_of_its_range_at_most(tmp_path: Path):
+    hull = load_vehicle("blueboat")
+    log = World(hull, duration=30.0, seed=3, orders=Orders(np.zeros((601, 2)), 0.0)).run(NOISE["clean"])
+    newtons, made = push_range([Record.of(read_log(log.write(tmp_path / "log.csv")), hull)], hull.thrusters[0].channel)
+    assert newtons == pytest.approx(35.0), "from -35 to 35 N"
+    assert made[0] == pytest.approx(1.0 / (hull.value("mass") - hull.value("X_udot")), rel=1e-6)
+
+
+@pytest.mark.parametrize(("there", "told"), [(0.9, True), (1.2, False)])
+def test_a_vehicle_that_leaves_more_than_there_is_tells_of_no_limit(there: float, told: bool):
+    extreme = np.arange(60) < 30
+    left, block = np.where(extreme, there, 0.1), np.arange(60) // 5
+    found = _beyond(left, np.ones(60), extreme, ~extreme, 0.0, block)
+    assert (found is not None) is told
