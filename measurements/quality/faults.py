@@ -101,6 +101,11 @@ class Size:
     weight: Share
 
     @property
+    def leaves(self) -> float:
+        """What is left with the fault put right, over the power of the record; beyond 1, nothing explains it."""
+        return self.weight.value * (1.0 / self.share.value - 1.0) if self.share.value else np.inf
+
+    @property
     def refuses(self) -> bool:
         """True when a log may be refused for the fault: it surely explains much."""
         return min(self.share.low, self.weight.low) > OVERWHELMING
