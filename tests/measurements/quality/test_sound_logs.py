@@ -273,3 +273,9 @@ def test_a_vehicle_that_leaves_more_than_there_is_tells_of_no_limit(there: float
     left, block = np.where(extreme, there, 0.1), np.arange(60) // 5
     found = _beyond(left, np.ones(60), extreme, ~extreme, 0.0, block)
     assert (found is not None) is told
+
+
+@pytest.mark.parametrize(("share", "weight", "left"), [(0.42, 4.0, 5.52), (0.9, 0.9, 0.1), (0.0, 0.0, np.inf)])
+def test_what_a_fault_leaves_tells_whether_anything_is_explained(share: float, weight: float, left: float):
+    """A vehicle that leaves ten times what there is leaves less with weaker commands, mixed or not."""
+    assert Size(Share(share, 0.05), Share(weight, 0.1)).leaves == pytest.approx(left, abs=0.01)
