@@ -30,7 +30,10 @@ from undertow.physics.vehicle import Vehicle
 FIRST = 260_000
 _ANSWERS: tuple[Check, ...] = (Sides(), Clocks())
 NUMBERS: tuple[tuple[str, tuple[ModuleType, ...], tuple[Check, ...]], ...] = (
-    *((n, (stuck,), (Stuck(),)) for n in ("_PLAINLY", "_LEAST", "_BEFORE", "_BEFORE_SECONDS", "_TURNS", "_RUNS")),
+    *(
+        (n, (stuck,), (Stuck(),))
+        for n in ("_PLAINLY", "_MEANWHILE", "_SETTLED", "_LEAST", "_BEFORE", "_BEFORE_SECONDS", "_TURNS", "_RUNS")
+    ),
     *((n, (spikes,), (Spikes(),)) for n in ("_LEAST_ROWS", "_OUT", "_STEPS", "_WHOLE")),
     *((n, (response,), _ANSWERS) for n in ("_SHARE", "_ALONE", "_LATE")),
     ("_PITCHING", (clocks,), (Clocks(),)),

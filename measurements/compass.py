@@ -123,15 +123,20 @@ class Compass:
                 f"{100.0 * self.explained:.0f} % of the sway velocity on straight runs beyond a current"
             )
         if self.deviates:
-            return (
-                f"the straight runs ask for a deviation of {size:.1f} +- {error:.1f} degrees, which may as well be the "
-                "drift of the hull"
-            )
+            return self.doubt
         if self.sound:
             return f"the compass is right to within {limit:g} degrees"
         return (
             f"the straight runs do not show that the compass is right to within {limit:g} degrees: they ask for "
             f"{size:.1f} +- {error:.1f} degrees"
+        )
+
+    @property
+    def doubt(self) -> str:
+        """The words for a deviation that drift may pass for."""
+        return (
+            f"the straight runs ask for a deviation of {np.degrees(self.size):.1f} +- {np.degrees(self.error):.1f} "
+            "degrees, which may as well be the drift of the hull"
         )
 
     def at(self, heading: Array) -> Array:

@@ -20,8 +20,8 @@ _CLEARLY = 6.0
 """Standard errors from which an error is there: of the stretches of one log they are known to a third."""
 _OF_TURNING = 0.1
 """Share of the turning of a log from which a gyro's bias matters, however small it is."""
-OF_ROW = 0.1
-"""Share of a record's step from which a delay is told: between two rows a line stands for a curve."""
+_TURNS_WITHIN = 1.0 / (2.0 * np.pi)
+"""Time within which a boat's quickest turns change by themselves [s]: those of 1 Hz, beyond which is noise."""
 LEAST_LEFT = 2.5
 """Length [s] that a motion keeps when its ends go; a shorter one keeps them."""
 LIMITS = {
@@ -52,7 +52,7 @@ class Kinematics:
     [m/s]; and where the antenna of the positions is, arm_x and arm_y [m]. `agree` is False where the records contradict
     each other as no such errors explain, `body_speeds` True for speeds that a heading that deviates did not turn,
     `turning` the rms yaw rate [rad/s], beside which a gyro's bias matters: a ship turns slower than a boat's gyro errs,
-    and `row` the longest step of a record [s], of which a tenth is no delay.
+    and `row` the longest step of a record [s], between which a line bends the motion; see `bend_between_rows`.
     """
 
     values: Mapping[str, tuple[float, float]]
@@ -64,8 +64,13 @@ class Kinematics:
     def least(self, name: str) -> float:
         """The size from which an error matters."""
         if name.endswith("latency"):
-            return max(LIMITS[name][0], OF_ROW * self.row)
+            return max(LIMITS[name][0], bend_between_rows(self.row))
         return min(LIMITS[name][0], _OF_TURNING * self.turning) if name == "gyro_bias" else LIMITS[name][0]
+
+    def large(self, name: str) -> bool:
+        """True when an error, or the other part of it, is nearer to the largest of sensors than to the least."""
+        parts = [part for part in (name, _OTHER.get(name, name)) if part in self.values]
+        return any(abs(self.values[p][0] - right_value(p)) > np.sqrt(LIMITS[p][0] * LIMITS[p][1]) for p in parts)
 
     @property
     def beyond(self) -> tuple[str, ...]:
@@ -130,6 +135,21 @@ _WORDS = {
 
 _OVER_GROUND = "the speeds over ground are {6:.2f} s later than the positions, as of a receiver that smooths them"
 """Of positions that tell of a motion before heading and speeds do, which no record can."""
+
+
+def bend_between_rows(row: float) -> float:
+    """The delay that lines between rows feign [s]: a curve of curvature c lies c row^2 / 12 beside them on the mean.
+
+    Parameters
+    ----------
+    row : from one row of a record to the next [s]
+
+    Examples
+    --------
+    >>> [round(bend_between_rows(1.0 / rate), 3) for rate in (10, 5, 1)]
+    [0.005, 0.021, 0.524]
+    """
+    return row**2 / 12.0 / _TURNS_WITHIN
 
 
 def _less(scale: float) -> str:
@@ -310,7 +330,8 @@ def _compared(motions: Sequence[Motion], gyro: bool, speeds: bool, row: float) -
     if fit is not None and fit.values[0] > _LEAST_SLOPE:
         found |= dict(zip((*_SPEEDS, *_PLACES), zip(fit.values, fit.errors, strict=True), strict=True))
         slope, error = found["velocity_scale"]
-        cut_short, off = _chords(motions, row)
+        cut_short, speed = _chords(motions, row)
+        off = speed * bend_between_rows(row)
         found["velocity_scale"] = 1.0 / slope, error / slope**2 + cut_short / _CLEARLY
         found |= {name: (found[name][0], found[name][1] + off / _CLEARLY) for name in ("arm_x", "arm_y")}
         # Of speeds that are late by a and positions by b, the fit shows -a beside the heading, and a - b.
@@ -322,15 +343,14 @@ def _compared(motions: Sequence[Motion], gyro: bool, speeds: bool, row: float) -
 
 
 def _chords(motions: Sequence[Motion], row: float) -> tuple[float, float]:
-    """Share of the way that lines between positions `row` [s] apart leave out, and how far off the arc they lie [m].
+    """Share of the way that lines between positions `row` [s] apart leave out, and the usual speed [m/s].
 
     Chords of an arc of radius R lie at R (1 - r^2 row^2 / 12) on the mean; speeds turned by the heading do not.
     """
     velocity = np.concatenate([motion.velocity for motion in motions])
     power, turning = (velocity[:, :2] ** 2).sum(axis=1), velocity[:, 2] ** 2
     share = float(power @ turning / max(float(power.sum()), 1e-300))
-    off = float(np.sqrt(power * turning) @ turning / max(float(turning.sum()), 1e-300))
-    return share * row**2 / 12.0, off * row**2 / 12.0
+    return share * row**2 / 12.0, float(np.sqrt(power.mean()))
 
 
 def _of_gyro(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:

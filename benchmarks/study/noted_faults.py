@@ -27,6 +27,16 @@ def noted() -> Iterator[list[Fault]]:
         Fault.ruled, Fault.in_words = before
 
 
+def likely_sizes(faults: Sequence[Fault]) -> dict[str, float]:
+    """By kind, the largest size, the lesser of share and weight, of those that are not doubtful."""
+    found: dict[str, float] = {}
+    for fault in faults:
+        if not (fault.size.share.doubtful or fault.size.weight.doubtful):
+            size = min(fault.size.share.value, fault.size.weight.value)
+            found[fault.kind.name] = max(found.get(fault.kind.name, 0.0), size)
+    return found
+
+
 def sure_sizes(faults: Sequence[Fault]) -> dict[str, float]:
     """By kind, the largest size that is sure: the lesser of share and weight at the lower end of its interval."""
     found: dict[str, float] = {}

@@ -16,11 +16,9 @@ _NOISE = 10.0
 """Times the median change from step to step that a jump has: white noise reaches four of it."""
 _FIXES, _SECONDS = 3.0, 1.0
 """A jump is farther than the boat goes at its top speed in three fixes, and in a second: noise and a late fix move it
-by one fix, and what it goes in a second is less than the way over which speeds are told."""
+by one fix, and what it goes in a second is the way over which speeds are told."""
 _NEAR = 10
 """Steps before and after one that tell how fast the boat goes."""
-_WINDOW = 4.0
-"""Time over which the boat's own speed is told [s]: long beside the noise of a fix."""
 _BACK = 60.0
 """Longest time after which a jump back ends an excursion [s]; later, both stand for themselves."""
 _HALF = 0.5
@@ -94,8 +92,8 @@ def _alone(speed: Array, row: int) -> bool:
 
 
 def _top_speed(time: Array, place: Array) -> float:
-    """Speed that is exceeded in a tenth of the windows of a few seconds [m/s]."""
-    later = np.searchsorted(time, time + _WINDOW)
+    """Speed that is exceeded in a tenth of the windows of a second [m/s]: a boat that spins goes nowhere in more."""
+    later = np.searchsorted(time, time + _SECONDS)
     known = later < time.size
     if not known.any():
         return float(np.hypot(*(place[-1] - place[0])) / max(time[-1] - time[0], 1e-9))

@@ -16,7 +16,7 @@ from ..canonical import Channel
 from ..log import Log
 from ..statistics.blocks import CI
 from ..statistics.signals import noise_level
-from .faults import OVERWHELMING, Size, size_of
+from .faults import OVERWHELMING, Size, size_of, size_of_unexplained
 from .finding import Channels, Fix
 from .lags import Ways, blocks_of_pieces, fit_ways, ways
 
@@ -133,13 +133,13 @@ def track_of(logs: Sequence[Log]) -> Track | None:
         own = sway if (rule.turn, rule.side, reading.quarters) == (1, -1, 0) else way
         # Sway alone makes little of the way, and is weighed against its own part of it.
         other = next(one for one in rules if (one.turn, one.side) == (rule.turn, -rule.side)).errors(reading.c)
-        if not size_of(told, least, way, block).warns and not size_of(told, other, sway, block).warns:
+        if not size_of(told, least, way, block).likely and not size_of(told, other, sway, block).likely:
             break
     noise = noise_of_ways(both)
     return Track(
         *(rule.turn, rule.side, abs(rule.best), rule.interval, float(np.angle(rule.best))),
         *(reading.quarters, reading.unit, float(told.sum() / max(way.sum(), 1e-300))),
-        *(size_of(as_is, told, own, block), size_of(least - noise, 0.0 * way, way - noise, block)),
+        *(size_of(as_is, told, own, block), size_of_unexplained(least - noise, way - noise, block)),
     )
 
 

@@ -16,7 +16,7 @@ from ...physics.motion import Array
 from ..canonical import command_kind
 from ..log import Log
 from .axes import Mixed, mixed_axes, noise_of_ways, other_places
-from .faults import FEWEST, OVERWHELMING, Size, size_of
+from .faults import FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
 from .lags import blocks_of_pieces, courses
 
 _QUARTER = 0.5 * np.pi
@@ -95,8 +95,8 @@ def course_of(logs: Sequence[Log]) -> Course | None:
         return None
     found, noise = _read(ways, block, beside=True), 0.5 * noise_of_ways(both)  # one of its two parts
     power, left = np.abs(ways.way) ** 2, min((ways.across(turn, ways.angle(turn)) for turn in (1, -1)), key=np.sum)
-    unrelated = size_of(left - noise, 0.0 * power, power - 2.0 * noise, block)
-    if found[-1].warns:
+    unrelated = size_of_unexplained(left - noise, power - 2.0 * noise, block)
+    if found[-1].likely:
         return Course(*found, drifts=False, unrelated=unrelated)
     alone = _read(ways, block, beside=False)
     drifts = min(alone[-1].share.value, 0.5 * alone[-1].weight.value) > 1.0 - OVERWHELMING
@@ -125,7 +125,7 @@ def _read(ways: _Ways, block: NDArray[np.int64], beside: bool) -> tuple[int, flo
     for level in levels:
         reading = min(level, key=lambda one: float(across(*one).sum()))
         told = across(*reading)
-        if not size_of(told, least, as_is, block).warns:
+        if not size_of(told, least, as_is, block).likely:
             break
     if reading == (1, 0.0, 0) and ways.push.any() and np.cos(free[1]) < 0.0:  # doubled angles: the stern leaves as much
         astern = np.cos(np.angle(ways.way) - ways.heading) * ways.push < 0.0

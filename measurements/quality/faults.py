@@ -3,7 +3,9 @@
 Something correlated is left of every sound log, so a fault is weighed by its size: `share` of the squared error that
 putting it right removes, over the same rows, and `weight`, the same over the power of the accused record, each with a
 jackknife error over blocks of time (Kuensch 1989, doi:10.1214/aos/1176347265). A log is refused where both are surely
-beyond `OVERWHELMING`; where they are likely so, the finding warns.
+beyond `OVERWHELMING`. Where they are more than half on the mean, and neither may be nothing, the finding warns, and
+where both are likely overwhelming, it is a note. Of what another witness has shown, such as a delay or a sign, a share
+that is likely overwhelming, and surely some, is enough for a warning.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -62,6 +64,16 @@ class Share:
         return self.value + self.error
 
     @property
+    def doubtful(self) -> bool:
+        """True when it may be nothing; where the blocks are too few for an interval, none speaks against it."""
+        return bool(np.isfinite(self.error)) and self.low <= 0.0
+
+    @property
+    def warns(self) -> bool:
+        """True when what another witness shows is worth a warning: it likely explains much, and surely some."""
+        return self.value > OVERWHELMING and self.low > 0.0
+
+    @property
     def by_factors(self) -> "Share":
         """The same of a ratio that has no upper end, and is sure to a factor: its lower end is never below nothing."""
         if not self.value > 0.0 or not np.isfinite(self.error):
@@ -89,12 +101,26 @@ class Size:
     weight: Share
 
     @property
+    def leaves(self) -> float:
+        """What is left with the fault put right, over the power of the record; beyond 1, nothing explains it."""
+        return self.weight.value * (1.0 / self.share.value - 1.0) if self.share.value else np.inf
+
+    @property
     def refuses(self) -> bool:
         """True when a log may be refused for the fault: it surely explains much."""
         return min(self.share.low, self.weight.low) > OVERWHELMING
 
     @property
     def warns(self) -> bool:
+        """True when it is worth a warning without another witness: on the (geometric) mean of both more than half.
+
+        Neither may be nothing, nor little.
+        """
+        half = min(self.share.value, 1.0) * min(self.weight.value, 1.0) > 0.5**2
+        return self.likely and half and not (self.share.doubtful or self.weight.doubtful)
+
+    @property
+    def likely(self) -> bool:
         """True when the fault is worth telling: it explains much, sure or not."""
         return min(self.share.value, self.weight.value) > OVERWHELMING
 
@@ -111,6 +137,12 @@ def size_of(without: Array, with_fault: Array, power: Array, block: NDArray[np.i
     """
     gain = without - with_fault
     return Size(ratio_by_blocks(gain, without, block), ratio_by_blocks(gain, power, block).by_factors)
+
+
+def size_of_unexplained(left: Array, power: Array, block: NDArray[np.int64]) -> Size:
+    """Weigh what is left of records that should explain each other (n,), over their power (n,); see `size_of`."""
+    weight = ratio_by_blocks(left, power, block).by_factors
+    return Size(weight, weight)
 
 
 def ratio_by_blocks(part: Array, whole: Array, block: NDArray[np.int64]) -> Share:
@@ -324,10 +356,10 @@ class Fault:
     mends: Mapping[str, Entry | None] = field(default_factory=dict)
 
     def ruled(self) -> Finding | None:
-        """The rule: a defect where the fault is overwhelming, a warning where it is likely, else nothing."""
-        if not self.size.warns:
+        """The rule: a defect where the fault is overwhelming, less where it is likely, else nothing."""
+        if not self.size.likely:
             return None
-        return self.in_words("defect" if self.size.refuses else "warning")
+        return self.in_words("defect" if self.size.refuses else "warning" if self.size.warns else "note")
 
     def in_words(self, verdict: Verdict) -> Finding:
         """The fault in words."""

@@ -17,7 +17,7 @@ from ..log import Log
 from ..statistics.blocks import CI, Fit, robust_fit
 from ..statistics.quantiles import student
 from ..statistics.signals import noise_level, turning_point
-from .faults import BLOCK, FEWEST, Size, size_of, squared_held_out
+from .faults import BLOCK, FEWEST, Size, size_of, size_of_unexplained, squared_held_out
 
 _FAR = (-5.0, 5.0)
 """Delays between records of one quantity that are tried [s]: clocks that were set by hand are seconds apart."""
@@ -249,7 +249,7 @@ def unexplained_turning(logs: Sequence[Log]) -> Size | None:
         slope = float(np.clip((heading @ rate) / max(float(rate @ rate), 1e-300), 0.0, 1.0))
         left = squared_held_out(heading, rate[:, None], blocks_of_pieces(found.piece))
         left = left - noise - slope * of_rate * found.span
-        size = size_of(left, 0.0 * power, power, blocks_of_pieces(found.piece))
+        size = size_of_unexplained(left, power, blocks_of_pieces(found.piece))
         best = size if best is None or size.weight.value < best.weight.value else best
     return best
 

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.forces import modelled_acceleration
+from ...physics.momentum_balance import mass_matrix, push_of
 from ...physics.motion import Array, Motion
+from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
 from ..clock import band_passed
 from ..statistics.signals import noise_level
@@ -22,8 +24,9 @@ _SETTLED = 2.0
 """A command that is neutral stays for this long [s]."""
 _LEAST = 3.0
 """Rest from which a neutral can be told [s]."""
-_SAME = 0.6
-"""Share of the rest during which the command must be the same."""
+_SAME = 2.0 / 3.0
+"""Share of the rest during which the command must be the same: twice as long as at all other values together, at which
+a boat may hardly move for a while."""
 _DIGITS = 1e-6
 """Share of the largest command by which its means over steps may differ from each other by rounding, as in
 `quick_motion`."""
@@ -37,11 +40,11 @@ def neutral_of(records: Sequence[Record], name: str) -> float | None:
 def _neutral(records: Sequence[Record], name: str) -> float | None:
     rest = [one for record in records if (one := _resting(record, name)).size]
     values = np.concatenate(rest) if rest else np.zeros(0)
-    if values.size < RATE * _LEAST:
+    if not values.size:
         return None
     _, which, counts = np.unique(np.rint(values / _rounding(records, name)), return_inverse=True, return_counts=True)
     best = int(np.argmax(counts))
-    return float(np.median(values[which == best])) if counts[best] >= _SAME * values.size else None
+    return float(np.median(values[which == best])) if counts[best] >= max(RATE * _LEAST, _SAME * values.size) else None
 
 
 def centre_of(records: Sequence[Record], name: str) -> float:
@@ -213,6 +216,18 @@ def _pushes(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> Array:
             alone = without.with_values({scales[name]: vehicle.value(scales[name])})
             result[:, place] = modelled_acceleration(alone, motion)[:, [0, 2]] - rest
     return result
+
+
+def push_range(records: Sequence[Record], name: str) -> tuple[float, Array]:
+    """How far the push of a command's thruster may stray from its mean [N], and accelerations that a newton makes (2,).
+
+    No series that stays between two ends strays by more than half of what is between them (Popoviciu).
+    """
+    vehicle = next(r.vehicle for r in records if r.vehicle and name in {t.channel for t in r.vehicle.thrusters})
+    thruster = next(one for one in vehicle.thrusters if one.channel == name)
+    ends = thruster.scale * thruster.curve.thrust(command_of(thruster, np.array([-1.0, 1.0])), thruster.command)
+    made = np.linalg.solve(mass_matrix(vehicle), np.array(push_of(thruster)))
+    return 0.5 * abs(float(np.diff(ends)[0])), np.array([float(made[0]), float(made[2])])
 
 
 def _white(record: Record, motion: Motion, band: tuple[float, float]) -> Array:

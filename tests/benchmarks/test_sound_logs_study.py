@@ -74,11 +74,15 @@ def test_a_refusal_is_counted_and_told(study: ModuleType):
         "refused": {"drive": "it is wrong"},
         "accused": {"drive": "it is wrong"},
         "sizes": {"CUT": 0.3},
+        "likely": {"CUT": 0.6},
     }
     record = {"number": 4, "kind": "calm", "what": "rich", "logs": [log]}
     text = study.page([record], "python benchmarks/sound_logs.py")
     assert "**1 of 1 sound logs of 1 runs were refused**" in text
     assert "| drive | 1 | 100.00% (< 100.00%) | 0 |" in text
-    assert "| cut | limited | 1 | 0.30 |" in text
-    assert "- number 4 at 10 Hz (calm, rich), drive: it is wrong" in text
+    assert "| cut | limited | 1 | 0.30 | 0.60 |" in text
+    assert "**1 of 1 logs that were drawn were accused.**" in text
+    assert "- number 4 at 10 Hz (calm, rich), drive REFUSED: it is wrong" in text
     assert study.most_refused([record]) == 1.0
+    slow, outside = {**log, "refused": {}, "accused": {"rates": "1 Hz"}}, {**record, "kind": "BlueBoat on a lake"}
+    assert [study.accused_drawn([one]) for one in (record, {**record, "logs": [slow]}, outside)] == [[log], [], []]

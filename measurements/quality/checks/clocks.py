@@ -8,7 +8,7 @@ import numpy as np
 
 from ....physics.motion import Array, body_to_earth, earth_to_body
 from ...canonical import Channel
-from ...kinematics import OF_ROW, kinematics_of, longest_row
+from ...kinematics import bend_between_rows, kinematics_of, longest_row
 from ...statistics.blocks import CI
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix
@@ -114,7 +114,7 @@ class Clocks(Check):
             row = max(record.log.channels[name].period for record in having for name in pair.needs)
             if row > QUICK_ROW and "ax" in pair.needs:
                 lag = None  # speeds in such rows tell of no acceleration
-            pair = replace(pair, in_step=max(pair.in_step, OF_ROW * row))
+            pair = replace(pair, in_step=max(pair.in_step, bend_between_rows(row)))
             finding = _compared(pair, lag, known, having)
             if pair.channels == ("r",) and finding.fix is not None and lag is not None:
                 gyro = lag.seconds
@@ -172,7 +172,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], records: 
         fix = Fix(f"{moved} moved over ground by {-seconds:+.3f} s", _move_over_ground(-seconds))
     fault = Fault(Kind.APART, names, lag.size, facts, seconds, None if all(over_ground) else lag.ci95, fix)
     grave = lag.size.refuses and np.sign(lag.seconds) in pair.grave and not any(record.steered for record in records)
-    return fault.in_words("defect" if grave else "warning")
+    return fault.in_words("defect" if grave else "warning" if lag.size.share.warns else "note")
 
 
 def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
@@ -245,7 +245,9 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     facts = {"seconds": -seconds, "shift": seconds, "size": moved}
     fix = Fix(f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds)))
     fault = Fault(Kind.LATE_COMMANDS, channels, size or Size(none, none), facts, seconds, ends, fix)
-    return [fault.in_words("defect" if far and fault.size.refuses else "warning")]  # in step, for a log in such rows
+    if far and fault.size.refuses:  # in step, for a log in such rows
+        return [fault.in_words("defect")]
+    return [fault.in_words("warning" if size is None or size.share.warns else "note")]
 
 
 def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: float) -> Size | None:

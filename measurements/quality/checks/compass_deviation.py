@@ -9,7 +9,7 @@ from ....physics.motion import Motion
 from ...compass import compass_of
 from ...preparation.resampling import smooth
 from ...statistics.blocks import CI
-from ..faults import OVERWHELMING, Share, blocks_of, ratio_by_blocks, squared_held_out
+from ..faults import Share, blocks_of, ratio_by_blocks, squared_held_out
 from ..finding import Check, Finding
 from ..record import Record
 
@@ -47,13 +47,13 @@ class Deviation(Check):
         names = ("constant", "sin", "cos")
         values = (compass.constant, compass.sine, compass.cosine)
         parts = {name: float(np.degrees(value)) for name, value in zip(names, values, strict=True)}
-        if not compass.plain or ends[0] < _LEAST or not _beside_drift(motions).low > OVERWHELMING:
+        if not compass.plain or ends[0] < _LEAST or not _beside_drift(motions).warns:
             verdict = "ok" if compass.sound else "cannot tell"
             return [
                 Finding(
                     check=self.name,
                     verdict=verdict,
-                    sentence=compass.sentence,
+                    sentence=compass.doubt if compass.plain else compass.sentence,
                     value=size,
                     unit="deg",
                     ci95=ends,
@@ -84,12 +84,13 @@ class Deviation(Check):
 def _beside_drift(motions: Sequence[Motion]) -> Share:
     """Share of the sway beside the hull's drift that a deviation of the compass explains, held out.
 
-    A ship that turns all the while drifts on all her runs, and on each heading as she turns there.
+    A ship that turns all the while drifts on all her runs, and on each heading as she turns there; a hull or a thruster
+    that pushes aside makes the same drift on every heading, as the constant of a deviation does.
     """
     surge, sway, rate = np.concatenate([motion.velocity for motion in motions]).T
     heading = np.concatenate([motion.heading for motion in motions])
-    drift = [rate, surge * rate, rate * np.abs(rate)]
-    turned = [surge, surge * np.sin(heading), surge * np.cos(heading)]
+    drift = [rate, surge * rate, rate * np.abs(rate), surge]
+    turned = [surge * np.sin(heading), surge * np.cos(heading)]
     block = blocks_of([motion.time.size for motion in motions])
     without, beside = (squared_held_out(sway, np.column_stack(table), block) for table in (drift, [*drift, *turned]))
     return ratio_by_blocks(without - beside, without, block)

@@ -11,14 +11,13 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.momentum_balance import mass_matrix, push_of
 from ....physics.motion import Array
-from ....physics.thrusters import Thruster, command_of, resting_commands
+from ....physics.thrusters import command_of, resting_commands
 from ...clock import band_passed
 from ..expected_answers import explained_as_expected, side_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
 from ..finding import Check, Finding
-from ..quick_motion import LEAST, QUICK, STEP, Part, parts_of
+from ..quick_motion import LEAST, QUICK, STEP, Part, parts_of, push_range
 from ..record import RATE, Record
 
 _LAGS = 3.0
@@ -64,17 +63,15 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
     seconds = int(np.count_nonzero(stands)) * STEP
     if not _turn(records, name) or seconds < LEAST:
         return None
-    thruster, a_newton = _newton(records, name)
+    strays, a_newton = push_range(records, name)
     pushes = np.concatenate([part.pushes for part in parts])
     left = _residual_of_scales(np.concatenate([part.residual for part in parts]), pushes)
     surge, yaw = ((left - left[stands].mean(axis=0)) / a_newton).T
     sizes = np.sqrt((pushes**2).mean(axis=0))
-    newtons = np.array([np.hypot(*_newton(records, other)[1]) for other in names])
+    newtons = np.array([np.hypot(*push_range(records, other)[1]) for other in names])
     works = float(np.max(np.hypot(*sizes.T) / np.where(newtons > 0.0, newtons, np.inf)))
     push = float(np.sqrt(max((surge * yaw)[stands].mean(), 0.0)))
-    ends = thruster.scale * thruster.curve.thrust(command_of(thruster, np.array([-1.0, 1.0])), thruster.command)
-    # No series that stays between two ends strays from its mean by more than half of what is between them (Popoviciu).
-    if push > 0.5 * abs(float(np.diff(ends)[0])):
+    if push > strays:
         return None
     without = surge**2 + yaw**2
     size = size_of(
@@ -90,14 +87,6 @@ def _residual_of_scales(left: Array, pushes: Array) -> Array:
     table = np.concatenate([pushes[:, :, axis] / size[axis] for axis in range(2)])
     scales = np.linalg.lstsq(table, np.concatenate((left / size).T), rcond=1e-9)[0]
     return np.asarray(left - np.einsum("ncx,c->nx", pushes, scales))
-
-
-def _newton(records: Sequence[Record], name: str) -> tuple[Thruster, Array]:
-    """The vehicle's thruster of a command, and the accelerations of surge and yaw (2,) that a newton of it makes."""
-    vehicle = next(r.vehicle for r in records if r.vehicle and name in {t.channel for t in r.vehicle.thrusters})
-    thruster = next(one for one in vehicle.thrusters if one.channel == name)
-    made = np.linalg.solve(mass_matrix(vehicle), np.array(push_of(thruster)))
-    return thruster, np.array([float(made[0]), float(made[2])])
 
 
 def _held_of_mirrored_pair(records: Sequence[Record], parts: Sequence[Part], names: list[str]) -> list[Finding]:
@@ -210,7 +199,7 @@ def _of_another_run(records: Sequence[Record], parts: Sequence[Part], names: lis
         size = _unanswered(records, band) if whole * band[0] >= 1.0 else None
         if size is not None and (found is None or size.weight.value < found.weight.value):
             found = size
-        if found is not None and not found.warns:
+        if found is not None and not found.likely:
             return None
     if found is None:
         return None
@@ -255,7 +244,7 @@ def _unanswered(records: Sequence[Record], band: tuple[float, float]) -> Size | 
             left = squared_held_out(target, columns, block) - noise
             size = size_of(left, power - left, power, block)
             result = size if result is None or size.weight.value < result.weight.value else result
-            if not result.warns:
+            if not result.likely:
                 return result
     return result
 
@@ -294,7 +283,7 @@ def _sound(parts: Sequence[Part], names: list[str]) -> Finding:
         short = f"{' and '.join(still)} never changes"
         return Finding(
             check="drive",
-            verdict="warning",
+            verdict="note",
             sentence=text,
             channels=tuple(still),
             consequence=_HELD,

@@ -16,7 +16,7 @@ from ....physics.motion import Array
 from ...statistics.quantiles import student
 from ..faults import BLOCK, FEWEST, Fault, Kind, Share, Size, blocks_of, ratio_by_blocks, size_of
 from ..finding import Check, Finding
-from ..quick_motion import LEAST, STEP, Part, neutral_of, parts_of, unexplained
+from ..quick_motion import LEAST, STEP, Part, neutral_of, parts_of, push_range, unexplained
 from ..record import RATE, Record
 
 _NEAR = 0.02
@@ -68,18 +68,21 @@ class Limited(Check):
         )
         block = blocks_of([part.residual.shape[0] for part in parts])[np.concatenate(rows)][::_ROWS]
         noise = np.max([part.noise for part in parts], axis=0) ** 2
+        ranges = [push_range(having, name) for name in names]
+        most = np.sum([newtons * np.abs(made) for newtons, made in ranges], axis=0) ** 2
         slowly, found = _slow_weight(having), []
         for k in at:
             for axis in range(2):
-                told = _beyond(left[:, axis], motion[:, axis], extreme[:, k], elsewhere, float(noise[axis]), block)
+                power = np.minimum(motion[:, axis], most[axis] + noise[axis])
+                told = _beyond(left[:, axis], power, extreme[:, k], elsewhere, float(noise[axis]), block)
                 if told is not None:
                     found.append((Size(told[0], slowly), told[1], names[k]))
-        if not any(size.warns for size, *_ in found):
+        if not any(size.likely for size, *_ in found):
             text = "while the commands stand at their largest, the boat hardly moves beyond what they say"
             return [Finding(check=self.name, verdict="ok", sentence=text, channels=tuple(names))]
         size, cause, _ = max(found, key=lambda one: (one[0].share.low, one[0].share.value))
         facts = {"seconds": float(extreme.any(axis=1).sum()) * _ROWS * STEP, "cause": cause}
-        sure = tuple(dict.fromkeys(name for one, _, name in found if one.warns))
+        sure = tuple(dict.fromkeys(name for one, _, name in found if one.likely))
         told = Fault(Kind.CUT, sure, size, facts).ruled()
         return [] if told is None else [told]
 
@@ -97,16 +100,17 @@ def _beyond(
 ) -> tuple[Share, str] | None:
     """How much of what is left at an extreme is more than elsewhere, or comes by fits, and the words for it.
 
-    None where it is little of the motion while the command stands there.
+    None where it is little of the motion while the command stands there, or more than all of it, or than thrusters can
+    make: a vehicle that leaves more than there is answers to noise and waves, and what it leaves is its own.
 
     Parameters
     ----------
-    left, motion : (pieces,) power of what is left of accelerations, and of all of them
+    left, motion : (pieces,) power of what is left of accelerations, and of all of them, as far as thrusters can make it
     extreme, elsewhere : (pieces,) whether the command stands at an extreme, and whether none does
     noise : power that the sensors' noise makes of it
     """
     there, apart = left[extreme] - noise, left[elsewhere] - noise
-    if there.mean() <= noise:
+    if not noise < there.mean() <= motion[extreme].mean() - noise:
         return None
     usual = {"it comes by fits, with stillness between: " + _CUT: np.inf}
     if there.size * _ROWS / RATE >= FEWEST * BLOCK:
@@ -117,9 +121,9 @@ def _beyond(
     cause, least = min(usual.items(), key=lambda one: one[1])
     if np.isfinite(least):
         size = size_of(there, np.full(there.size, max(least, 0.0)), motion[extreme] - noise, block[extreme])
-        if size.warns:
+        if size.likely:
             return size.share, cause
-    if not apart.size and size_of(there, 0.0 * there, motion[extreme] - noise, block[extreme]).warns:
+    if not apart.size and size_of(there, 0.0 * there, motion[extreme] - noise, block[extreme]).likely:
         return Share(1.0, np.inf), f"they push nowhere else: {_CUT}, or waves throw the boat about as much"
     return None
 

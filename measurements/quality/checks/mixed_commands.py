@@ -73,11 +73,11 @@ class MixedCommands(Check):
         orders = [(a, b) for a, b in (names, names[::-1]) if told.answers[a].ahead and told.answers[b].turn]
         weighed = [(told.fitted.size_of_mix(*order), order) for order in orders]
         alone, pair = max(weighed, key=lambda found: found[0].share.value, default=(None, names))
-        if alone is None or not alone.warns:
+        if alone is None or not alone.likely:
             return []
         tried = [_Mix(pair[0], pair[1], scale, sign) for scale in _SCALES for sign in (1.0, -1.0)]
         sizes = [(mix, size_by_model(records, partial(_alter, mix, names), delayed(told.seconds))) for mix in tried]
-        known = [(mix, size) for mix, size in sizes if size is not None]
+        known = [(mix, size) for mix, size in sizes if size is not None and size.leaves < 1.0]
         mix, size = max(known, key=lambda found: found[1].share.low, default=(tried[0], None))
         return [found] if (found := _found(records, names, mix, size, alone)) is not None else []
 

@@ -43,7 +43,7 @@ class Sensors(Check):
     def _wrong(self, seen: Kinematics, name: str, sentence: str) -> Finding:
         return Finding(
             check=self.name,
-            verdict="warning",
+            verdict="warning" if seen.large(name) else "note",  # what follows is corrected for it
             value=seen.values.get(name, (None, None))[0],
             channels=_CHANNELS.get(name.split("_")[0], ("x", "y")),
             sentence=sentence,

@@ -82,9 +82,11 @@ class Sides(Check):
                 Finding(check=check, verdict="cannot tell", sentence=text, channels=tuple(names))
                 for check in ("direction", "sides")
             ]
+        gain = _size(records, expected, likely.answers) if likely else None
+        likely = likely if gain is None or gain.share.warns else None
         turned, moved = (likely and one(records, expected, likely) for one in (likely_reversed, likely_swapped))
         size = _size(records, expected, told)
-        small = _too_small(expected, told, size) if size is not None and not size.warns else None
+        small = _too_small(expected, told, size) if size is not None and not size.likely else None
         found = [small or turned or _direction(records, expected, told, unsure, size)]
         if len(names) > 1 and _turns_apart(records):
             text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array
 from ...canonical import Channel
-from ..faults import BLOCK, Fault, Kind, Share, Size, size_of
+from ..faults import BLOCK, Fault, Kind, Size, size_of
 from ..finding import Channels, Check, Finding, Fix
 from ..record import QUICK_ROW, Record
 
@@ -53,7 +53,8 @@ def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
     if len(jumps) > 1 and not out:
         unit = channels[0].unit
         facts = {"jump": abs(jumps[0]), "unit": unit, "count": len(jumps)}
-        size = replace(_size(channels, _unwrapped), weight=Share(1.0, 0.0))  # all that follows a jump is wrong
+        share = _size(channels, _unwrapped).share  # of bends: all that follows a jump is wrong, whatever its power
+        size = Size(share, share)
         fault = Fault(Kind.WRAPPED, (name,), size, facts, jumps[0], unit=unit)
         return [] if (found := fault.ruled()) is None else [found]
     if not out:

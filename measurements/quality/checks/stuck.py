@@ -31,6 +31,12 @@ _GOES_ON = ("x", "psi")
 _PLAINLY = 3.0
 """Times the steps before it that such a jump has at least, and times its last digit that a step on the move has.
 Steady, see `benchmarks/steady_limits.py`."""
+_MEANWHILE = 0.1
+"""Share of its usual range that another speed goes through while a sensor sleeps in mid-motion: less is a steady turn,
+or a boat at rest whose receiver says 0. Steady, see `benchmarks/steady_limits.py`."""
+_SETTLED = 0.01
+"""Share of a record's usual step below which it has settled, however many digits it has.
+Steady, see `benchmarks/steady_limits.py`."""
 _LEAST = 1.0
 """A value that stays for less than this is not called stuck [s]. Steady, see `benchmarks/steady_limits.py`."""
 _BEFORE = 10
@@ -170,16 +176,15 @@ def _rest_moves(log: Log, names: tuple[str, ...], span: tuple[float, float]) -> 
         return True
     for other in others:
         during = other.value[(other.time >= span[0]) & (other.time <= span[1])]
-        digit = _last_digit(np.abs(np.diff(other.value)))
-        if digit is not None and during.size and float(np.ptp(during)) > _PLAINLY * digit:
+        if during.size and float(np.ptp(during)) > _MEANWHILE * float(np.ptp(np.quantile(other.value, [0.02, 0.98]))):
             return True
     return False
 
 
 def _last_digit(steps: Array) -> float | None:
-    """The smallest step that the channel shows more than by chance, None where it never moves."""
+    """The smallest step that the channel shows more than by chance, or that matters; None where it never moves."""
     moved = steps[steps > 0.0]
-    return float(np.quantile(moved, 0.01)) if moved.size else None
+    return max(float(np.quantile(moved, 0.01)), _SETTLED * float(np.median(moved))) if moved.size else None
 
 
 def _resolution(values: Sequence[Array]) -> float:

@@ -29,7 +29,7 @@ class TimeUnit(Check):
 def _sentence(log: Log) -> Finding | None:
     """Heading and track both move as much faster, or slower, than their rates say, by one factor."""
     turning = turning_of([log])
-    if turning is None or turning.heading != 1.0 or turning.sign < 0 or not turning.size.warns:
+    if turning is None or turning.heading != 1.0 or turning.sign < 0 or not turning.size.likely:
         return None
     track, slow = track_of([log]), turning.ratio
     if track is None or not track.certain or abs(track.scale / slow - 1.0) > FINE:

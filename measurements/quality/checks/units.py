@@ -88,27 +88,27 @@ def turning_of(every_log: Sequence[Log]) -> Turning | None:
     logs = [log for log in every_log if {"psi", "r"} <= set(log.channels)]
     wraps = _wraps(logs) if logs else None
     every = {scale: found for scale in (1.0, _DEGREE) if logs and (found := turns(logs, scale)) is not None}
-    scales = (_DEGREE,) if wraps is not None and wraps.warns else tuple(every)
+    scales = (_DEGREE,) if wraps is not None and wraps.likely else tuple(every)
     if len(every) < 2 or every[1.0].span.size < FEWEST:
         return None
     fits = {s: robust_fit(np.column_stack([t.rate, t.span]), t.heading, t.piece) for s, t in every.items()}
     block = blocks_of_pieces(every[1.0].piece)
     as_is, power = _errors(every[1.0], 1.0), np.ones(block.size)
     left = {scale: _errors(every[scale], float(fits[scale].values[0])) for scale in scales}
-    free = scales[-1] if size_of(left[scales[0]], left[scales[-1]], power, block).warns else scales[0]
+    free = scales[-1] if size_of(left[scales[0]], left[scales[-1]], power, block).likely else scales[0]
     least = left[free]
     units = [(s, q) for q in (1.0, _DEGREE, -1.0, -_DEGREE) for s in scales]
     levels: list[list[tuple[float, float]]] = [[(1.0, 1.0)]] if 1.0 in scales else []
     for level in (*levels, units, [(free, float(fits[free].values[0]))]):
         scale, rate = min(level, key=lambda one: float(_errors(every[one[0]], one[1]).sum()))
-        if not size_of(told := _errors(every[scale], rate), least, power, block).warns:
+        if not size_of(told := _errors(every[scale], rate), least, power, block).likely:
             break
     else:
         return None
     size, fit = size_of(as_is, told, power, block), fits[scale]
     if size_of(power, least, power, block).share.value < 0.5:  # most of the turning has another cause
         return None
-    if wraps is not None and wraps.warns:  # a heading that wraps by 360 is in degrees, however steadily the boat turns
+    if wraps is not None and wraps.likely:  # a heading that wraps by 360 is in degrees, however steadily the boat turns
         size = wraps
     ends = fit.interval(0)
     ends = None if ends is None else (ends[0] / scale, ends[1] / scale)

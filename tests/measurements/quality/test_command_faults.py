@@ -114,7 +114,7 @@ def test_without_a_vehicle_the_names_are_enough():
     port, stbd = sides()
     finding = told(changed(newton_port=port + stbd, newton_stbd=port - stbd), "mixed commands", vehicle=None)
     assert finding is not None
-    assert finding.verdict == "warning", "sure is only what a vehicle leaves: in a zigzag, the throttle hardly moves"
+    assert finding.verdict == "note", "sure is only what a vehicle leaves: in a zigzag, the throttle hardly moves"
 
 
 def test_one_thruster_alone_is_no_steering():

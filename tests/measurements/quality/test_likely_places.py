@@ -5,6 +5,7 @@ import pytest
 
 from undertow.measurements.log import read_log
 from undertow.measurements.quality import expected_answers
+from undertow.measurements.quality.checks import sides
 from undertow.measurements.quality.checks.sides import Sides
 from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.record import Record
@@ -30,7 +31,8 @@ def explained(seconds: float, left: np.ndarray, port: tuple[Answer, Answer]) -> 
 
 
 def judged(record: Record, monkeypatch: pytest.MonkeyPatch, best: Trial, *rivals: Trial) -> dict[str, Finding]:
-    monkeypatch.setattr(expected_answers, "trials", lambda records: [Trials(best, rivals)])
+    for module in (expected_answers, sides):
+        monkeypatch.setattr(module, "trials", lambda records: [Trials(best, rivals)])
     monkeypatch.setattr(expected_answers, "answers", lambda records: {})
     return {finding.check: finding for finding in Sides().examine([record])}
 

@@ -281,8 +281,8 @@ def test_inspect_ends_with_1_for_a_defect_and_0_for_a_sound_log(case, study: Mod
         (12.0, True, "defect", "as if its thruster worked"),  # half a dozen effects would explain its frozen record
         (0.0, True, "defect", "as if its thruster worked"),
         (12.0, False, "warning", "held"),  # which of the two the log cannot tell, and that is no reason to refuse it
-        (0.0, False, "warning", "never changes"),  # at rest: the boat was driven by the other alone
-        (35.0, False, "warning", "never changes"),  # saturated
+        (0.0, False, "note", "never changes"),  # at rest: the boat was driven by the other alone
+        (35.0, False, "note", "never changes"),  # saturated
     ],
 )
 def test_a_record_that_stands_still_is_refused_only_where_its_thruster_moved_the_boat(
