@@ -93,7 +93,9 @@ class Terms:
 
 
 _SPEED = {"u": 0, "v": 1, "r": 2, "|u|": 0, "|v|": 1, "|r|": 2}
+"""Place of the speed of each factor of a term."""
 _AT_REST = (0.0, 0.0, 0.0)
+"""u, v and r of a boat that lies still."""
 
 
 class Flattened:
