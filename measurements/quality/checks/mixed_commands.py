@@ -77,7 +77,7 @@ class MixedCommands(Check):
             return []
         tried = [_Mix(pair[0], pair[1], scale, sign) for scale in _SCALES for sign in (1.0, -1.0)]
         sizes = [(mix, size_by_model(records, partial(_alter, mix, names), delayed(told.seconds))) for mix in tried]
-        known = [(mix, size) for mix, size in sizes if size is not None and size.leaves < 1.0]
+        known = [(mix, size) for mix, size in sizes if size is not None]
         mix, size = max(known, key=lambda found: found[1].share.low, default=(tried[0], None))
         return [found] if (found := _found(records, names, mix, size, alone)) is not None else []
 
@@ -91,6 +91,8 @@ def _found(
     facts = {"told": f"{called(records, mix.throttle)} and {called(records, mix.steering)}", "cure": lines}
     facts["how"] = "read so" if size is None else "mixed into sides"
     fix = Fix("throttle and steering mixed into the commands of two sides", partial(_mixed, mix, names))
+    if size is not None and size.likely and size.leaves > 1.0:  # weaker commands, mixed or not, explain as much
+        return Fault(Kind.MIXED, names, size, facts).in_words("note")
     if size is None or not size.refuses or len(records) > 1:
         return Fault(Kind.MIXED, names, size or alone, facts).ruled()
     return Fault(Kind.MIXED, names, size, facts, fix=fix, mends=entries).ruled()
