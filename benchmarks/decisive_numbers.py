@@ -86,8 +86,9 @@ def listed() -> list[Number]:
     """All numbers, those of the odds among them."""
     odds = json.loads((ROOT / "discovery" / "odds.json").read_text("utf-8"))
     found = [
-        Number("discovery/odds.json", name, f"{weight:g}", "benchmarks/odds.py", "calibrated")
-        for name, weight in {"intercept": odds["intercept"], **odds["weights"]}.items()
+        Number("discovery/odds.json", f"{judge}, {name}", f"{weight:g}", "benchmarks/odds.py", "calibrated")
+        for judge in ("forces", "rollouts")
+        for name, weight in {"intercept": odds[judge]["intercept"], **odds[judge]["weights"]}.items()
     ]
     for room in ROOMS:
         for path in sorted((ROOT / room).rglob("*.py")):
