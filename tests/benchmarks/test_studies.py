@@ -391,3 +391,13 @@ def test_field_logs_say_what_is_true(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     first, last = (lake.write(tmp_path / "log.csv").read_text().splitlines()[k].split(",") for k in (0, 1))
     assert first == ["t", "x", "y", "psi", "u", "v", "r", "pwm_port", "pwm_stbd"]
     assert len(last) == len(first)
+
+
+def test_the_numbers_that_decide_are_listed_with_the_odds_of_both_judges():
+    listed = chapter("decisive_numbers").listed()
+    odds = json.loads((ROOT / "discovery" / "odds.json").read_text("utf-8"))
+    found = {number.name: number.value for number in listed if number.path == "discovery/odds.json"}
+    for judge in ("forces", "rollouts"):
+        for name, weight in odds[judge]["weights"].items():
+            assert float(found[f"{judge}, {name}"]) == pytest.approx(weight, rel=1e-5)
+    assert any(number.path.startswith("measurements/quality") for number in listed)
