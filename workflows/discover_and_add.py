@@ -47,10 +47,6 @@ from .run_folder.write import Run
 
 MATERIAL = 0.02
 """Share of the nominal model's error by which another model must err less to be written in its place."""
-GUESSES = 0.1
-"""The same of effects none of which is missing or likely: what takes off a tenth is not withheld. Of 150 tuning logs,
-many of them chosen for erring worse on another run, what is written errs more there than the best of the others in 29
-by this, 32 by `MATERIAL`, 26 by 0.3; all err 0.465, 0.476 and 0.455 of the nominal model's error (geometric mean)."""
 References = tuple[list[Judged], list[str]]
 """The models that are always compared, the nominal one first, judged, and sentences on how they came to be."""
 
@@ -297,9 +293,9 @@ def _predicts_better(
 ) -> Judged | None:
     """The model that adds nothing and is to be written in the place of the corrected one, if any is.
 
-    Of models that predict as well, on rows that none saw, the one with fewer guesses holds elsewhere: a calibration has
-    to be materially better, and what has no sure name by a tenth, and to keep the laws that the nominal model keeps.
-    What is named stands unless it is materially worse. All are parts of the nominal model's error: a ratio of two
+    Of models that predict as well, on rows that none saw, the one with fewer guesses holds elsewhere: a calibration, or
+    what has no sure name, has to be materially better, and to keep the laws that the nominal model keeps. What is named
+    stands unless it is materially worse. Material is what part of the nominal model's error it is: a ratio of two
     errors near nothing says nothing.
 
     Parameters
@@ -318,7 +314,7 @@ def _predicts_better(
     simplest = calibrated if calibrated is not None and gains(calibrated, nominal) >= MATERIAL else nominal
     if named:
         return simplest if gains(simplest, corrected) > MATERIAL else None
-    return None if gains(corrected, simplest) >= GUESSES and not _breaks(corrected, nominal) else simplest
+    return None if gains(corrected, simplest) >= MATERIAL and not _breaks(corrected, nominal) else simplest
 
 
 def _breaks(model: Judged, nominal: Judged) -> set[str]:

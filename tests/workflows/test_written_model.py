@@ -153,17 +153,6 @@ def test_what_has_no_sure_name_is_written_only_where_it_predicts_materially_bett
     assert [step.added for step in run.findings.steps] == [None, NAME if named else CALIBRATED]
 
 
-@pytest.mark.parametrize(("more", "written"), [(0.06, CALIBRATED), (0.3, NAME)])
-def test_guesses_have_to_take_a_tenth_of_the_error_off(
-    folded: Inputs, found: Discovery, known: References, more: float, written: str
-):
-    """A calibration that errs by a share of the nominal error, which follows the root of the drag."""
-    drag = TRUE / (1.0 + more * (np.sqrt(TRUE / FILE) - 1.0)) ** 2
-    unsure = replace(found, findings=found.findings.but(missing=(), likely=()))
-    run = assessed(folded, unsure, calibrated_to(folded, found, drag, known))
-    assert [step.added for step in run.findings.steps] == [None, written]
-
-
 def test_a_term_without_a_name_that_is_not_written_is_told_as_a_force(
     folded: Inputs, found: Discovery, known: References
 ):
