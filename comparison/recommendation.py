@@ -27,10 +27,6 @@ _NOISE_KNOWN = 0.1
 so: an error is then told as smaller by no more than two thirds of what the noise makes."""
 
 
-_STILL = 1e-12
-"""Mean square of a speed that stands for none."""
-
-
 class Decides(NamedTuple):
     """Quantity that is compared.
 
@@ -86,22 +82,14 @@ def share_of_error(errors: Errors, nominal: Errors, motion: Array) -> float:
     ----------
     motion : (3,) mean square of each measured speed [m^2/s^2, m^2/s^2, rad^2/s^2]
     """
-    if _horizon(errors) in _diverged(errors) - _diverged(nominal):
+    horizon = next((horizon for horizon in _HORIZONS if horizon in errors.rollouts), None)
+    if horizon in _diverged(errors) - _diverged(nominal):
         return float(np.inf)
-    own, before = (float(_all_speeds(one, motion).mean()) for one in (errors, nominal))
-    return own / max(before, np.finfo(float).tiny)
-
-
-def _horizon(errors: Errors) -> str | None:
-    """The horizon of the longest predictions, None where there are none."""
-    return next((horizon for horizon in _HORIZONS if horizon in errors.rollouts), None)
-
-
-def _all_speeds(errors: Errors, motion: Array) -> Array:
-    """Squared errors (n,) of the speeds together, each in units of how much it varies."""
-    horizon = _horizon(errors)
-    own = squares(errors) if horizon is None else rolled(errors, horizon)[:, :_AXES]
-    return (own / np.maximum(motion, _STILL)).sum(axis=1)
+    own, before = (
+        np.mean(squares(e) if horizon is None else rolled(e, horizon)[:, :_AXES], axis=0) for e in (errors, nominal)
+    )
+    unit = np.maximum(motion, np.finfo(float).tiny)
+    return float((own / unit).sum() / max(float((before / unit).sum()), np.finfo(float).tiny))
 
 
 def _diverged(errors: Errors) -> set[str]:

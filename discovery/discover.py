@@ -116,9 +116,9 @@ class Discovery(Card):
         )
         motions = self.basis.forces.motions
         states = np.concatenate([np.stack(through_water(self.nominal, motion)) for motion in motions], axis=1)
-        apart_from_it = tuple(_as_form(term, states, findings.criterion) for term in findings.unnamed)
-        if apart_from_it:
-            why = f"{why} What is not in it: {listing([form.in_words for form in apart_from_it])}."
+        not_written = tuple(_as_form(term, states, findings.criterion) for term in findings.unnamed)
+        if not_written:
+            why = f"{why} What is not in it: {listing([form.in_words for form in not_written])}."
         envelope = envelope_of(motions, vehicle)
         error = np.sqrt((self.basis.forces.residual(vehicle) ** 2).mean(axis=0))
         self.basis.forces.forget()
@@ -131,7 +131,7 @@ class Discovery(Card):
                 headline=headline,
                 candidates=candidates,
                 unnamed=(),
-                other_forms=tuple(dict.fromkeys((*apart_from_it, *findings.other_forms))),
+                other_forms=tuple(dict.fromkeys((*not_written, *findings.other_forms))),
                 calibrated=rows,
                 passivity=judge_passivity(corrected, envelope),
                 reasons=(*findings.reasons, why),

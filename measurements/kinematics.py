@@ -100,6 +100,11 @@ class Kinematics:
         found = {name: self.values[name][0] for name in self.values if name in present}
         return found | ({"body_speeds": 1.0} if self.body_speeds and "compass_sine" in found else {})
 
+    @property
+    def late_over_ground(self) -> float:
+        """How late speeds over ground came that the heading of that moment turned [s]; 0 where they did not."""
+        return _late_over_ground(self.errors)
+
     def errors_but(self, left: Collection[str] = ()) -> dict[str, float]:
         """The errors that are present without some, which are named as `sentences` names what it tells of."""
         return {name: value for name, value in self.errors.items() if _PAIRS.get(name, name) not in left}
@@ -111,9 +116,7 @@ class Kinematics:
         for name in self.present:
             first = _PAIRS.get(name, name)
             a, b = (self.values.get(n, (0.0, 0.0))[0] for n in (first, _OTHER.get(first, first)))
-            words = _WORDS[first]
-            if name == "position_latency" and a < 0.0 <= self.errors.get("velocity_latency", 0.0):
-                words = _OVER_GROUND
+            words = _OVER_GROUND if name == "position_latency" and self.late_over_ground else _WORDS[first]
             told[first] = words.format(a, b, np.degrees(a), np.degrees(b), 100.0 * abs(a - 1.0), _less(a), -a)
         return told
 
@@ -161,6 +164,28 @@ def right_value(name: str) -> float:
     return 1.0 if name.endswith("scale") else 0.0
 
 
+def _late_over_ground(errors: Mapping[str, float]) -> float:
+    """How late speeds over ground are [s]: no record tells of what will be, so it is not the positions that are ahead.
+
+    Such are the speeds of a receiver that smooths them, and that the heading turned into the body when they came.
+    """
+    ahead = -errors.get("position_latency", 0.0)
+    return max(ahead, 0.0) if errors.get("velocity_latency", 0.0) >= 0.0 else 0.0
+
+
+def moved_over_ground(time: Array, heading: Array, speeds: Array, seconds: float) -> Array:
+    """Speeds moved in time as vectors over ground, while the heading stays, (n, 2) [m/s].
+
+    Parameters
+    ----------
+    time, heading : (n,) [s], [rad]
+    speeds : (n, 2) ahead and to starboard [m/s]
+    seconds : by which they come later; less than 0: earlier [s]
+    """
+    ground = body_to_earth(heading, *speeds.T)
+    return np.column_stack(earth_to_body(heading, *(np.interp(time - seconds, time, part) for part in ground)))
+
+
 def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:
     """A motion without errors of its sensors, by name; rows at its ends for which a late record has no value go.
 
@@ -170,9 +195,7 @@ def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:
     if not errors:
         return motion
     time, late = motion.time, [errors.get(f"{name}_latency", 0.0) for name in ("velocity", "position")]
-    # No record tells of what will be: positions that are ahead of heading and speeds belong to speeds over ground that
-    # are late, as those of a receiver that smooths them, and that the heading turned into the body when they came.
-    over_ground = -late[1] if late[1] < 0.0 <= late[0] else 0.0
+    over_ground = _late_over_ground(errors)
     late[1] += over_ground
 
     def on_time(series: Array, by: float) -> Array:
@@ -195,8 +218,7 @@ def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:
 
     speeds = motion.velocity[:, :2]
     if over_ground:
-        ground = on_time(np.column_stack(body_to_earth(motion.heading, *speeds.T)), over_ground)
-        speeds = np.column_stack(earth_to_body(motion.heading, *ground.T))
+        speeds = moved_over_ground(time, motion.heading, speeds, -over_ground)
     on_row = np.column_stack([on_time(speeds, late[0]), motion.velocity[:, 2]])
     found = remeasured(motion, true, on_row)
     ones = np.ones_like(motion.heading)

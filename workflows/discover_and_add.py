@@ -293,10 +293,10 @@ def _predicts_better(
 ) -> Judged | None:
     """The model that adds nothing and is to be written in the place of the corrected one, if any is.
 
-    Of models that predict as well, on rows that none saw, the one with fewer guesses holds elsewhere: a calibration, or
-    what has no sure name, has to be materially better, and to keep the laws that the nominal model keeps. What is named
-    stands unless it is materially worse. Material is what part of the nominal model's error it is: a ratio of two
-    errors near nothing says nothing.
+    What is named has to be materially worse on rows that no model saw. What has no sure name has to be materially
+    better, and to keep the laws that the nominal model keeps, or it only follows this log: of models that predict as
+    well the one with fewer guesses holds elsewhere. Material is what part of the nominal model's error it is: a ratio
+    of two errors near nothing says nothing.
 
     Parameters
     ----------
@@ -304,17 +304,14 @@ def _predicts_better(
     """
     velocity = np.concatenate([motion.velocity for motion in inputs.parts.judged.motions])
     motion = (velocity**2).mean(axis=0)
-
-    def gains(model: Judged, instead: Judged) -> float:
-        """Share of the nominal model's error by which a model errs less than another."""
-        less, more = (share_of_error(one.errors, nominal.errors, motion) ** 0.5 for one in (model, instead))
-        return more - less
-
-    calibrated = next((other for other in others if other.name == CALIBRATED), None)
-    simplest = calibrated if calibrated is not None and gains(calibrated, nominal) >= MATERIAL else nominal
-    if named:
-        return simplest if gains(simplest, corrected) > MATERIAL else None
-    return None if gains(corrected, simplest) >= MATERIAL and not _breaks(corrected, nominal) else simplest
+    adding_nothing = [nominal, *(other for other in others if other.name == CALIBRATED)]
+    every = (*adding_nothing, corrected)
+    shares = [share_of_error(judged.errors, nominal.errors, motion) ** 0.5 for judged in every]
+    least = min(shares[:-1])
+    stands = (
+        shares[-1] <= least + MATERIAL if named else shares[-1] <= least - MATERIAL and not _breaks(corrected, nominal)
+    )
+    return None if stands else adding_nothing[shares.index(least)]
 
 
 def _breaks(model: Judged, nominal: Judged) -> set[str]:

@@ -6,9 +6,9 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.motion import Array, body_to_earth, earth_to_body
+from ....physics.motion import Array
 from ...canonical import Channel
-from ...kinematics import bend_between_rows, kinematics_of, longest_row
+from ...kinematics import bend_between_rows, kinematics_of, longest_row, moved_over_ground
 from ...statistics.blocks import CI
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix
@@ -333,16 +333,15 @@ def _move(seconds: Mapping[str, float]) -> Callable[[Channels], dict[str, Channe
 
 
 def _late_over_ground(record: Record) -> float:
-    """How late speeds over ground came that the heading of that moment turned [s], 0 where they did not.
+    """How late speeds over ground came [s], 0 where they did not or nothing tells.
 
-    See `corrected_for`. The surge speed alone does not tell: in turns it is part of what was sway.
+    The surge speed alone does not tell: in turns it is part of what was sway.
     """
     if not {"x", "y", "psi", "u", "v"} <= set(record.log.channels):
         return 0.0
     channels = record.log.channels
     seen = kinematics_of([stretch.motion for stretch in record.stretches], channels, longest_row(channels))
-    late = -seen.errors.get("position_latency", 0.0)
-    return max(late, 0.0) if "velocity_latency" not in seen.present else 0.0
+    return seen.late_over_ground
 
 
 def _move_over_ground(seconds: float) -> Callable[[Channels], dict[str, Channel]]:
@@ -350,10 +349,9 @@ def _move_over_ground(seconds: float) -> Callable[[Channels], dict[str, Channel]
 
     def apply(channels: Channels) -> dict[str, Channel]:
         psi, u, v = (channels[name] for name in ("psi", "u", "v"))
-        then = np.interp(u.time, psi.time, np.unwrap(psi.value))
-        ground = body_to_earth(then, u.value, np.interp(u.time, v.time, v.value))
-        north, east = (np.interp(u.time - seconds, u.time, part) for part in ground)
-        ahead, aside = earth_to_body(then, north, east)
+        heading = np.interp(u.time, psi.time, np.unwrap(psi.value))
+        speeds = np.column_stack([u.value, np.interp(u.time, v.time, v.value)])
+        ahead, aside = moved_over_ground(u.time, heading, speeds, seconds).T
         moved = {"u": replace(u, value=ahead), "v": replace(v, time=u.time, value=aside)}
         return {name: moved.get(name, channel) for name, channel in channels.items()}
 
