@@ -26,7 +26,7 @@ _LEAST = 3.0
 """Rest from which a neutral can be told [s]."""
 _SAME = 2.0 / 3.0
 """Share of the rest during which the command must be the same: twice as long as at all other values together, at which
-a boat may hardly move for a while. At 0.6, 2 of 2,833 sound logs were accused, now none (`benchmarks/sound_logs.py`)."""
+a boat may hardly move for a while. Of 2,833 sound logs 0.6 accused two, and this none (`benchmarks/sound_logs.py`)."""
 _DIGITS = 1e-6
 """Share of the largest command by which its means over steps may differ from each other by rounding, as in
 `quick_motion`."""
