@@ -272,10 +272,9 @@ class Scoring:
             chosen = [linear.options[key][0] for key in active]
             fit = self.fit(scores, chosen)
             moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
-            rests = has_converged(vehicle, moved, chosen)
+            if has_converged(vehicle, moved, chosen):
+                return State(moved, tuple(active), fit, self.score(fit, chosen))
             vehicle, error = moved, fit.in_sample
-            if rests:
-                break
         linear, scores = self.linearise(vehicle, active, error, pool, standing=True)
         chosen = [linear.options[key][0] for key in active]
         fit = self.fit(scores, chosen)
