@@ -23,8 +23,8 @@ _AXES = 3
 _HORIZONS, _BLOCKS = ("10", "2"), 3
 """Rollouts that may decide [s], and how many of them the judged rows must hold one after the other."""
 _NOISE_KNOWN = 0.1
-"""Share of a squared error that stays where all of it may be noise of the sensors, whose size is known to a tenth or
-so: an error is then told as smaller by no more than two thirds of what the noise makes."""
+"""Share of what noise makes of squared errors below which no model errs less than another: its size is known to a tenth
+or so."""
 
 
 class Decides(NamedTuple):
@@ -34,7 +34,7 @@ class Decides(NamedTuple):
     ----------
     what : in words; empty where the rows are too few for anything
     shortest : rows of a block
-    squares : squared errors (n, 3) of each model, those of speeds less the noise of the sensors, which is no model's
+    squares : squared errors (n, 3) of each model, those of speeds less what the noise of the sensors makes of them
     horizon : of the predictions [s]; empty for accelerations
     """
 
@@ -58,13 +58,25 @@ def what_decides(every: Sequence[Errors]) -> Decides:
 
 def _over(horizon: str, every: Sequence[Errors]) -> Decides:
     """The speeds of rollouts over a horizon, however few these are."""
-    table = [_less_noise(rolled(errors, horizon)[:, :_AXES], errors.noise) for errors in every]
+    table = _less_noise(every, horizon)
     return Decides(f"the speeds predicted over {horizon} s", rows_of(every[0], horizon), table, horizon)
 
 
-def _less_noise(squares: Array, noise: Array) -> Array:
-    """Squared errors (n, 3) without what the noise of the sensors adds to their mean."""
-    return squares - np.minimum(noise, (1.0 - _NOISE_KNOWN) * squares.mean(axis=0))
+def _less_noise(every: Sequence[Errors], horizon: str) -> list[Array]:
+    """Squared errors of speeds (n, 3) without what the noise of the sensors adds to their means.
+
+    It stands in what was measured, the same for each model, and in the starts, of which a model that damps makes less
+    than one that turns by itself: without this the more damped model would seem to be the better one, on a log of the
+    other. What is left is no less than the noise is known, for all models alike.
+    """
+    made = [errors.noise + errors.rollouts[horizon].started[:_AXES] for errors in every]
+    least = _NOISE_KNOWN * np.max(made, axis=0)
+    table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
+    means = [squares.mean(axis=0) for squares in table]
+    return [
+        squares - mean + np.maximum(mean - noise, np.minimum(least, mean))
+        for squares, mean, noise in zip(table, means, made, strict=True)
+    ]
 
 
 def _can_tell(table: list[Array], shortest: int) -> bool:
@@ -75,8 +87,8 @@ def _can_tell(table: list[Array], shortest: int) -> bool:
 def share_of_error(errors: Errors, nominal: Errors, motion: Array) -> float:
     """Squared error of a model on rows as a share of the nominal model's, each speed in units of how much it varies.
 
-    Of predictions over 10 s, of 2 s or of the acceleration where the rows hold no longer ones. No end of it where the
-    model runs away within that time and the nominal one does not.
+    Of predictions over 10 s, of 2 s or of the acceleration where the rows hold no longer ones; of speeds less what
+    noise makes of them. No end of it where the model runs away within that time and the nominal one does not.
 
     Parameters
     ----------
@@ -85,9 +97,9 @@ def share_of_error(errors: Errors, nominal: Errors, motion: Array) -> float:
     horizon = next((horizon for horizon in _HORIZONS if horizon in errors.rollouts), None)
     if horizon in _diverged(errors) - _diverged(nominal):
         return float(np.inf)
-    own, before = (
-        np.mean(squares(e) if horizon is None else rolled(e, horizon)[:, :_AXES], axis=0) for e in (errors, nominal)
-    )
+    both = (errors, nominal)
+    table = [squares(e) for e in both] if horizon is None else _less_noise(both, horizon)
+    own, before = (np.mean(each, axis=0) for each in table)
     unit = np.maximum(motion, np.finfo(float).tiny)
     return float((own / unit).sum() / max(float((before / unit).sum()), np.finfo(float).tiny))
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from time import perf_counter
 from typing import Annotated
@@ -88,6 +88,8 @@ SPACING = 0.5
 """Distance between rollout starts [s]."""
 MOST_STARTS = 600
 """Rollouts of one horizon, about: longer logs have starts farther apart, which tell as much and take no more time."""
+_NOISE_SEED = 60221
+"""Any number: the same noise is drawn for every model."""
 
 
 ACCELERATION_UNITS = {"surge": "m/s^2", "sway": "m/s^2", "yaw": "rad/s^2"}
@@ -190,11 +192,13 @@ class RolloutErrors:
         r [rad^2/s^2] and position [m^2]
     spacing : time between the starts of each motion [s]
     diverged : how many rollouts reached `SPEED_LIMIT`
+    started : (4,) mean square that the noise of the measured starts makes of the predictions, in the same units
     """
 
     squares: tuple[Array, ...]
     spacing: tuple[float, ...]
     diverged: int
+    started: Array = field(default_factory=partial(np.zeros, 4))
 
     @property
     def score(self) -> RolloutScore:
@@ -251,12 +255,11 @@ def evaluate(model: Model, data: DataSet, horizons: Sequence[float] = HORIZONS) 
 
 def evaluate_all(models: Sequence[Model], data: DataSet, horizons: Sequence[float] = HORIZONS) -> list[Errors]:
     """The same of several models, which takes little longer where they are vehicles; each has its share of the time."""
-    begun = perf_counter()
-    rollouts = _rollout_errors(models, data, horizons)
+    begun, noise = perf_counter(), speed_noise(data)
+    rollouts = _rollout_errors(models, data, horizons, noise=noise)
     errors = [acceleration_errors(model, data) for model in models]
     step = tuple(motion.time_step for motion in data.motions)
     seconds = (perf_counter() - begun) / max(len(models), 1)
-    noise = speed_noise(data)
     return [Errors(*own, step, rolled, seconds, noise) for own, rolled in zip(errors, rollouts, strict=True)]
 
 
@@ -310,14 +313,35 @@ def rollout_errors(
 
 
 def _rollout_errors(
-    models: Sequence[Model], data: DataSet, horizons: Sequence[float], spacing: float = SPACING
+    models: Sequence[Model],
+    data: DataSet,
+    horizons: Sequence[float],
+    spacing: float = SPACING,
+    noise: Array | None = None,
 ) -> list[Mapping[str, RolloutErrors]]:
+    """Errors of each model, and what noise of this mean square (3,) on the starts makes of them, where it is given."""
     spacing = max(spacing, data.seconds / MOST_STARTS)
     asked = [legs for motion in data.motions for legs in _starts(motion, horizons, spacing)]
     found = {model: _Rolled(horizons, data) for model in models}
-    for model, legs, states in rolled_out(models, asked):
+    noisy = [] if noise is None or not noise.any() else [_noisier(legs, noise) for legs in asked]
+    sources = {id(own.motion): legs.motion for own, legs in zip(noisy, asked, strict=bool(noisy))}
+    calm: dict[tuple[Model, int, int], Array] = {}
+    for model, legs, states in rolled_out(models, [*asked, *noisy]):
+        source, first = sources.get(id(legs.motion)), int(legs.starts[0])
+        if source is not None:
+            found[model].spread(source, states - calm.pop((model, id(source), first)))
+            continue
         found[model].take(legs, states)
+        if noisy:
+            calm[model, id(legs.motion), first] = states
     return [found[model].errors(data.motions, spacing) for model in models]
+
+
+def _noisier(legs: Legs, noise: Array) -> Legs:
+    """The same rollouts from speeds with white noise of a mean square (3,), the same at each call."""
+    motion = legs.motion
+    drawn = np.random.default_rng(_NOISE_SEED).standard_normal(motion.velocity.shape)
+    return legs._replace(motion=replace(motion, velocity=motion.velocity + np.sqrt(noise) * drawn))
 
 
 class _Rolled:
@@ -328,6 +352,18 @@ class _Rolled:
         self._begun: dict[tuple[str, int], list[np.ndarray]] = {}
         self._squares: dict[tuple[str, int], list[Array]] = {}
         self._lost = dict.fromkeys([f"{h:g}" for h in horizons], 0)
+        self._started: dict[str, list[Array]] = {}
+
+    def spread(self, motion: Motion, difference: Array) -> None:
+        """Take what noise on the starts of some rollouts makes of their states, (starts, steps + 1, 6)."""
+        place = (difference[..., :2] ** 2).sum(axis=-1, keepdims=True)
+        for h in self._horizons:
+            length = round(h / motion.time_step)
+            if length < difference.shape[1]:
+                ahead = difference[:, : length + 1, 3:]
+                speeds = same_filter(ahead.swapaxes(0, 1), motion, self._data).swapaxes(0, 1)
+                off = np.concatenate([speeds**2, place[:, : length + 1]], axis=-1)
+                self._started.setdefault(f"{h:g}", []).append(off[:, 1:].mean(axis=1))
 
     def take(self, legs: Legs, states: Array) -> None:
         """Take the states (starts, steps + 1, 6) of some rollouts."""
@@ -355,7 +391,8 @@ class _Rolled:
                 order = (np.argsort(np.concatenate(self._begun[key])) for key in inside)
                 ordered = tuple(square[places] for square, places in zip(squares, order, strict=True))
                 apart = tuple(_every(motion, spacing) * motion.time_step for motion in inside.values())
-                result[name] = RolloutErrors(ordered, apart, lost)
+                started = np.concatenate(self._started.get(name, [np.zeros((1, 4))])).mean(axis=0)
+                result[name] = RolloutErrors(ordered, apart, lost, started)
         return result
 
 

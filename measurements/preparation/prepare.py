@@ -365,16 +365,17 @@ def motion_on(log: Log, vehicle: Vehicle | None, recipe: Recipe, span: Span, gri
         derived=_derived(log, part, step),
         understated=_understated(part, grid),
         command_step=command_step(channels),
+        record_step=reference(log).period,
         out_of_step=log.out_of_step,
         minutes=(grid - reference(log).time[0]) / 60.0,
     )
 
 
 def _derived(log: Log, part: dict[str, tuple[Array, Array]], step: float) -> tuple[bool, bool, bool]:
-    """Which velocities are differences of records at the steps of the grid; those of faster records are not."""
+    """Which velocities are differences of records at the steps of the grid, or slower; those of faster ones are not."""
 
     def at_pace(name: str) -> bool:
-        return name in log.channels and abs(log.channels[name].period / step - 1.0) <= _AT_PACE
+        return name in log.channels and log.channels[name].period / step - 1.0 >= -_AT_PACE
 
     place, heading = at_pace("x"), at_pace("psi")
     return "u" not in part and place, "v" not in part and place, "r" not in part and heading

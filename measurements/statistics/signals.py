@@ -141,16 +141,25 @@ def drawn_noise(motion: Motion, level: Array, rng: np.random.Generator, *copies:
 def filtered_noise(motion: Motion, level: Array, low_pass: Callable[[Array], Array]) -> Array:
     """Mean square of the noise on the velocities of a motion that a linear filter leaves, (3,) [m^2/s^2, rad^2/s^2].
 
-    White noise keeps the sum of the squares of the filter's answer to a single row.
+    White noise keeps the sum of the squares of the filter's answer to a single record; that of records which are rarer
+    than rows is spread over the rows between them first.
 
     Parameters
     ----------
-    level : (3,) as `sensor_noise` tells it
+    level : (3,) of the records, as `sensor_noise` tells it
     low_pass : filters columns (n, 3) along the first axis
     """
-    single = np.zeros_like(motion.velocity)
+    every = _rows_of_a_record(motion)
+    rows = np.arange(motion.time.size)
+    single = np.zeros_like(motion.velocity[::every])
     single[len(single) // 2] = 1.0
-    return np.asarray((low_pass(_as_derived(single, motion)) ** 2).sum(axis=0) * level**2)
+    answer = _as_derived(single, motion)
+    spread = np.column_stack([np.interp(rows, rows[::every], answer[:, axis]) for axis in range(3)])
+    return np.asarray((low_pass(spread) ** 2).sum(axis=0) / every * level**2)
+
+
+def _rows_of_a_record(motion: Motion) -> int:
+    return max(1, round(motion.record_step / motion.time_step))
 
 
 def _as_derived(white: Array, motion: Motion) -> Array:
@@ -180,6 +189,7 @@ def noise_on_rows(motions: Sequence[Motion]) -> Array:
 
 def _joined(motions: Sequence[Motion], understated: Array) -> Array:
     """Root mean square over the motions, weighted by their rows."""
-    levels = np.array([[noise_level(m.velocity[:, axis]) or 0.0 for axis in range(3)] for m in motions])
+    records = [m.velocity[:: _rows_of_a_record(m)] for m in motions]
+    levels = np.array([[noise_level(each[:, axis]) or 0.0 for axis in range(3)] for each in records])
     rows = np.array([m.time.size for m in motions], dtype=float)
     return np.sqrt((levels**2 * understated * rows[:, None]).sum(axis=0) / rows.sum())
