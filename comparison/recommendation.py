@@ -22,9 +22,9 @@ _AXES = 3
 """Of the columns of rollout errors, the speeds; the position follows from them."""
 _HORIZONS, _BLOCKS = ("10", "2"), 3
 """Rollouts that may decide [s], and how many of them the judged rows must hold one after the other."""
-_NOISE_KNOWN = 0.1
-"""Share of what noise makes of squared errors below which no model errs less than another: its size is known to a tenth
-or so."""
+_NOISE_KNOWN, _STARTS_KNOWN = 0.1, 0.5
+"""Shares of what the noise of measured speeds, and that of the starts, make of squared errors below which no model errs
+less than another: the size of the one is known to a tenth or so, of the other, which predictions bend, to a half."""
 
 
 class Decides(NamedTuple):
@@ -45,15 +45,31 @@ class Decides(NamedTuple):
 
 
 def what_decides(every: Sequence[Errors]) -> Decides:
-    """Choose what decides between models: speeds over 10 s, over 2 s where these are too few, else acceleration."""
+    """Choose what decides between models: speeds over 10 s, over 2 s where these are too few, else acceleration.
+
+    Over 2 s, too, where over 10 s most of what a model errs is made of the noise of the starts, as of a hull that turns
+    by itself: how much of it that is, is no longer known then.
+    """
+    why = ""
     for horizon in _HORIZONS:
         if horizon in every[0].rollouts:
             found = _over(horizon, every)
             if found.squares[0].shape[0] >= _BLOCKS * found.shortest and _can_tell(found.squares, found.shortest):
-                longer = f" (the rows are too few for {_HORIZONS[0]} s)" if horizon != _HORIZONS[0] else ""
-                return found._replace(what=f"{found.what}{longer}")
+                if horizon == _HORIZONS[-1] or not _drowned(every, horizon):
+                    return found._replace(what=f"{found.what}{why}")
+                why = f" (over {horizon} s the noise of the starts makes most of the errors)"
+                continue
+        why = why or f" (the rows are too few for {horizon} s)"
     table = [squares(errors) for errors in every]
     return Decides("acceleration" if _can_tell(table, 1) else "", 1, table)
+
+
+def _drowned(every: Sequence[Errors], horizon: str) -> bool:
+    """True where noise of the starts makes more than half of the squared errors of a model on some axis."""
+    return any(
+        (errors.rollouts[horizon].started[:_AXES] > _STARTS_KNOWN * rolled(errors, horizon)[:, :_AXES].mean(0)).any()
+        for errors in every
+    )
 
 
 def _over(horizon: str, every: Sequence[Errors]) -> Decides:
@@ -70,7 +86,8 @@ def _less_noise(every: Sequence[Errors], horizon: str) -> list[Array]:
     other. What is left is no less than the noise is known, for all models alike.
     """
     made = [errors.noise + errors.rollouts[horizon].started[:_AXES] for errors in every]
-    least = _NOISE_KNOWN * np.max(made, axis=0)
+    known = [_NOISE_KNOWN * errors.noise + _STARTS_KNOWN * errors.rollouts[horizon].started[:_AXES] for errors in every]
+    least = np.max(known, axis=0)
     table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
     means = [squares.mean(axis=0) for squares in table]
     return [
@@ -84,24 +101,21 @@ def _can_tell(table: list[Array], shortest: int) -> bool:
     return any(paired_ratio(other, table[0], shortest).ci95 is not None for other in table[1:] or table)
 
 
-def share_of_error(errors: Errors, nominal: Errors, motion: Array) -> float:
-    """Squared error of a model on rows as a share of the nominal model's, each speed in units of how much it varies.
+def shares_of_error(every: Sequence[Errors], motion: Array) -> list[float]:
+    """Squared errors of models as shares of the first one's, each speed in units of how much it varies.
 
-    Of predictions over 10 s, of 2 s or of the acceleration where the rows hold no longer ones; of speeds less what
-    noise makes of them. No end of it where the model runs away within that time and the nominal one does not.
+    Of what decides between them. No end of it where a model runs away within 10 s and the first one does not.
 
     Parameters
     ----------
     motion : (3,) mean square of each measured speed [m^2/s^2, m^2/s^2, rad^2/s^2]
     """
-    horizon = next((horizon for horizon in _HORIZONS if horizon in errors.rollouts), None)
-    if horizon in _diverged(errors) - _diverged(nominal):
-        return float(np.inf)
-    both = (errors, nominal)
-    table = [squares(e) for e in both] if horizon is None else _less_noise(both, horizon)
-    own, before = (np.mean(each, axis=0) for each in table)
+    table = what_decides(every).squares
     unit = np.maximum(motion, np.finfo(float).tiny)
-    return float((own / unit).sum() / max(float((before / unit).sum()), np.finfo(float).tiny))
+    sums = [float((np.mean(each, axis=0) / unit).sum()) for each in table]
+    steady = _diverged(every[0])
+    lost = [bool((_diverged(errors) - steady) & {_HORIZONS[0]}) for errors in every]
+    return [np.inf if gone else own / max(sums[0], np.finfo(float).tiny) for own, gone in zip(sums, lost, strict=True)]
 
 
 def _diverged(errors: Errors) -> set[str]:

@@ -18,7 +18,7 @@ from ..comparison.comparison import (
     where_ends_fail,
 )
 from ..comparison.facts import CALIBRATED, CORRECTED
-from ..comparison.recommendation import share_of_error
+from ..comparison.recommendation import shares_of_error
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose_balance
 from ..discovery.discover import Discovery, find_missing
@@ -240,7 +240,8 @@ def assess(
         )
     (nominal, *others), notes = known()
     trim_memory()
-    better = _predicts_better(own[0] if own else nominal, nominal, others, inputs, found.findings) if earned else None
+    named = bool(found.findings.missing or found.findings.likely) or not corrects
+    better = _predicts_better(own[0] if own else nominal, nominal, others, inputs, named) if earned else None
     if better is not None:
         again = before if found.hidden is not None else lambda: ([nominal, *others], notes)
         return assess(given, _writing(taken, better), settings, again, progress)
@@ -288,29 +289,25 @@ def _weak(inputs: Inputs) -> tuple[DataSet, ...]:
 
 
 def _predicts_better(
-    corrected: Judged, nominal: Judged, others: Sequence[Judged], inputs: Inputs, findings: Findings
+    corrected: Judged, nominal: Judged, others: Sequence[Judged], inputs: Inputs, named: bool
 ) -> Judged | None:
     """The model that adds nothing and is to be written in the place of the corrected one, if any is.
 
-    What is named has to be materially worse on rows that no model saw: what is missing worse than the nominal model,
-    for a calibration without it only stands in for what is known to act. What has no sure name has to be materially
+    What is named has to be materially worse on rows that no model saw. What has no sure name has to be materially
     better, and to keep the laws that the nominal model keeps, or it only follows this log: of models that predict as
     well the one with fewer guesses holds elsewhere. Material is what part of the nominal model's error it is: a ratio
     of two errors near nothing says nothing.
 
     Parameters
     ----------
-    findings : what is missing or likely of the corrected model; where nothing was added, that is the nominal one
+    named : an effect of the corrected model is missing or likely, or it is the nominal one
     """
     velocity = np.concatenate([motion.velocity for motion in inputs.parts.judged.motions])
     motion = (velocity**2).mean(axis=0)
-    adds = corrected is not nominal
-    calibrated = [] if adds and findings.missing else [other for other in others if other.name == CALIBRATED]
-    adding_nothing = [nominal, *calibrated]
+    adding_nothing = [nominal, *(other for other in others if other.name == CALIBRATED)]
     every = (*adding_nothing, corrected)
-    shares = [share_of_error(judged.errors, nominal.errors, motion) ** 0.5 for judged in every]
+    shares = np.sqrt(shares_of_error([judged.errors for judged in every], motion)).tolist()
     least = min(shares[:-1])
-    named = bool(findings.missing or findings.likely) or not adds
     stands = (
         shares[-1] <= least + MATERIAL if named else shares[-1] <= least - MATERIAL and not _breaks(corrected, nominal)
     )
