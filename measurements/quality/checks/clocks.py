@@ -232,7 +232,7 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         return [
             Finding(check="clocks", verdict="ok", sentence=text, value=seconds, unit="s", ci95=ends, channels=channels)
         ]
-    size = _size_of_delay(records, found, seconds)
+    size = _size_of_delay(records, found, seconds, row)
     if size is not None and not size.share.low > 0.0:
         text = (
             f"the boat may answer its commands {_when(seconds, 2)}, but moved there they explain only {size.share} more"
@@ -250,9 +250,13 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     return [fault.in_words("warning" if size is None or size.share.warns else "note")]
 
 
-def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: float) -> Size | None:
-    """What the motion gains where commands are moved to a delay [s]: by the vehicle, or by the answers fitted there."""
-    size = size_by_model(records, delayed(seconds))
+def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: float, row: float) -> Size | None:
+    """What the motion gains where commands are moved to a delay [s]: by the vehicle, or by the answers fitted there.
+
+    A programme that keeps step with the rows of a log has each command up to a `row` [s] late in it, and a vehicle that
+    lacks damping makes the boat seem early: what the vehicle gains in a row is no fault of stamps.
+    """
+    size = size_by_model(records, delayed(seconds + row), delayed(-row))
     for one in found if size is None else ():
         stepped, best = one.stepped and one.stepped.fitted, one.best.fitted
         if stepped is not None and best is not None and not one.best.in_step:
