@@ -1,14 +1,20 @@
 """The study of sound logs: it draws sound runs, records them at several rates, and counts refusals by check."""
 
 import importlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
 import pytest
 from places import ROOT
 
+from undertow.measurements.canonical import command_kind
+from undertow.measurements.log import Log
+from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.faults import Fault, Kind, Share, Size
+
+ACCUSING = ("defect", "warning")
 
 
 @pytest.fixture(scope="module")
@@ -30,6 +36,60 @@ def test_logs_that_were_refused_once_are_not(study: ModuleType, number: int):
     assert [log["rate"] for log in record["logs"]] == [50.0, 20.0, 10.0, 5.0, 2.0, 1.0]
     assert [log["refused"] for log in record["logs"]] == [{}] * 6
     assert all(log["sizes"] for log in record["logs"])
+
+
+def changed(log: Log, **values: np.ndarray) -> Log:
+    return replace(log, channels=log.channels | {n: replace(log.channels[n], value=v) for n, v in values.items()})
+
+
+def deviating(log: Log) -> Log:
+    """By twelve degrees on east, and by none on north; speeds are made of positions and of this heading."""
+    psi = log.channels["psi"].value
+    return changed(log, psi=psi - np.radians(12.0) * np.sin(psi))
+
+
+def asleep(log: Log) -> Log:
+    """The gyro for half a minute, from its fastest turn on."""
+    rate = log.channels["r"]
+    first = int(np.argmax(np.abs(rate.value)))
+    sleeps = (rate.time >= rate.time[first]) & (rate.time < rate.time[first] + 30.0)
+    return changed(log, r=np.where(sleeps, rate.value[first], rate.value))
+
+
+def late(log: Log) -> Log:
+    """The commands by 0.4 s."""
+    moved = {n: replace(c, time=c.time + 0.4) for n, c in log.channels.items() if command_kind(n)}
+    return replace(log, channels=log.channels | moved)
+
+
+def of_another(log: Log) -> Log:
+    """The heading of a boat that goes to and fro."""
+    return changed(log, psi=2.0 * np.sin(0.05 * log.channels["psi"].time))
+
+
+@pytest.mark.parametrize(
+    ("number", "turn", "rate", "check", "spoil"),
+    [
+        (374, 413, 10.0, "compass", deviating),  # a slow ship, which drifts on after her turns
+        (260, 299, 20.0, "stuck", asleep),  # a rudder that turns back at one rate, so that the yaw rate ends at once
+        (384, 423, 20.0, "clocks", late),  # commands in step with the rows, and a vehicle without damping
+        (409, 448, 1.0, "units", of_another),  # a boat that spins once in two rows of its track
+    ],
+)
+def test_logs_that_were_accused_once_are_not_and_the_fault_is_told_where_it_is(
+    study: ModuleType,
+    worlds: ModuleType,
+    number: int,
+    turn: int,
+    rate: float,
+    check: str,
+    spoil: Callable[[Log], Log],
+):
+    run = worlds.drawn(360_000, number)
+    log = worlds.recorded(run.log, turn)[rate]
+    told = [{f.check for f in examine(one, run.vehicle).findings if f.verdict in ACCUSING} for one in (log, spoil(log))]
+    assert check not in told[0]
+    assert check in told[1]
 
 
 def test_one_side_is_saturated_while_the_other_steers(worlds: ModuleType):
