@@ -55,7 +55,8 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
     """The finding that a command stood still while its thruster moved; None where that is not so.
 
     One push of that thruster must explain what is left of surge and of yaw where the record stands still, each of the
-    two foretold by the other; what is left elsewhere, too, has another cause. Its power is weighed against that of the
+    two foretold by the other; what is left elsewhere, too, has another cause, and what such a push explains elsewhere,
+    as waves make it, that cause explains where the record stands still. Its power is weighed against that of the
     thruster which works hardest.
     """
     place = names.index(name)
@@ -73,9 +74,10 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
     push = float(np.sqrt(max((surge * yaw)[stands].mean(), 0.0)))
     if push > strays:
         return None
-    without = surge**2 + yaw**2
+    without, one_push = surge**2 + yaw**2, 2.0 * surge * yaw
+    elsewhere = -stands.sum() / max((~stands).sum(), 1) if one_push[~stands].sum() > 0.0 else 0.0
     size = size_of(
-        *(without, np.where(stands, (surge - yaw) ** 2, without), np.where(stands, 2.0 * works**2, 0.0)),
+        *(without, without - np.where(stands, 1.0, elsewhere) * one_push, np.where(stands, 2.0 * works**2, 0.0)),
         blocks_of([part.residual.shape[0] for part in parts]),
     )
     return Fault(Kind.FROZEN, (name,), size, {"seconds": seconds, "push": push}).ruled()
