@@ -198,7 +198,13 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     seconds, error = pooled
     ends = seconds - CI * error, seconds + CI * error
     if seconds > SLOW and far:
-        return [_early(seconds, ends, channels)]
+        size = _size_of_delay(records, found, seconds, 0.0)
+        if size is None or size.share.warns:
+            return [_early(seconds, ends, channels)]
+        text = f"the boat may answer its commands {_when(seconds)}, or in step, where the vehicle has it"
+        return [
+            Finding(check="clocks", verdict="cannot tell", sentence=text, value=seconds, unit="s", channels=channels)
+        ]
     # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in longer rows, with which a
     # programme may keep step, all of it.
     before = row if row > 1.5 * COARSE else 0.5 * row
