@@ -30,8 +30,8 @@ from undertow.measurements.quality.registry import CHECKS
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import Vehicle
 
-FIRST = {"tuning": 240_000, "reporting": 360_000}
-"""First seeds; those from 250,000, 270,000, 300,000 and 330,000 on were reported before, and mended by."""
+FIRST = {"tuning": 240_000, "reporting": 390_000}
+"""First seeds; those from 250,000, 270,000, 300,000, 330,000 and 360,000 on were reported before, and mended by."""
 MOST = 0.001
 """Share of sound logs that a check may refuse."""
 PACKAGES = ("physics", "measurements")

@@ -20,7 +20,7 @@ from .faults import FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
 from .lags import blocks_of_pieces, courses
 
 _QUARTER = 0.5 * np.pi
-"""A quarter turn [rad]: no number that decides."""
+"""A quarter turn [rad]: a way along one heading goes, all of it, across another a quarter turn away."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,10 @@ def course_of(logs: Sequence[Log]) -> Course | None:
         return None
     found, noise = _read(ways, block, beside=True), 0.5 * noise_of_ways(both)  # one of its two parts
     power, left = np.abs(ways.way) ** 2, min((ways.across(turn, ways.angle(turn)) for turn in (1, -1)), key=np.sum)
-    unrelated = size_of_unexplained(left - noise, power - 2.0 * noise, block)
+    # Where the bow sweeps over much of the compass in a piece, its way may go anywhere, and few others tell nothing.
+    steady = np.abs(ways.turning) < _QUARTER
+    steady &= np.unique(block[steady]).size >= FEWEST
+    unrelated = size_of_unexplained((left - noise)[steady], (power - 2.0 * noise)[steady], block[steady])
     if found[-1].likely:
         return Course(*found, drifts=False, unrelated=unrelated)
     alone = _read(ways, block, beside=False)

@@ -1,14 +1,19 @@
 """The study of sound logs: it draws sound runs, records them at several rates, and counts refusals by check."""
 
 import importlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
 import pytest
 from places import ROOT
 
+from undertow.measurements.canonical import command_kind
+from undertow.measurements.log import Log
+from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.faults import Fault, Kind, Share, Size
+from undertow.physics.vehicle import Vehicle
 
 
 @pytest.fixture(scope="module")
@@ -30,6 +35,109 @@ def test_logs_that_were_refused_once_are_not(study: ModuleType, number: int):
     assert [log["rate"] for log in record["logs"]] == [50.0, 20.0, 10.0, 5.0, 2.0, 1.0]
     assert [log["refused"] for log in record["logs"]] == [{}] * 6
     assert all(log["sizes"] for log in record["logs"])
+
+
+def changed(log: Log, **values: np.ndarray) -> Log:
+    return replace(log, channels=log.channels | {n: replace(log.channels[n], value=v) for n, v in values.items()})
+
+
+def deviating(log: Log) -> Log:
+    """By twelve degrees on east, and by none on north; speeds are made of positions and of this heading."""
+    psi = log.channels["psi"].value
+    return changed(log, psi=psi - np.radians(12.0) * np.sin(psi))
+
+
+def asleep(log: Log) -> Log:
+    """The gyro for half a minute, from its fastest turn on."""
+    rate = log.channels["r"]
+    first = int(np.argmax(np.abs(rate.value)))
+    sleeps = (rate.time >= rate.time[first]) & (rate.time < rate.time[first] + 30.0)
+    return changed(log, r=np.where(sleeps, rate.value[first], rate.value))
+
+
+def late(log: Log) -> Log:
+    """The commands by 0.4 s."""
+    moved = {n: replace(c, time=c.time + 0.4) for n, c in log.channels.items() if command_kind(n)}
+    return replace(log, channels=log.channels | moved)
+
+
+def of_another(log: Log) -> Log:
+    """The heading of a boat that goes to and fro."""
+    return changed(log, psi=2.0 * np.sin(0.05 * log.channels["psi"].time))
+
+
+def frozen(log: Log) -> Log:
+    """The thruster at starboard, from the middle of the log on."""
+    command = log.channels["newton_stbd"].value
+    middle = command.size // 2
+    return changed(log, newton_stbd=np.where(np.arange(command.size) < middle, command, command[middle]))
+
+
+def early(log: Log) -> Log:
+    """The commands by 3.5 s."""
+    moved = {n: replace(c, time=c.time - 3.5) for n, c in log.channels.items() if command_kind(n)}
+    return replace(log, channels=log.channels | moved)
+
+
+def standing(log: Log) -> Log:
+    """All commands, from the middle of the log on."""
+    values = {n: c.value for n, c in log.channels.items() if command_kind(n)}
+    return changed(log, **{n: np.where(np.arange(v.size) < v.size // 2, v, v[v.size // 2]) for n, v in values.items()})
+
+
+def logged(worlds: ModuleType, seed: int, turn: int, rate: float) -> tuple[Log, Vehicle]:
+    run = worlds.drawn(seed - seed % 10_000, seed % 10_000)
+    return worlds.recorded(run.log, turn)[rate], run.vehicle
+
+
+def accusing(log: Log, vehicle: Vehicle) -> set[str]:
+    return {f.check for f in examine(log, vehicle).findings if f.verdict in ("defect", "warning")}
+
+
+@pytest.mark.parametrize(
+    ("seed", "turn", "rate", "check", "spoil"),
+    [
+        (360_374, 413, 10.0, "compass", deviating),  # a slow ship, which drifts on after her turns
+        (360_260, 299, 20.0, "stuck", asleep),  # a rudder that turns back at one rate: the yaw rate ends at once
+        (360_384, 423, 20.0, "clocks", late),  # commands in step with the rows, and a vehicle without damping
+        (360_409, 448, 1.0, "units", of_another),  # a boat that turns all round between two rows of its track
+        (400_332, 332, 10.0, "drive", frozen),  # waves that push and turn a ship as one thruster would
+    ],
+)
+def test_logs_that_were_accused_once_are_not_and_the_fault_is_told_where_it_is(
+    study: ModuleType,
+    worlds: ModuleType,
+    seed: int,
+    turn: int,
+    rate: float,
+    check: str,
+    spoil: Callable[[Log], Log],
+):
+    log, vehicle = logged(worlds, seed, turn, rate)
+    assert check not in accusing(log, vehicle)
+    assert check in accusing(spoil(log), vehicle)
+
+
+@pytest.mark.parametrize(
+    ("seed", "turn", "rate", "check", "spoil"),
+    [
+        (390_278, 317, 2.0, "drive", standing),  # noise that gains speed and loses it in a steady turn
+        (390_372, 411, 10.0, "clocks", early),  # steps so smooth that four seconds of delay explain their answer
+    ],
+)
+def test_logs_that_show_little_are_not_accused_and_a_lively_one_that_is_spoilt_is(
+    study: ModuleType,
+    worlds: ModuleType,
+    seed: int,
+    turn: int,
+    rate: float,
+    check: str,
+    spoil: Callable[[Log], Log],
+):
+    assert check not in accusing(*logged(worlds, seed, turn, rate))
+    log, vehicle = logged(worlds, 240_000, 0, 10.0)
+    assert check not in accusing(log, vehicle)
+    assert check in accusing(spoil(log), vehicle)
 
 
 def test_one_side_is_saturated_while_the_other_steers(worlds: ModuleType):

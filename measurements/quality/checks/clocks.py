@@ -198,7 +198,13 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     seconds, error = pooled
     ends = seconds - CI * error, seconds + CI * error
     if seconds > SLOW and far:
-        return [_early(seconds, ends, channels)]
+        size = _size_of_delay(records, found, seconds, 0.0)
+        if size is None or size.share.warns:
+            return [_early(seconds, ends, channels)]
+        text = f"the boat may answer its commands {_when(seconds)}, or in step, where the vehicle has it"
+        return [
+            Finding(check="clocks", verdict="cannot tell", sentence=text, value=seconds, unit="s", channels=channels)
+        ]
     # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in longer rows, with which a
     # programme may keep step, all of it.
     before = row if row > 1.5 * COARSE else 0.5 * row
@@ -232,7 +238,7 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         return [
             Finding(check="clocks", verdict="ok", sentence=text, value=seconds, unit="s", ci95=ends, channels=channels)
         ]
-    size = _size_of_delay(records, found, seconds)
+    size = _size_of_delay(records, found, seconds, row)
     if size is not None and not size.share.low > 0.0:
         text = (
             f"the boat may answer its commands {_when(seconds, 2)}, but moved there they explain only {size.share} more"
@@ -250,9 +256,13 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     return [fault.in_words("warning" if size is None or size.share.warns else "note")]
 
 
-def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: float) -> Size | None:
-    """What the motion gains where commands are moved to a delay [s]: by the vehicle, or by the answers fitted there."""
-    size = size_by_model(records, delayed(seconds))
+def _size_of_delay(records: Sequence[Record], found: Sequence[Trials], seconds: float, row: float) -> Size | None:
+    """What the motion gains where commands are moved to a delay [s]: by the vehicle, or by the answers fitted there.
+
+    A programme that keeps step with the rows of a log has each command up to a `row` [s] late in it, and a vehicle that
+    lacks damping makes the boat seem early: what the vehicle gains in a row is no fault of stamps.
+    """
+    size = size_by_model(records, delayed(seconds + row), delayed(-row))
     for one in found if size is None else ():
         stepped, best = one.stepped and one.stepped.fitted, one.best.fitted
         if stepped is not None and best is not None and not one.best.in_step:

@@ -6,10 +6,10 @@ from typing import ClassVar, final
 import numpy as np
 
 from ....physics.motion import Motion
-from ...compass import compass_of
+from ...compass import Compass, compass_of
 from ...preparation.resampling import smooth
 from ...statistics.blocks import CI
-from ..faults import Share, blocks_of, ratio_by_blocks, squared_held_out
+from ..faults import Size, blocks_of, size_of, squared_held_out
 from ..finding import Check, Finding
 from ..record import Record
 
@@ -47,7 +47,8 @@ class Deviation(Check):
         names = ("constant", "sin", "cos")
         values = (compass.constant, compass.sine, compass.cosine)
         parts = {name: float(np.degrees(value)) for name, value in zip(names, values, strict=True)}
-        if not compass.plain or ends[0] < _LEAST or not _beside_drift(motions).warns:
+        beside = _beside_drift(motions, compass)
+        if not compass.plain or ends[0] < _LEAST or not (beside.share.warns and beside.weight.warns):
             verdict = "ok" if compass.sound else "cannot tell"
             return [
                 Finding(
@@ -81,11 +82,13 @@ class Deviation(Check):
         ]
 
 
-def _beside_drift(motions: Sequence[Motion]) -> Share:
-    """Share of the sway beside the hull's drift that a deviation of the compass explains, held out.
+def _beside_drift(motions: Sequence[Motion], compass: Compass) -> Size:
+    """What a deviation of the compass explains of the sway beside the hull's drift, held out, over what it would make.
 
     A ship that turns all the while drifts on all her runs, and on each heading as she turns there; a hull or a thruster
-    that pushes aside makes the same drift on every heading, as the constant of a deviation does.
+    that pushes aside makes the same drift on every heading, as the constant of a deviation does. A slow ship drifts on
+    after her turns: a deviation that stands for that makes far more than what is left beside the drift, so that both
+    shares count.
     """
     surge, sway, rate = np.concatenate([motion.velocity for motion in motions]).T
     heading = np.concatenate([motion.heading for motion in motions])
@@ -93,4 +96,5 @@ def _beside_drift(motions: Sequence[Motion]) -> Share:
     turned = [surge * np.sin(heading), surge * np.cos(heading)]
     block = blocks_of([motion.time.size for motion in motions])
     without, beside = (squared_held_out(sway, np.column_stack(table), block) for table in (drift, [*drift, *turned]))
-    return ratio_by_blocks(without - beside, without, block)
+    made = np.column_stack(turned) @ [compass.sine, compass.cosine]
+    return size_of(without, beside, made**2, block)

@@ -46,8 +46,8 @@ class Drive(Check):
         if all(part.modelled for part in parts) and explained_as_expected(having):
             found = [one for name in names if (one := _frozen(having, parts, names, name)) is not None]
         if not any(one.refused for one in found):
-            all_at_once = [one for one in (_of_another_run(having, parts, names), _all_frozen(parts, names)) if one]
-            found = all_at_once[:1] or found
+            all_at_once = (_of_another_run(having, parts, names), _all_frozen(having, parts, names))
+            found = [one for one in all_at_once if one][:1] or found
         return found or _held_of_mirrored_pair(having, parts, names) or [_sound(parts, names)]
 
 
@@ -55,7 +55,8 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
     """The finding that a command stood still while its thruster moved; None where that is not so.
 
     One push of that thruster must explain what is left of surge and of yaw where the record stands still, each of the
-    two foretold by the other; what is left elsewhere, too, has another cause. Its power is weighed against that of the
+    two foretold by the other; what is left elsewhere, too, has another cause, and what such a push explains elsewhere,
+    as waves make it, that cause explains where the record stands still. Its power is weighed against that of the
     thruster which works hardest.
     """
     place = names.index(name)
@@ -73,9 +74,10 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
     push = float(np.sqrt(max((surge * yaw)[stands].mean(), 0.0)))
     if push > strays:
         return None
-    without = surge**2 + yaw**2
+    without, one_push = surge**2 + yaw**2, 2.0 * surge * yaw
+    elsewhere = -stands.sum() / max((~stands).sum(), 1) if one_push[~stands].sum() > 0.0 else 0.0
     size = size_of(
-        *(without, np.where(stands, (surge - yaw) ** 2, without), np.where(stands, 2.0 * works**2, 0.0)),
+        *(without, without - np.where(stands, 1.0, elsewhere) * one_push, np.where(stands, 2.0 * works**2, 0.0)),
         blocks_of([part.residual.shape[0] for part in parts]),
     )
     return Fault(Kind.FROZEN, (name,), size, {"seconds": seconds, "push": push}).ruled()
@@ -143,32 +145,39 @@ def _rests_or_saturates(records: Sequence[Record], name: str) -> bool:
     return low <= usual <= high or not min(astern, ahead) < usual < max(astern, ahead)
 
 
-def _all_frozen(parts: Sequence[Part], names: list[str]) -> Finding | None:
+def _all_frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str]) -> Finding | None:
     """The finding that no command moves, to the end of the log, while the boat gains speed again and again.
 
     A boat that coasts only loses it: gains are weighed against all changes of its squared speeds, and against speeding
-    up once from rest. In between, boats lie idle, with wind and current.
+    up once from rest. In between, boats lie idle, with wind and current. What white noise gains on the mean is none: of
+    a normal number what is above zero, its standard deviation over the root of 2 pi.
     """
     rows = _to_the_end(parts)
     seconds = sum(int(np.count_nonzero(use)) for use in rows) * STEP
     if seconds < max(FEWEST * BLOCK, OVERWHELMING * sum(part.rates.shape[0] for part in parts) * STEP):
         return None
     wave, fast = round(_WAVE * RATE), np.quantile(np.concatenate([part.speeds for part in parts]) ** 2, 0.95, axis=0)
-    changes, block = [np.zeros((0, 2))], [np.zeros(0, dtype=np.int64)]
+    calmly = parts_of(records, (1.0 / (FEWEST * BLOCK), 0.5 / _WAVE))[2]
+    noise = _WAVE * np.max([part.noise for part in calmly], axis=0) / np.sqrt(2.0 * np.pi)
+    changes, by_noise, block = [np.zeros((0, 2))], [np.zeros((0, 2))], [np.zeros(0, dtype=np.int64)]
     for number, (part, use) in enumerate(zip(parts, rows, strict=True)):
         speeds = part.speeds[use][
             round(BLOCK * RATE) :
         ]  # what is under way when commands come to a stand may still gain
         calm = speeds[: speeds.shape[0] // wave * wave].reshape(-1, wave, 2).mean(axis=1)
         changes.append(np.diff(calm**2, axis=0))
+        by_noise.append(np.abs(calm[1:] + calm[:-1]) * noise)
         block.append(
             1_000_000 * number + np.arange(max(calm.shape[0] - 1, 0), dtype=np.int64) * wave // round(BLOCK * RATE)
         )
-    change, blocks = np.concatenate(changes), np.concatenate(block)
+    change, gained, blocks = np.concatenate(changes), np.concatenate(by_noise), np.concatenate(block)
     if not blocks.size or not np.all(fast > 0.0):
         return None
     once = np.full(blocks.size, 1.0 / OVERWHELMING / blocks.size)
-    sizes = [size_of(np.abs(one), np.minimum(one, 0.0) * -1.0, once, blocks) for one in (change / fast).T]
+    sizes = [
+        size_of(np.abs(one), none - np.minimum(one, 0.0), once, blocks)
+        for one, none in zip((change / fast).T, (gained / fast).T, strict=True)
+    ]
     size = max(sizes, key=lambda one: min(one.share.low, one.weight.low))
     return Fault(Kind.ALL_FROZEN, tuple(names), size, {"seconds": seconds}).ruled()
 

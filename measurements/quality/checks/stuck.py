@@ -32,8 +32,9 @@ _PLAINLY = 3.0
 """Times the steps before it that such a jump has at least, and times its last digit that a step on the move has.
 Steady, see `benchmarks/steady_limits.py`."""
 _MEANWHILE = 0.1
-"""Share of its usual range that another speed goes through while a sensor sleeps in mid-motion: less is a steady turn,
-or a boat at rest whose receiver says 0. Steady, see `benchmarks/steady_limits.py`."""
+"""Share of its usual range that another speed goes through while a sensor sleeps in mid-motion, or that the heading's
+rate is off for a second: less is a steady turn, or a boat at rest whose receiver says 0.
+Steady, see `benchmarks/steady_limits.py`."""
 _SETTLED = 0.01
 """Share of a record's usual step below which it has settled, however many digits it has.
 Steady, see `benchmarks/steady_limits.py`."""
@@ -170,15 +171,31 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
 
 
 def _rest_moves(log: Log, names: tuple[str, ...], span: tuple[float, float]) -> bool:
-    """True when another speed changes meanwhile: all of them stand in a steady turn without noise, and at rest."""
-    others = [log.channels[name] for name in "uvr" if name in log.channels and name not in names]
+    """True when something else tells of a motion meanwhile: another speed changes.
+
+    All of them stand in a steady turn without noise, and at rest. A yaw rate at which the heading turns is measured,
+    and a boat that runs straight has no sway, however it speeds up.
+    """
+    if names == ("r",) and "psi" in log.channels:
+        rate, heading = log.channels["r"], log.channels["psi"]
+        during = (heading.time >= span[0]) & (heading.time <= span[1])
+        said = np.interp(span[0], rate.time, rate.value) * heading.time
+        beside = (np.unwrap(heading.value) - said)[during]
+        if beside.size and np.ptp(beside) <= _MEANWHILE * _usual_range(rate) * _LEAST:
+            return False
+    tells = "r" if names == ("v",) and "r" in log.channels else "uvr"
+    others = [log.channels[name] for name in tells if name in log.channels and name not in names]
     if names[0] in _GOES_ON or not others:
         return True
     for other in others:
         during = other.value[(other.time >= span[0]) & (other.time <= span[1])]
-        if during.size and float(np.ptp(during)) > _MEANWHILE * float(np.ptp(np.quantile(other.value, [0.02, 0.98]))):
+        if during.size and float(np.ptp(during)) > _MEANWHILE * _usual_range(other):
             return True
     return False
+
+
+def _usual_range(channel: Channel) -> float:
+    return float(np.ptp(np.quantile(channel.value, [0.02, 0.98])))
 
 
 def _last_digit(steps: Array) -> float | None:
