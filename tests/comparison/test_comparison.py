@@ -487,8 +487,14 @@ def test_where_noise_makes_much_of_the_errors_both_shares_are_told(inputs: Input
     """As much noise as half of the better model's errors: it saves more without it."""
     louder = [judge(model, inputs.parts) for model in (VehicleModel(HULL, "nominal"), VehicleModel(TRUE, "true"))]
     own, noise = louder[1].errors.rollout_scores["10"].velocity ** 2, louder[1].errors.noise
-    quiet = comparison([replace(one, errors=replace(one.errors, noise=0.0 * noise)) for one in louder], inputs)
-    loud = comparison([replace(one, errors=replace(one.errors, noise=0.5 * own)) for one in louder], inputs)
+    bare = [
+        replace(one.errors, rollouts={h: replace(r, started=np.zeros(4)) for h, r in one.errors.rollouts.items()})
+        for one in louder
+    ]
+    quiet, loud = (
+        comparison([replace(one, errors=replace(e, noise=n)) for one, e in zip(louder, bare, strict=True)], inputs)
+        for n in (0.0 * noise, 0.5 * own)
+    )
     assert quiet.best.saved is not None
     assert loud.best.saved is not None
     assert loud.best.saved > quiet.best.saved + 0.01

@@ -8,7 +8,7 @@ import pytest
 
 from undertow.comparison.audit import Audit
 from undertow.comparison.facts import Grounds
-from undertow.comparison.recommendation import best, share_of_error, what_decides
+from undertow.comparison.recommendation import best, shares_of_error, what_decides
 from undertow.physics.laws.audit.base import Ruling
 from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.vehicle import load_vehicle
@@ -63,7 +63,7 @@ def test_the_share_of_the_error_is_that_of_the_squares(times: float, horizons: t
     """So many times the error is its square of the squared error, whatever units the axes have."""
     one, nominal = errors(times, horizons=horizons), errors(horizons=horizons)
     for motion in (EVEN, np.array([4.0, 0.01, 0.09])):
-        assert share_of_error(one, nominal, motion) == pytest.approx(times**2)
+        assert shares_of_error([nominal, one], motion)[1] == pytest.approx(times**2)
 
 
 def test_each_speed_counts_by_how_much_it_varies():
@@ -72,26 +72,26 @@ def test_each_speed_counts_by_how_much_it_varies():
     motion = np.array([4.0, 1.0, 0.25])
     before = LONG[:, :3].mean(axis=0) / motion
     wanted = (4.0 * before[0] + before[1] + before[2]) / before.sum()
-    assert share_of_error(surge, nominal, motion) == pytest.approx(wanted)
-    assert share_of_error(surge, nominal, np.array([400.0, 1.0, 0.25])) < wanted
+    assert shares_of_error([nominal, surge], motion)[1] == pytest.approx(wanted)
+    assert shares_of_error([nominal, surge], np.array([400.0, 1.0, 0.25]))[1] < wanted
 
 
 def test_the_position_follows_from_the_speeds_and_is_not_asked():
     far = errors()
     moved = RolloutErrors((LONG * (1.0, 1.0, 1.0, 100.0),), (1.0,), 0)
     other = Errors(far.measured, far.acceleration, far.step, {"10": moved}, 0.0, far.noise)
-    assert share_of_error(other, far, EVEN) == pytest.approx(1.0)
+    assert shares_of_error([far, other], EVEN)[1] == pytest.approx(1.0)
 
 
 def test_a_model_that_runs_away_alone_has_no_end_of_an_error():
-    assert share_of_error(errors(0.5, diverged=1), errors(), EVEN) == np.inf
-    assert share_of_error(errors(0.5, diverged=1), errors(diverged=2), EVEN) == pytest.approx(0.25)
+    assert shares_of_error([errors(), errors(0.5, diverged=1)], EVEN)[1] == np.inf
+    assert shares_of_error([errors(diverged=2), errors(0.5, diverged=1)], EVEN)[1] == pytest.approx(0.25)
 
 
 def test_an_axis_on_which_nothing_moves_and_a_nominal_model_without_error_have_a_number():
-    assert np.isfinite(share_of_error(errors(2.0), errors(), np.array([1.0, 0.0, 1.0])))
-    assert share_of_error(errors(), errors(0.0), EVEN) > 1e6
-    assert share_of_error(errors(0.0), errors(0.0), EVEN) == 0.0
+    assert np.isfinite(shares_of_error([errors(), errors(2.0)], np.array([1.0, 0.0, 1.0]))[1])
+    assert shares_of_error([errors(0.0), errors()], EVEN)[1] > 1e6
+    assert shares_of_error([errors(0.0), errors(0.0)], EVEN)[1] == 0.0
 
 
 HULL = load_vehicle("blueboat")

@@ -8,7 +8,7 @@ import pytest
 
 from undertow.comparison.comparison import Judged, judge
 from undertow.comparison.facts import CALIBRATED, CORRECTED, NOMINAL, Best
-from undertow.comparison.recommendation import share_of_error
+from undertow.comparison.recommendation import shares_of_error
 from undertow.discovery.basis import choose_balance
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.effect_findings import FittedTerm
@@ -96,7 +96,7 @@ def in_model(findings: Findings) -> list[float]:
 def shares(folded: Inputs, *judged: Judged) -> list[float]:
     """Squared errors as shares of the nominal model's, the first."""
     velocity = np.concatenate([motion.velocity for motion in folded.parts.judged.motions])
-    return [share_of_error(one.errors, judged[0].errors, (velocity**2).mean(axis=0)) for one in judged]
+    return shares_of_error([one.errors for one in judged], (velocity**2).mean(axis=0))
 
 
 def reported(run: Run) -> dict[str, float]:
