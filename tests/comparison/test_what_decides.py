@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -55,6 +56,26 @@ def test_long_rollouts_decide_where_they_are_enough():
     assert what_decides([errors(), errors(2.0)]).what == "the speeds predicted over 10 s"
     assert what_decides([errors(starts=35), errors(2.0, starts=35)]).what == "the speeds predicted over 10 s"
     assert what_decides([errors(starts=15), errors(2.0, starts=15)]).what == ""
+
+
+def test_where_noise_of_the_starts_makes_most_of_an_error_shorter_rollouts_decide():
+    """A hull that turns by itself: over 10 s its own model errs more than a damped one, by the noise of the starts."""
+    true, damped = errors(horizons=("10", "2")), errors(0.7, horizons=("10", "2"))
+    for share, horizon in ((0.4, "10"), (0.6, "2")):
+        started = share * LONG.mean(axis=0)
+        drowned = {**true.rollouts, "10": replace(true.rollouts["10"], started=started)}
+        decides = what_decides([replace(true, rollouts=drowned), damped])
+        assert decides.what.startswith(f"the speeds predicted over {horizon} s")
+        assert decides.horizon == horizon
+
+
+def test_no_model_errs_less_than_half_of_what_noise_of_the_starts_makes():
+    started = 0.4 * LONG.mean(axis=0)
+    by_noise = errors(0.7, horizons=("2",))
+    by_noise = replace(by_noise, rollouts={"2": replace(by_noise.rollouts["2"], started=started)})
+    left = [squares.mean(axis=0) for squares in what_decides([by_noise, errors(0.1, horizons=("2",))]).squares]
+    assert left[0] == pytest.approx(np.maximum(0.49 - 0.4, 0.2) * LONG[:, :3].mean(axis=0))
+    assert left[1] == pytest.approx(0.01 * LONG[:, :3].mean(axis=0))  # whose starts make nothing, and so much is sure
 
 
 @pytest.mark.parametrize("times", [0.5, 1.0, 2.0])

@@ -13,7 +13,7 @@ from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
-from undertow.residuals.scores import acceleration_score, residual, rollout_scores, speed_noise
+from undertow.residuals.scores import acceleration_score, evaluate, residual, rollout_scores, speed_noise
 
 HULL = load_vehicle("blueboat")
 MODEL = VehicleModel(HULL, "truth")
@@ -109,3 +109,21 @@ def test_a_runaway_rollout_is_counted_and_stays_finite(world: Motion):
     score = rollout_scores(runaway, raw(world))["10"]
     assert score.diverged > 0
     assert np.isfinite(score.velocity).all()
+
+
+def test_what_noise_of_a_start_makes_of_a_prediction_is_that_of_the_equation():
+    """A surge speed that is off decays with the drag: exp(-t / T) of it is left, of its square a known part."""
+    lost = 4.0  # N s/m
+    hull = HULL.with_values({"X_u": -lost, "X_uu": 0.0, "Y_v": -lost, "Y_vv": 0.0, "N_rr": 0.0})
+    rows = 3000
+    size, rng = 0.02, np.random.default_rng(5)
+    speeds = np.column_stack([size * rng.standard_normal(rows), np.zeros((rows, 2))])
+    time, still = 0.1 * np.arange(rows, dtype=float), np.zeros((rows, 2))
+    motion = Motion(time, still, np.zeros(rows), speeds, still, tuple(t.name for t in hull.thrusters))
+    made = evaluate(VehicleModel(hull, "drag"), raw(motion), (10.0,)).rollouts["10"].started
+    noise = speed_noise(raw(motion))[0]
+    faster = 2.0 * lost / mass_matrix(hull)[0, 0]
+    assert made[0] == pytest.approx(noise * (1.0 - np.exp(-10.0 * faster)) / (10.0 * faster), rel=0.2)
+    assert made[1:3] == pytest.approx(0.0, abs=1e-6)
+    sure = replace(motion, velocity=np.zeros((rows, 3)))
+    assert not evaluate(VehicleModel(hull, "drag"), raw(sure), (10.0,)).rollouts["10"].started.any()
