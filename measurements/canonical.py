@@ -26,16 +26,20 @@ UNITS = {
     "qw": "1",
     "x_dot": "m/s",
     "y_dot": "m/s",
+    "sog": "m/s",
+    "cog": "rad",
     "lat": "deg",
     "lon": "deg",
 }
 """Canonical channels of motion and their units; earth axes NED, body axes FRD. `wind_u`, `wind_v` are the velocity of
 the air relative to the boat, in body axes, as an anemometer on board measures it. When a log is read a quaternion
-becomes `psi`, latitude and longitude become `x` and `y`, and the velocity along `x` and `y` becomes `u` and `v`."""
+becomes `psi`, latitude and longitude become `x` and `y`, and the velocity along `x` and `y`, or speed and course over
+ground (`sog`, and `cog` clockwise from north), become `u` and `v`."""
 
 QUATERNION = ("qx", "qy", "qz", "qw")
 PLACE = ("lat", "lon")
 RATES = ("x_dot", "y_dot")
+TRACK = ("sog", "cog")
 
 COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N", "tau": "N"}
 """Kinds of thruster command and their units; a command channel is named `<kind>_<thruster>`. Generalised forces are
@@ -49,6 +53,7 @@ LIMITS = {
     "r": (-50.0, 50.0),
     "x_dot": (-100.0, 100.0),
     "y_dot": (-100.0, 100.0),
+    "sog": (-100.0, 100.0),
     "ax": (-1e4, 1e4),
     "ay": (-1e4, 1e4),
     "wind_u": (-150.0, 150.0),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...physics.errors import LogError
 from ...physics.motion import Array, earth_to_body, heading_from_enu, heading_from_quaternion
 from ...physics.thrusters import side_named
-from ..canonical import PLACE, QUATERNION, RATES, UNITS, Channel, Lost, check_limits, command_kind, local_metres
+from ..canonical import PLACE, QUATERNION, RATES, TRACK, UNITS, Channel, Lost, check_limits, command_kind, local_metres
 from ..clock import APART, Clock
 from ..formats.base import Stream
 from .channel_map import Entry
@@ -119,6 +119,8 @@ _FEWEST = 50
 """Rows of a heading from which its usual step can be told."""
 _SPINS, _ALL_ROUND = 5.0, 0.75
 """Times the step that 95 % of rows stay below, and share of a full turn, that a line through the wrap has."""
+_FULL_TURN = 6.3
+"""No course in radians is larger; one in degrees is, as soon as it is not within 6 degrees of north [rad]."""
 _WHOLE = 1e4
 """No angle in degrees is as large as this; a latitude in 1e-7 degrees is, unless it is within 110 m of the equator."""
 
@@ -155,7 +157,7 @@ class Source:
     @property
     def entry(self) -> Entry:
         """The line of a channel map that says the same; commands and places have no frame."""
-        framed = command_kind(self.role) is None and self.role not in PLACE
+        framed = command_kind(self.role) is None and self.role not in (*PLACE, *TRACK)
         steering = self.steering and replace(self.steering[1], source=self.steering[0].name)
         return Entry(self.stream.name, self.scale, self.offset, self.frame if framed else None, steering)
 
@@ -189,6 +191,7 @@ def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -
     if "psi" in channels:
         channels["psi"] = _wrapped(channels["psi"], "psi" in sources, notes)
     _position(channels, where, notes)
+    _track(channels, notes)
     _velocity(channels, notes)
     for name in ("x", "y"):
         if name in channels:
@@ -329,6 +332,21 @@ def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> Non
     )
     channels["x"] = Channel("x", time[known], north, parts[0].origin, parts[0].lost)
     channels["y"] = Channel("y", time[known], east, parts[1].origin, parts[1].lost)
+
+
+def _track(channels: dict[str, Channel], notes: list[str]) -> None:
+    """Replace speed and course over ground by the velocity north and east."""
+    parts = {name: channels.pop(name) for name in TRACK if name in channels}
+    if len(parts) < 2:
+        notes += [f"{name} alone ({part.origin}) is no velocity and is not used" for name, part in parts.items()]
+        return
+    speed, course = parts["sog"], parts["cog"]
+    time, (along, towards) = _together([speed, course])
+    if towards.size and np.abs(towards).max() > _FULL_TURN:
+        notes.append(f"cog: {course.origin} taken in degrees, because it is above {_FULL_TURN:g}")
+        towards = np.radians(towards)
+    for name, turn in zip(RATES, (np.cos, np.sin), strict=True):
+        channels[name] = Channel(name, time, along * turn(towards), f"{speed.origin} along {course.origin}", speed.lost)
 
 
 def _velocity(channels: dict[str, Channel], notes: list[str]) -> None:

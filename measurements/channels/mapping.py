@@ -9,7 +9,7 @@ import numpy as np
 
 from ...physics.errors import LogError
 from ...physics.motion import Array
-from ..canonical import PLACE, QUATERNION, RATES, Channel, command_kind, in_vehicle_file, unit_of
+from ..canonical import PLACE, QUATERNION, RATES, TRACK, Channel, command_kind, in_vehicle_file, unit_of
 from ..formats.base import Name, Stream
 from .channel_map import Entry
 from .conversion import Source, channels_of
@@ -17,7 +17,18 @@ from .message_types import NOT_MEASURED, PREDICTED, is_earth_velocity
 from .owners import colours, others, unneeded
 from .recognition import Guess, is_under, is_vertical_acceleration, recognise, says_command
 
-_GROUPS = (("x", "y"), ("psi",), QUATERNION, ("u", "v"), RATES, ("r",), ("ax", "ay"), ("wind_u", "wind_v"), PLACE)
+_GROUPS = (
+    ("x", "y"),
+    ("psi",),
+    QUATERNION,
+    ("u", "v"),
+    RATES,
+    TRACK,
+    ("r",),
+    ("ax", "ay"),
+    ("wind_u", "wind_v"),
+    PLACE,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,6 +101,9 @@ def map_channels(
     _drop(sources, has_position, PLACE, "x and y are channels of their own; latitude and longitude are not used", notes)
     has_speed = "u" in sources and "v" in sources
     _drop(sources, has_speed, RATES, "u and v are channels of their own; velocities in earth axes are not used", notes)
+    moving = "x_dot" in sources and "y_dot" in sources
+    why = f"{'u and v' if has_speed else 'x_dot and y_dot'} are channels of their own; speed and course are not used"
+    _drop(sources, has_speed or moving, TRACK, why, notes)
     notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
     channels, told = channels_of(sources, where, mend)
     used = {id(stream) for source in sources.values() for stream in source.streams}
@@ -128,7 +142,7 @@ def _mapped(
         stream = _find(streams, entry.source, name, where, unread)
         guess = recognise(stream.label, stream.frame)
         own = guess if guess is not None and guess.role == name else None
-        if command_kind(name) or name in PLACE:
+        if command_kind(name) or name in (*PLACE, *TRACK):
             axes = "ned"
         elif own is not None and own.axes != "log" and (own.axes == "ned" or frame is None):
             axes = entry.frame or ("enu" if own.axes == "ros" else "ned")
@@ -314,7 +328,7 @@ def _placed(guess: Guess, stream: Stream, frame: str | None, upside_down: bool, 
         how = f"from {stream.name}" if guess.rank == 3 else ""
         return Source(guess.role, stream, "ned", guess.scale, how=how)
     if guess.axes == "log":
-        return Source(guess.role, stream, frame or "ned")
+        return Source(guess.role, stream, "ned" if guess.role in TRACK else frame or "ned")
     if guess.rank == 2 and upside_down and frame is None and guess.role in ("r", "ax", "ay"):
         how = f"from {stream.name}, axes taken as FRD because its vertical acceleration is negative at rest"
         return Source(guess.role, stream, "ned", how=how)

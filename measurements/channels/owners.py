@@ -50,7 +50,11 @@ def others(streams: Sequence[Stream]) -> dict[str, str]:
     return result
 
 
-_HEADINGS, _PLACES, _SPEEDS = ({"psi"}, {"qw"}), ({"x", "y"}, {"lat", "lon"}), ({"u", "v"}, {"x_dot", "y_dot"})
+_HEADINGS, _PLACES, _SPEEDS = (
+    ({"psi"}, {"qw"}),
+    ({"x", "y"}, {"lat", "lon"}),
+    ({"u", "v"}, {"x_dot", "y_dot"}, {"sog", "cog"}),
+)
 
 
 def unneeded(own: Collection[str], roles: Collection[str]) -> set[str]:

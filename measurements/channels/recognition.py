@@ -51,6 +51,14 @@ _BANK = re.compile(r"(?:servo_output_raw|rc_channels_(?:raw|scaled))\W(?:.*\W)?p
 _PULSES = (800.0, 2200.0)
 """An output is 0 or 65535 where it is not driven (MAVLink, common.xml)."""
 _PLACE = re.compile(r"(?:^|\.)(?P<axis>latitude|longitude)$")
+_TRACK = re.compile(
+    r"(?P<sog>sog|speed_over_ground|ground_?speed)_(?P<pace>mps|m_s|kn|kt|kts|knots)$"
+    r"|(?P<cog>cog|course_over_ground|ground_?course)(?P<angle>_deg|_rad)$"
+)
+"""Columns of a receiver's speed and course that say their unit."""
+_PACES = {"mps": 1.0, "m_s": 1.0} | dict.fromkeys(("kn", "kt", "kts", "knots"), 1852.0 / 3600.0)
+_ANGLES = {"_deg": _DEGREES, "_rad": 1.0}
+"""What one of each unit is in those of the channels."""
 
 _SIDES = {
     "port": "port",
@@ -142,6 +150,10 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
         place = _PLACE.search(field)
         if place:
             return Guess(place["axis"][:3], "ned", 2, f"{name.topic}:{field[: place.start()]}")
+    track = None if name.kind else _TRACK.fullmatch(field.lower())
+    if track:
+        role, scale = ("sog", _PACES[track["pace"]]) if track["sog"] else ("cog", _ANGLES[track["angle"]])
+        return Guess(role, "ned", 3, f"{name.topic}:track", scale)
     command = _command(name)
     return Guess(command, "log", 2, name.name) if command else None
 
