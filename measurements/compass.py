@@ -106,7 +106,7 @@ class Compass:
     @property
     def sentence(self) -> str:
         """The same in words."""
-        size, error, limit = (float(np.degrees(x)) for x in (self.size, self.error, SOUND))
+        size, limit = (float(np.degrees(x)) for x in (self.size, SOUND))
         if not np.isfinite(self.error):
             return f"too few straight runs to tell whether the compass is right to within {limit:g} degrees"
         if self.lazy:
@@ -127,8 +127,7 @@ class Compass:
         if self.sound:
             return f"the compass is right to within {limit:g} degrees"
         return (
-            f"the straight runs do not show that the compass is right to within {limit:g} degrees: they ask for "
-            f"{size:.1f} +- {error:.1f} degrees"
+            f"the straight runs tell neither that the compass is right to within {limit:g} degrees nor that it deviates"
         )
 
     @property
