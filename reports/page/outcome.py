@@ -54,6 +54,10 @@ def hero(steps: Sequence[Step], deciding: str = "") -> tuple[str, str]:
     return horizon, known[0] if known else "position"
 
 
+_MORE = 2
+"""Effects that are named of those that are no part of the headline."""
+
+
 def gets_worse(steps: Sequence[Step], deciding: str = "") -> bool:
     """Whether the error that the story leads with is larger after the last step, or the predictions run away there."""
     before, after = _ends(steps, deciding)
@@ -75,7 +79,14 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
         return ""
     horizon, metric = hero(steps, comparison.best.horizon)
     unit, added = ROLLOUT_UNITS[metric], [step for step in steps[1:] if step.added != CALIBRATED]
-    adding = [f"adding {'it' if len(added) == 1 else 'them'}"] * bool(added)
+    said = [step for step in added if step.added in (*findings.missing, *findings.likely) or ":" in str(step.added)]
+    more = [words(str(step.added)) for step in added if step not in said] if said else []
+    every = [
+        "it" if len(said or added) == 1 else "them",
+        *more[:_MORE],
+        *[f"{len(more) - _MORE} more"] * (len(more) > _MORE),
+    ]
+    adding = [f"adding {listing(every)}"] * bool(added)
     done = listing([*["calibrating its parameters"] * bool(findings.calibrated), *adding]) or "what was done"
     what, where = f"the {metric} error of {horizon} s predictions", "on unseen motion"
     if after != after:
