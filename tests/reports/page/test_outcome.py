@@ -270,9 +270,11 @@ def test_where_the_nominal_model_is_as_good_the_line_says_what_the_other_reaches
     compared = judged("nominal", nominal=2.0, corrected=1.9).but(differences=paired("no difference").differences)
     line = answer(open_story(2.0, 1.9), compared)[0].text
     assert line == (
-        "the nominal model, with a position error of 10 s predictions of 2.0 m on unseen rows; model.yaml reaches "
-        "1.9 m, which may be chance."
+        "none by more than chance in its speeds. The position error of 10 s predictions on unseen rows is 2.0 m of the "
+        "nominal model, 1.9 m of model.yaml, which may be chance."
     )
+    worse = answer(open_story(2.0, 2.1), compared.but(models=judged("nominal", nominal=2.0, corrected=2.1).models))[0]
+    assert worse.text.startswith("the nominal model, with a position error of 10 s predictions of 2.0 m")
 
 
 def test_nothing_is_missing_is_not_said_of_an_axis_that_was_not_judged_nor_of_a_model_that_changes_the_error():
