@@ -103,7 +103,9 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
     except (OSError, ValueError) as error:
         text = f"the channel map is not YAML ({reason(error)}). Quote names that hold a colon."
         raise LogError(f"{path}: {text}") from error
-    if not isinstance(content, dict) or not content:
+    if not content:
+        raise LogError(f"{path}: the channel map has no line; write some, such as 'psi: heading', or leave it out.")
+    if not isinstance(content, dict):
         raise LogError(f"{path}: expected lines of 'channel: topic:field' in the channel map, got {shown(content)}.")
     return entries_of(path, content)
 

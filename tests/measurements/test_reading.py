@@ -288,6 +288,7 @@ MAPS = {
     "u: {from: v, scale: two}": "needs a number as scale",
     "u: {from: v, frame: body}": "needs frame ned or enu",
     "- u": "expected lines of 'channel: topic:field'",
+    "# nothing yet": "has no line; write some",
     "u: a: b": "the channel map is not YAML",
     "{x: {from: u, frame: enu}, y: v}": "gives y twice",
 }
