@@ -45,21 +45,13 @@ class Decides(NamedTuple):
 
 
 def what_decides(every: Sequence[Errors]) -> Decides:
-    """Choose what decides between models: speeds over 10 s, over 2 s where these are too few, else acceleration.
-
-    Over 2 s, too, where over 10 s most of what a model errs is made of the noise of the starts, as of a hull that turns
-    by itself: how much of it that is, is no longer known then.
-    """
-    why = ""
+    """Choose what decides between models: speeds over 10 s, over 2 s where these are too few, else acceleration."""
     for horizon in _HORIZONS:
         if horizon in every[0].rollouts:
             found = _over(horizon, every)
             if found.squares[0].shape[0] >= _BLOCKS * found.shortest and _can_tell(found.squares, found.shortest):
-                if horizon == _HORIZONS[-1] or not _drowned(every, horizon):
-                    return found._replace(what=f"{found.what}{why}")
-                why = f" (over {horizon} s the noise of the starts makes most of the errors)"
-                continue
-        why = why or f" (the rows are too few for {horizon} s)"
+                longer = f" (the rows are too few for {_HORIZONS[0]} s)" if horizon != _HORIZONS[0] else ""
+                return found._replace(what=f"{found.what}{longer}")
     table = [squares(errors) for errors in every]
     return Decides("acceleration" if _can_tell(table, 1) else "", 1, table)
 
@@ -104,13 +96,17 @@ def _can_tell(table: list[Array], shortest: int) -> bool:
 def shares_of_error(every: Sequence[Errors], motion: Array) -> list[float]:
     """Squared errors of models as shares of the first one's, each speed in units of how much it varies.
 
-    Of what decides between them. No end of it where a model runs away within 10 s and the first one does not.
+    Of what decides between them; over 2 s, too, where over 10 s most of what a model errs is made of the noise of its
+    starts, as of a hull that turns by itself: how much that is, is not known well enough. No end of it where a model
+    runs away within 10 s and the first one does not.
 
     Parameters
     ----------
     motion : (3,) mean square of each measured speed [m^2/s^2, m^2/s^2, rad^2/s^2]
     """
-    table = what_decides(every).squares
+    decides, shorter = what_decides(every), _HORIZONS[-1]
+    drowned = decides.horizon == _HORIZONS[0] and shorter in every[0].rollouts and _drowned(every, decides.horizon)
+    table = _over(shorter, every).squares if drowned else decides.squares
     unit = np.maximum(motion, np.finfo(float).tiny)
     sums = [float((np.mean(each, axis=0) / unit).sum()) for each in table]
     steady = _diverged(every[0])

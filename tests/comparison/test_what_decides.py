@@ -58,15 +58,16 @@ def test_long_rollouts_decide_where_they_are_enough():
     assert what_decides([errors(starts=15), errors(2.0, starts=15)]).what == ""
 
 
-def test_where_noise_of_the_starts_makes_most_of_an_error_shorter_rollouts_decide():
+def test_where_noise_of_the_starts_makes_most_of_an_error_shorter_rollouts_tell_the_share():
     """A hull that turns by itself: over 10 s its own model errs more than a damped one, by the noise of the starts."""
     true, damped = errors(horizons=("10", "2")), errors(0.7, horizons=("10", "2"))
-    for share, horizon in ((0.4, "10"), (0.6, "2")):
+    over_two = replace(damped, rollouts={**damped.rollouts, "2": errors(3.0, horizons=("2",)).rollouts["2"]})
+    for share, wanted in ((0.4, 0.49 / 0.6), (0.6, 9.0)):
         started = share * LONG.mean(axis=0)
-        drowned = {**true.rollouts, "10": replace(true.rollouts["10"], started=started)}
-        decides = what_decides([replace(true, rollouts=drowned), damped])
-        assert decides.what.startswith(f"the speeds predicted over {horizon} s")
-        assert decides.horizon == horizon
+        noisy = {**true.rollouts, "10": replace(true.rollouts["10"], started=started)}
+        every = [replace(true, rollouts=noisy), over_two]
+        assert shares_of_error(every, EVEN)[1] == pytest.approx(wanted)
+        assert what_decides(every).horizon == "10"
 
 
 def test_no_model_errs_less_than_half_of_what_noise_of_the_starts_makes():
