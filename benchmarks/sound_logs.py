@@ -30,8 +30,9 @@ from undertow.measurements.quality.registry import CHECKS
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import Vehicle
 
-FIRST = {"tuning": 240_000, "reporting": 390_000}
-"""First seeds; those from 250,000, 270,000, 300,000, 330,000 and 360,000 on were reported before, and mended by."""
+FIRST = {"tuning": 240_000, "reporting": 420_000}
+"""First seeds; those from 250,000, 270,000, 300,000, 330,000, 360,000 and 390,000 on were reported before, and mended
+by; 400,000 was tuned by, too."""
 MOST = 0.001
 """Share of sound logs that a check may refuse."""
 PACKAGES = ("physics", "measurements")

@@ -16,7 +16,7 @@ from ...physics.motion import Array
 from ..canonical import command_kind
 from ..log import Log
 from .axes import Mixed, mixed_axes, noise_of_ways, other_places
-from .faults import FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
+from .faults import BLOCK, FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
 from .lags import blocks_of_pieces, courses
 
 _QUARTER = 0.5 * np.pi
@@ -124,8 +124,10 @@ def _read(ways: _Ways, block: NDArray[np.int64], beside: bool) -> tuple[int, flo
         [(turn, _QUARTER * number, number % 4) for turn, number in numbers.items()],
         [(turn, angle, None) for turn, angle in free.items()],
     ]
-    as_is, least = across(1, 0.0, 0), min((across(*one) for one in levels[-1]), key=np.sum)
-    for level in levels:
+    as_is = across(1, 0.0, 0)
+    levels[-1] = [one for one in levels[-1] if _holds(ways, *one[:2])]
+    least = min((across(*one) for level in levels for one in level), key=np.sum)
+    for level in filter(None, levels):
         reading = min(level, key=lambda one: float(across(*one).sum()))
         told = across(*reading)
         if not size_of(told, least, as_is, block).likely:
@@ -135,6 +137,15 @@ def _read(ways: _Ways, block: NDArray[np.int64], beside: bool) -> tuple[int, flo
         reading, as_is, told = (1, np.pi, 2), power * astern, power * ~astern
     turn, angle, quarters = reading
     return turn, angle, quarters, float(told.sum() / power.sum()), size_of(as_is, told, 0.5 * power, block)
+
+
+def _holds(ways: _Ways, turn: int, angle: float) -> bool:
+    """Whether an angle holds in all parts of the log: that of drift or a tether comes and goes, a wrong one stays."""
+    told, as_is = ways.across(turn, angle, beside=False), ways.across(1, 0.0, beside=False)
+    power, each = 0.5 * np.abs(ways.way) ** 2, np.arange(ways.way.size)
+    part = (np.cumsum(ways.span) / (FEWEST * BLOCK)).astype(np.int64)
+    some = [one for number in np.unique(part) if (one := each[part == number]).size >= FEWEST]
+    return not any(size_of(told[one], as_is[one], power[one], one).warns for one in some)
 
 
 def _joined(found: Sequence[_Ways]) -> _Ways | None:

@@ -125,6 +125,15 @@ def test_a_turn_to_one_side_with_much_drift_is_sound():
     assert told(changed(channels, x=north, y=east)) == []
 
 
+@pytest.mark.parametrize(("still", "verdicts"), [(40.0, []), (0.0, ["defect"])])
+def test_a_wrong_angle_is_wrong_from_the_first_piece_on_a_drift_grows(still, verdicts):
+    """A boat that a tether drags aside after `still` s, on courses of all directions, was refused for its axes."""
+    aside = np.radians(40.0 + 8.0 * np.sin(0.11 * TIME)) * np.clip((TIME - still) / 20.0 + (still == 0.0), 0.0, 1.0)
+    psi = 2.0 * np.sin(0.06 * TIME)
+    north, east = (np.cumsum(0.2 * 1.2 * part(psi + aside)) for part in (np.cos, np.sin))
+    assert [one.verdict for one in told(changed(run(psi), x=north, y=east))] == verdicts
+
+
 def test_a_heading_of_another_thing_contradicts_the_track():
     channels = run(0.1 * TIME)
     jitter = 0.3 + 0.05 * np.random.default_rng(0).normal(size=TIME.size)
