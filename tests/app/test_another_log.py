@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from places import ROOT
+from places import ROOT, crowding
 from tabs import DEMO, fit_of, opened, worker_of
 from verbs import done
 
@@ -25,7 +25,7 @@ DEMO_LOG, NOMINAL = ROOT / "data" / "gazebo_blueboat.csv.gz", ROOT / "data" / "d
 FIRST, SECOND = "surge_quadratic_damping", "yaw_quadratic_damping"
 NAMES = FileNames(Path("/nowhere"))
 LIMIT = 1.0
-"""Seconds in which a log of five minutes is read, checked and predicted."""
+"""Seconds in which a log of five minutes is read, checked and predicted, on a machine that does nothing else."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -89,7 +89,7 @@ def test_five_minutes_are_read_and_predicted_within_a_second(second: Path, tmp_p
         begun = time.perf_counter()
         desk.try_on(Source((str(second),)), stand, str(tmp_path), NAMES)
         took.append(time.perf_counter() - begun)
-    assert min(took) < LIMIT, took
+    assert min(took) < LIMIT * crowding(), took
 
 
 def test_all_views_show_the_second_log_and_the_first_comes_back_as_it_was(second: Path):

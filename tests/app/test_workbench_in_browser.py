@@ -15,7 +15,7 @@ from contextlib import closing
 
 import pytest
 from keyboard import nameless, tab_through
-from places import ROOT
+from places import ROOT, crowding
 from verbs import done
 
 from undertow.physics.errors import RequestError
@@ -188,11 +188,6 @@ def test_the_whole_story(tab, tmp_path):
     assert tab.heard == []
 
 
-def limit() -> float:
-    """Milliseconds in which the other log is predicted where as many programs wait for a processor as do now."""
-    return 1000.0 * LIMIT * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
-
-
 @pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 390)])
 def test_the_tab_key_comes_to_everything_and_shows_where_it_is(browser, address, scheme, width):
     """On the opening, on the bench and in a dialog: an outline that differs from what is behind it by 3 to 1."""
@@ -234,11 +229,11 @@ def test_another_log_is_tried_and_the_session_goes_on_in_another_tab(tab, browse
         tab.locator("input[type=file]").set_input_files(path)
         tab.get_by_text("lake.csv: a log").wait_for()
         took.append(tab.evaluate(PRESSED, ["Predict the other log", told]))
-        if took[-1] < limit():
+        if took[-1] < 1000.0 * LIMIT * crowding():
             break
         press(tab, "Put the other log away")
         tab.get_by_text(told).first.wait_for(state="hidden")
-    assert min(took) < limit(), took
+    assert min(took) < 1000.0 * LIMIT * crowding(), took
     tab.get_by_role("heading", name="With surge quadratic damping").wait_for()
     tab.wait_for_timeout(PEACE)
     tried = now(tab)

@@ -1,10 +1,16 @@
 """Where the repository lies, whatever folder a test stands in, and the logs that may lie beside it."""
 
+import os
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+def crowding() -> float:
+    """How many programs want each processor, at least one: what takes a second alone takes so many times as long."""
+    return max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
 
 
 def shared(name: str) -> Path:
