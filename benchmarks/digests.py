@@ -22,7 +22,7 @@ from contextlib import ExitStack
 from html import unescape
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 from unittest.mock import patch
 
 import yaml
@@ -148,7 +148,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=processors())
     given = parser.parse_args(arguments)
     asked = cases()[: given.logs]
-    found = Parallel(n_jobs=given.jobs, return_as="generator")(delayed(answered)(case) for case in asked)
+    every = Parallel(n_jobs=given.jobs, return_as="generator")(delayed(answered)(case) for case in asked)
+    found = cast("Iterator[dict[str, Any]]", every)
     if given.what == "freeze":
         given.file.parent.mkdir(parents=True, exist_ok=True)
         with gzip.open(given.file, "wt", encoding="utf-8") as file:

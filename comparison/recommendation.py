@@ -98,7 +98,7 @@ def shares_of_error(every: Sequence[Errors], motion: Array) -> list[float]:
 
     Of what decides between them; over 2 s, too, where over 10 s most of what a model errs is made of the noise of its
     starts, as of a hull that turns by itself: how much that is, is not known well enough. No end of it where a model
-    runs away within 10 s and the first one does not.
+    runs away within that time and the first one does not.
 
     Parameters
     ----------
@@ -110,7 +110,8 @@ def shares_of_error(every: Sequence[Errors], motion: Array) -> list[float]:
     unit = np.maximum(motion, np.finfo(float).tiny)
     sums = [float((np.mean(each, axis=0) / unit).sum()) for each in table]
     steady = _diverged(every[0])
-    lost = [bool((_diverged(errors) - steady) & {_HORIZONS[0]}) for errors in every]
+    longest = {horizon for horizon in _HORIZONS if horizon in every[0].rollouts}
+    lost = [bool((_diverged(errors) - steady) & longest) for errors in every]
     return [np.inf if gone else own / max(sums[0], np.finfo(float).tiny) for own, gone in zip(sums, lost, strict=True)]
 
 

@@ -119,7 +119,7 @@ class Motion(Card):
     understated : by how much third differences understate the square of white noise on each velocity, for readings that
         were averaged onto the time base; see `understated_noise`
     command_step : time between two records of the commands [s]; 0 where it is not known
-    record_step : time between two records of the speeds [s], between which rows are interpolated; 0 for one of each row
+    record_step : time between two records of each velocity [s], between which rows are interpolated; 0 for one a row
     out_of_step : by how much its columns may be out of step with each other, as far as the log's reader can tell [s]
     minutes : (n,) since the first row of the log [min], by which what changes in a log is told; of `time` where it is
         not given
@@ -143,7 +143,7 @@ class Motion(Card):
     derived: tuple[bool, bool, bool] = (False, False, False)
     understated: tuple[float, float, float] = (1.0, 1.0, 1.0)
     command_step: float = 0.0
-    record_step: float = 0.0
+    record_step: tuple[float, float, float] = (0.0, 0.0, 0.0)
     out_of_step: float = 0.0
     minutes: Array = _OF_TIME
 

@@ -326,7 +326,7 @@ def _rollout_errors(
     noisy = [] if noise is None or not noise.any() else [_noisier(legs, noise) for legs in asked]
     sources = {id(own.motion): legs.motion for own, legs in zip(noisy, asked, strict=bool(noisy))}
     calm: dict[tuple[Model, int, int], Array] = {}
-    for model, legs, states in rolled_out(models, [*asked, *noisy]):
+    for model, legs, states in rolled_out(list(found), [*asked, *noisy]):
         source, first = sources.get(id(legs.motion)), int(legs.starts[0])
         if source is not None:
             found[model].spread(source, states - calm.pop((model, id(source), first)))

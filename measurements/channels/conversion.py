@@ -191,7 +191,7 @@ def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -
     if "psi" in channels:
         channels["psi"] = _wrapped(channels["psi"], "psi" in sources, notes)
     _position(channels, where, notes)
-    _track(channels, notes)
+    _track(channels, sources, notes)
     _velocity(channels, notes)
     for name in ("x", "y"):
         if name in channels:
@@ -334,7 +334,7 @@ def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> Non
     channels["y"] = Channel("y", time[known], east, parts[1].origin, parts[1].lost)
 
 
-def _track(channels: dict[str, Channel], notes: list[str]) -> None:
+def _track(channels: dict[str, Channel], sources: Mapping[str, Source], notes: list[str]) -> None:
     """Replace speed and course over ground by the velocity north and east."""
     parts = {name: channels.pop(name) for name in TRACK if name in channels}
     if len(parts) < 2:
@@ -342,7 +342,7 @@ def _track(channels: dict[str, Channel], notes: list[str]) -> None:
         return
     speed, course = parts["sog"], parts["cog"]
     time, (along, towards) = _together([speed, course])
-    if towards.size and np.abs(towards).max() > _FULL_TURN:
+    if towards.size and sources["cog"].scale == 1.0 and np.abs(towards).max() > _FULL_TURN:
         notes.append(f"cog: {course.origin} taken in degrees, because it is above {_FULL_TURN:g}")
         towards = np.radians(towards)
     for name, turn in zip(RATES, (np.cos, np.sin), strict=True):

@@ -328,7 +328,9 @@ def _placed(guess: Guess, stream: Stream, frame: str | None, upside_down: bool, 
         how = f"from {stream.name}" if guess.rank == 3 else ""
         return Source(guess.role, stream, "ned", guess.scale, how=how)
     if guess.axes == "log":
-        return Source(guess.role, stream, "ned" if guess.role in TRACK else frame or "ned")
+        if guess.role in TRACK:
+            return Source(guess.role, stream, "ned", how=f"{stream.name} taken in [{unit_of(guess.role)}]")
+        return Source(guess.role, stream, frame or "ned")
     if guess.rank == 2 and upside_down and frame is None and guess.role in ("r", "ax", "ay"):
         how = f"from {stream.name}, axes taken as FRD because its vertical acceleration is negative at rest"
         return Source(guess.role, stream, "ned", how=how)

@@ -365,10 +365,17 @@ def motion_on(log: Log, vehicle: Vehicle | None, recipe: Recipe, span: Span, gri
         derived=_derived(log, part, step),
         understated=_understated(part, grid),
         command_step=command_step(channels),
-        record_step=reference(log).period,
+        record_step=_record_steps(log),
         out_of_step=log.out_of_step,
         minutes=(grid - reference(log).time[0]) / 60.0,
     )
+
+
+def _record_steps(log: Log) -> tuple[float, float, float]:
+    """Time between two records of each velocity [s], or of what it is the derivative of."""
+    pairs = (("u", "x"), ("v", "y"), ("r", "psi"))
+    u, v, r = (next((log.channels[name].period for name in pair if name in log.channels), 0.0) for pair in pairs)
+    return u, v, r
 
 
 def _derived(log: Log, part: dict[str, tuple[Array, Array]], step: float) -> tuple[bool, bool, bool]:

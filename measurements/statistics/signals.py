@@ -149,17 +149,17 @@ def filtered_noise(motion: Motion, level: Array, low_pass: Callable[[Array], Arr
     level : (3,) of the records, as `sensor_noise` tells it
     low_pass : filters columns (n, 3) along the first axis
     """
-    every = _rows_of_a_record(motion)
-    rows = np.arange(motion.time.size)
-    single = np.zeros_like(motion.velocity[::every])
-    single[len(single) // 2] = 1.0
-    answer = _as_derived(single, motion)
-    spread = np.column_stack([np.interp(rows, rows[::every], answer[:, axis]) for axis in range(3)])
+    rows, spread = np.arange(motion.time.size), np.zeros_like(motion.velocity)
+    every = [_rows_of_a_record(motion, axis) for axis in range(3)]
+    for axis, step in enumerate(every):
+        single = np.zeros_like(motion.velocity[::step])
+        single[len(single) // 2] = 1.0
+        spread[:, axis] = np.interp(rows, rows[::step], _as_derived(single, motion)[:, axis])
     return np.asarray((low_pass(spread) ** 2).sum(axis=0) / every * level**2)
 
 
-def _rows_of_a_record(motion: Motion) -> int:
-    return max(1, round(motion.record_step / motion.time_step))
+def _rows_of_a_record(motion: Motion, axis: int) -> int:
+    return max(1, round(motion.record_step[axis] / motion.time_step))
 
 
 def _as_derived(white: Array, motion: Motion) -> Array:
@@ -183,13 +183,14 @@ def sensor_noise(motions: Sequence[Motion]) -> Array:
 
 
 def noise_on_rows(motions: Sequence[Motion]) -> Array:
-    """White noise on rows of u, v [m/s] and r [rad/s], (3,): what differences of neighbours meet."""
+    """White noise on records of u, v [m/s] and r [rad/s], (3,): what differences of neighbours meet."""
     return _joined(motions, np.ones((len(motions), 3)))
 
 
 def _joined(motions: Sequence[Motion], understated: Array) -> Array:
     """Root mean square over the motions, weighted by their rows."""
-    records = [m.velocity[:: _rows_of_a_record(m)] for m in motions]
-    levels = np.array([[noise_level(each[:, axis]) or 0.0 for axis in range(3)] for each in records])
+    levels = np.array(
+        [[noise_level(m.velocity[:: _rows_of_a_record(m, axis), axis]) or 0.0 for axis in range(3)] for m in motions]
+    )
     rows = np.array([m.time.size for m in motions], dtype=float)
     return np.sqrt((levels**2 * understated * rows[:, None]).sum(axis=0) / rows.sum())

@@ -267,7 +267,8 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
     beside = ""
     if len(steps) > 1 and isfinite(after):
         doubt = f", {why}" if (why := _chance(findings, comparison)) else ""
-        if after < before * (1.0 - _LEVEL):
+        by_chance = best.grounds in (None, Grounds.NONE_BETTER, Grounds.CHANCE) and bool(best.horizon)
+        if by_chance and after < before * (1.0 - _LEVEL):
             both = f"{number(before, 2)} {unit} of the nominal model, {number(after, 2)} {unit} of model.yaml"
             return f"none by more than chance in its speeds. The {what} on unseen rows is {both}{doubt}."
         beside = f"; model.yaml reaches {number(after, 2)} {unit}{doubt}"

@@ -38,9 +38,13 @@ def test_records_that_are_rarer_than_rows_have_slower_noise_and_more_is_left_of_
     speeds = np.column_stack([np.interp(rows, rows[::2], np.gradient(own, 2 * STEP)) for own in places.T])
     derived = (True, True, False)
     noisy = replace(
-        still, velocity=np.column_stack([speeds, 0.0 * rows]), derived=derived, record_step=2 * STEP, past=None
+        still,
+        velocity=np.column_stack([speeds, 0.0 * rows]),
+        derived=derived,
+        record_step=(2 * STEP, 2 * STEP, 0.0),
+        past=None,
     )
     told = filtered_noise(noisy, sensor_noise([noisy]), smoothed)[:2]
     assert told == pytest.approx((smoothed(speeds) ** 2).mean(axis=0), rel=0.2)
-    understated = replace(noisy, record_step=0.0)
+    understated = replace(noisy, record_step=(0.0, 0.0, 0.0))
     assert (filtered_noise(understated, sensor_noise([understated]), smoothed)[:2] < 0.3 * told).all()
