@@ -342,7 +342,8 @@ def _track(channels: dict[str, Channel], sources: Mapping[str, Source], notes: l
         return
     speed, course = parts["sog"], parts["cog"]
     time, (along, towards) = _together([speed, course])
-    if towards.size and sources["cog"].scale == 1.0 and np.abs(towards).max() > _FULL_TURN:
+    said = sources["cog"].scale != 1.0 or sources["cog"].stream.field.lower().endswith("rad")
+    if towards.size and not said and np.abs(towards).max() > _FULL_TURN:
         notes.append(f"cog: {course.origin} taken in degrees, because it is above {_FULL_TURN:g}")
         towards = np.radians(towards)
     for name, turn in zip(RATES, (np.cos, np.sin), strict=True):

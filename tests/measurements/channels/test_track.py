@@ -42,6 +42,13 @@ def test_they_become_surge_and_sway(tmp_path: Path, names: tuple[str, str], spee
     assert "sog" not in log.channels
 
 
+def test_a_course_that_says_its_unit_may_go_on_beyond_a_full_turn(tmp_path: Path):
+    course = np.linspace(0.0, 9.0, ROWS)
+    turned = {"psi": course, "sog_mps": SPEED, "cog_rad": course}
+    log = read_log(written(tmp_path / "log.csv", **turned))
+    assert log.channels["u"].value == pytest.approx(SPEED, abs=1e-6)
+
+
 def test_what_the_log_says_of_surge_and_sway_goes_first(tmp_path: Path):
     own = {"u": np.full(ROWS, 2.0), "v": np.zeros(ROWS)}
     log = read_log(written(tmp_path / "log.csv", **own, sog=SPEED, cog=HEADING))

@@ -39,11 +39,13 @@ def test_records_that_are_rarer_than_rows_have_slower_noise_and_more_is_left_of_
     derived = (True, True, False)
     noisy = replace(
         still,
-        velocity=np.column_stack([speeds, 0.0 * rows]),
+        velocity=np.column_stack([speeds, 0.3 * np.sin(STEP * rows)]),
         derived=derived,
         record_step=(2 * STEP, 2 * STEP, 0.0),
         past=None,
     )
+    alone = replace(noisy, record_step=(0.0, 0.0, 0.0))
+    assert sensor_noise([noisy])[2] == sensor_noise([alone])[2], "a gyro that has its own pace"
     told = filtered_noise(noisy, sensor_noise([noisy]), smoothed)[:2]
     assert told == pytest.approx((smoothed(speeds) ** 2).mean(axis=0), rel=0.2)
     understated = replace(noisy, record_step=(0.0, 0.0, 0.0))
