@@ -22,10 +22,6 @@ from .lags import blocks_of_pieces, courses
 _QUARTER = 0.5 * np.pi
 """A quarter turn [rad]: a way along one heading goes, all of it, across another a quarter turn away."""
 
-_FAR = 3.0
-"""Times the speed that a tenth of the pieces exceed, above which a way is no way but holds a jump: it would be all that
-is seen. No number that decides."""
-
 
 @dataclass(frozen=True, slots=True)
 class Course:
@@ -170,9 +166,7 @@ def _ways(log: Log) -> _Ways | None:
         return None
     way, heading, turning, begins, ends = cut
     push = _push(log, begins, ends)
-    speed = np.abs(way) / (ends - begins)
-    whole = speed <= _FAR * np.quantile(speed, 0.9)
-    driven = np.flatnonzero(whole & ((push != 0.0) if push.any() else np.abs(way) > 0.0))
+    driven = np.flatnonzero((push != 0.0) if push.any() else np.abs(way) > 0.0)
     if not driven.size:
         return None
     heading, turning, span, push = (part[driven] for part in (heading, turning, ends - begins, push))

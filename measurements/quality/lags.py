@@ -14,6 +14,7 @@ from ...physics.motion import Array, body_to_earth
 from ..canonical import Channel
 from ..clock import band_passed, drift_free
 from ..log import Log
+from ..preparation.resampling import gap_limit
 from ..statistics.blocks import CI, Fit, robust_fit
 from ..statistics.quantiles import student
 from ..statistics.signals import noise_level, turning_point
@@ -301,7 +302,8 @@ def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Arra
     mean = [_integral(psi, part, x.time) for part in (np.cos(angle), np.sin(angle))]
     heading = np.arctan2(*(total[last] - total[first] for total in reversed(mean)))
     way = (x.value[last] - x.value[first]) + 1j * (y.value[last] - y.value[first])
-    known = np.isfinite(heading)
+    over = np.concatenate(([0], np.cumsum(np.diff(x.time) > gap_limit(x, None))))  # where a jump was taken out, too
+    known = np.isfinite(heading) & (over[last] == over[first])
     turning = turned[last] - turned[first]
     return way[known], heading[known], turning[known], x.time[first][known], x.time[last][known]
 

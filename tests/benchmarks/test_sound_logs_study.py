@@ -94,8 +94,12 @@ def accusing(log: Log, vehicle: Vehicle) -> set[str]:
     return {f.check for f in examine(log, vehicle).findings if f.verdict in ("defect", "warning")}
 
 
+Spoilt = tuple[int, int, float, str, Callable[[Log], Log]]
+"""Seed, turn and rate of a log, the check that accused it, and what spoils a log so that this check should."""
+
+
 @pytest.mark.parametrize(
-    ("seed", "turn", "rate", "check", "spoil"),
+    "spoilt",
     [
         (360_374, 413, 10.0, "compass", deviating),  # a slow ship, which drifts on after her turns
         (360_260, 299, 20.0, "stuck", asleep),  # a rudder that turns back at one rate: the yaw rate ends at once
@@ -105,35 +109,25 @@ def accusing(log: Log, vehicle: Vehicle) -> set[str]:
     ],
 )
 def test_logs_that_were_accused_once_are_not_and_the_fault_is_told_where_it_is(
-    study: ModuleType,
-    worlds: ModuleType,
-    seed: int,
-    turn: int,
-    rate: float,
-    check: str,
-    spoil: Callable[[Log], Log],
+    study: ModuleType, worlds: ModuleType, spoilt: Spoilt
 ):
+    seed, turn, rate, check, spoil = spoilt
     log, vehicle = logged(worlds, seed, turn, rate)
     assert check not in accusing(log, vehicle)
     assert check in accusing(spoil(log), vehicle)
 
 
 @pytest.mark.parametrize(
-    ("seed", "turn", "rate", "check", "spoil"),
+    "spoilt",
     [
         (390_278, 317, 2.0, "drive", standing),  # noise that gains speed and loses it in a steady turn
         (390_372, 411, 10.0, "clocks", early),  # steps so smooth that four seconds of delay explain their answer
     ],
 )
 def test_logs_that_show_little_are_not_accused_and_a_lively_one_that_is_spoilt_is(
-    study: ModuleType,
-    worlds: ModuleType,
-    seed: int,
-    turn: int,
-    rate: float,
-    check: str,
-    spoil: Callable[[Log], Log],
+    study: ModuleType, worlds: ModuleType, spoilt: Spoilt
 ):
+    seed, turn, rate, check, spoil = spoilt
     assert check not in accusing(*logged(worlds, seed, turn, rate))
     log, vehicle = logged(worlds, 240_000, 0, 10.0)
     assert check not in accusing(log, vehicle)

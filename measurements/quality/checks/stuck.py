@@ -9,7 +9,7 @@ from ....physics.motion import Array
 from ...canonical import Channel
 from ...log import Log
 from ..axes import track_of
-from ..faults import Fault, Kind, Share, Size
+from ..faults import FEWEST, Fault, Kind, Share, Size
 from ..finding import Check, Finding, Reach
 from ..fixes import fixes_of
 from ..record import QUICK_ROW, Record
@@ -31,8 +31,6 @@ _GOES_ON = ("x", "psi")
 _PLAINLY = 3.0
 """Times the steps before it that such a jump has at least, and times its last digit that a step on the move has.
 Steady, see `benchmarks/steady_limits.py`."""
-_SEEN = 3
-"""Records of a heading at least that tell whether it turned meanwhile: one that lasts the whole time shows nothing."""
 _MEANWHILE = 0.1
 """Share of its usual range that another speed goes through while a sensor sleeps in mid-motion, or that the heading's
 rate is off for a second: less is a steady turn, or a boat at rest whose receiver says 0.
@@ -183,7 +181,7 @@ def _rest_moves(log: Log, names: tuple[str, ...], span: tuple[float, float]) -> 
         during = (heading.time >= span[0]) & (heading.time <= span[1])
         said = np.interp(span[0], rate.time, rate.value) * heading.time
         beside = (np.unwrap(heading.value) - said)[during]
-        if beside.size >= _SEEN and np.ptp(beside) <= _MEANWHILE * _usual_range(rate) * _LEAST:
+        if beside.size >= FEWEST and np.ptp(beside) <= _MEANWHILE * _usual_range(rate) * _LEAST:
             return False
     tells = "r" if names == ("v",) and "r" in log.channels else "uvr"
     others = [log.channels[name] for name in tells if name in log.channels and name not in names]
