@@ -65,8 +65,9 @@ class Changing(PathFinder):
     ) -> ModuleSpec | None:
         """See `importlib.abc.MetaPathFinder`."""
         spec = super().find_spec(fullname, path, target)
-        if spec is not None and spec.origin in cls.changes:
-            spec.loader = ChangedLoader(fullname, spec.origin)
+        origin = str(Path(spec.origin).resolve()) if spec is not None and spec.origin else ""
+        if spec is not None and origin in cls.changes:
+            spec.loader = ChangedLoader(fullname, origin)
         return spec
 
 
