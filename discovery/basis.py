@@ -158,7 +158,7 @@ def residual_of_few_forces(weak: WeakForm, search: Search, most: int) -> Array:
 
     Parameters
     ----------
-    most : forces on an axis; a log has many more independent tests, see `plenty`
+    most : forces on an axis; a log has many more independent tests
     """
     linear, features = _forces(weak, search)
     calibrated = [i for key in search.nuisances for o in linear.options[key] for i in o.free if i >= 0]
@@ -177,11 +177,6 @@ def residual_of_few_forces(weak: WeakForm, search: Search, most: int) -> Array:
             left, rest = left - unit * (unit @ left), rest - np.outer(unit, unit @ rest)
         error[axis] = (left**2).mean() * weak.independent / (weak.independent - most)
     return error
-
-
-def has_enough_tests(weak: WeakForm) -> bool:
-    """True when a log has so many independent tests that what is left by its forces is no guess."""
-    return weak.independent >= _ENOUGH
 
 
 def _forces(weak: WeakForm, search: Search) -> tuple[Linearisation, Array]:

@@ -18,6 +18,7 @@ _FORMER = {
     "uneven": "lasting_rest",
     "other_form": "substitute",
     "record": "sensors",
+    "faint": "weak",
 }
 """Words of earlier versions, and what stands in their place."""
 
@@ -58,7 +59,6 @@ class Reason(DescribedEnum):
     WEAK = ("weak", "Perhaps: {lowered} The evidence is below what undertow demands.")
     NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)
     UNFOUND = ("unfound", "In the model because it was asked for, but not certain: {told}. ({meaning})")
-    FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
     NOT_EXCITED = (
         "not_excited",
         "This log cannot tell: it holds no manoeuvre in which it would show. ({meaning})",

@@ -19,18 +19,17 @@ from ..physics.vehicle import Vehicle
 from .balance.base import Balance
 from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
-from .basis import LEAVES, Basis, has_enough_tests, residual_of_few_forces
+from .basis import LEAVES, Basis
 from .calibration.before_calibration import free_parameters
 from .candidates.candidate import Candidate, Kind, at_limit
 from .candidates.unnamed_terms import find_twins, shortlist, term_candidate
-from .evidence.unexplained import add_faint_structure
 from .evidence.weighing import TELL_APART, Evidence, assess_candidates, in_place_of, limit_confidence
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import plausible_amounts, rehearse
 from .kept_effects import ForceFit, SearchResult, without_effects
 from .search.estimation import polish
 from .search.floating import Search, State, static_effects
-from .search.record_errors_in_search import coarse_records, has_residual_structure
+from .search.record_errors_in_search import has_residual_structure
 from .search.thruster_scales import as_common_scale
 from .settings import DiscoverySettings
 
@@ -219,11 +218,6 @@ def limit_surge_added_mass(pool: Sequence[Candidate], nominal: Vehicle) -> list[
     return result
 
 
-_FEW = 6
-"""Forces on each axis beside what is calibrated: of 240 logs in which the catalogue holds what is hidden, up to three
-effects, none was left structure by its first search and by these; a hundred columns explain nearly any log."""
-
-
 def select(basis: Basis, say: Say) -> SearchResult:
     """Search the catalogue on the balance that judges a log, and weigh all candidates.
 
@@ -240,14 +234,20 @@ def select(basis: Basis, say: Say) -> SearchResult:
     return finish(None if basis.uses_rollouts else search_forces(basis, say), basis, say)
 
 
-def search_forces(basis: Basis, say: Say, *, thorough: bool = False) -> ForceFit:
+def search_forces(basis: Basis, say: Say) -> ForceFit:
     """Search the catalogue on the force balance of a log, and say whether rollouts must judge it for all that.
 
-    Parameters
-    ----------
-    thorough : terms are looked for even where few forces leave structure, for who compares what is left
+    Where names leave structure, terms are looked for, too; what leaves structure for all that, in a log that is long
+    enough for rollouts, these judge.
     """
-    return _to_the_end(_search(basis, say), say, thorough)
+    first = _search(basis, say)
+    search, state = first.search, first.state
+    if has_residual_structure(search, state):
+        say(Stage("named effects leave structure: looking for terms that nobody has named"))
+        search, state = _with_terms(basis.forces, search, state, say)
+    state = as_common_scale(search, state)
+    rehearsal = first.rehearsal if search is first.search else None  # of terms, too, another is held
+    return ForceFit(basis, search, state, first.free, rehearsal, _rolling(basis, search, state))
 
 
 def finish(fit: ForceFit | None, basis: Basis, say: Say) -> SearchResult:
@@ -280,27 +280,6 @@ def _search(basis: Basis, say: Say) -> ForceFit:
     return ForceFit(basis, search, search.run(progress=say), free, rehearsal)
 
 
-def _to_the_end(first: ForceFit, say: Say, thorough: bool) -> ForceFit:
-    """Search again without each name where a first search explains a log, and for terms where names leave structure.
-
-    Of a log without noise, which rollouts never judge, names that leave structure are searched again, too, unless a few
-    forces leave some. What leaves structure for all that, in a log that is long enough for rollouts, these judge.
-    """
-    basis, search, state = first.basis, first.search, first.state
-    beyond = not thorough and _beyond_few_forces(first)
-    rolling = _rolling(basis, search, state) if beyond else None
-    if rolling is not None:
-        return replace(first, rolling=rolling)
-    if first.explains or not (beyond or basis.has_sensor_noise):
-        state = search.again(state, say)
-    if has_residual_structure(search, state):  # a model of fewer names may, where the first left none
-        say(Stage("named effects leave structure: looking for terms that nobody has named"))
-        search, state = _with_terms(basis.forces, search, state, say)
-    state = as_common_scale(search, state)
-    rehearsal = first.rehearsal if search is first.search else None  # of terms, too, another is held
-    return ForceFit(basis, search, state, first.free, rehearsal, _rolling(basis, search, state))
-
-
 def _assess(found: ForceFit, say: Say) -> SearchResult:
     """All candidates weighed beside what a force balance found."""
     basis, search, state = found.basis, found.search, found.state
@@ -311,7 +290,7 @@ def _assess(found: ForceFit, say: Say) -> SearchResult:
     known = identify(search, state.vehicle, state.active, plausible)
     weak.forget()
     trim_memory()
-    evidence = add_faint_structure(search, state, known, assess_candidates(search, state, seed, known), seed)
+    evidence = assess_candidates(search, state, seed, known)
     trim_memory()
     return SearchResult(
         basis,
@@ -326,17 +305,6 @@ def _assess(found: ForceFit, say: Say) -> SearchResult:
         notes=basis.remarks,
         free=found.free,
     )
-
-
-def _beyond_few_forces(first: ForceFit) -> bool:
-    """True when the few forces that explain most of a log, free on each axis, would leave structure of it, too.
-
-    Not asked of a log that is too short to say so, nor where a coarse record of the commands may leave it.
-    """
-    basis, search = first.basis, first.search
-    if not has_enough_tests(basis.forces) or coarse_records(basis.forces.motions) or first.explains:
-        return False
-    return search.has_residual_structure(residual_of_few_forces(basis.forces, search, _FEW))
 
 
 def _rolling(basis: Basis, search: Search, state: State) -> Basis | None:

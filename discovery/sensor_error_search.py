@@ -176,7 +176,7 @@ def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | 
         begun = choose_balance(motions, basis.nominal, basis.settings)
         if begun.uses_rollouts:
             break
-        after = search_forces(begun, _quiet, thorough=True)
+        after = search_forces(begun, _quiet)
         paid = after.search.settings.price * errors.count
         if after.state.score + paid > worth or not _simpler(fit, after, errors):
             break

@@ -5,7 +5,6 @@ Effects are added, dropped, swapped or reshaped until no change lowers the score
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -26,10 +25,6 @@ __all__ = ["ALIVE", "Search", "SearchSettings", "State", "static_effects"]
 
 _STATIC = ("hull", "coupling", "mass", "thruster")
 """Families of effects that no time and no water moves."""
-_FAR_BEHIND = 50.0
-"""Log-likelihood by which a model is far worse than another: it would need ten parameters more to make it good."""
-_PAIRS = 12
-"""Effects in a model up to which two of them are exchanged for one: of more there are too many pairs to try."""
 
 
 def static_effects(pool: Sequence[Candidate]) -> list[Candidate]:
@@ -71,66 +66,16 @@ class Search(Scoring):
                 say(line)
         return min((state for state, _ in found), key=lambda s: s.score)
 
-    def again(self, best: State, progress: Say | None = None) -> State:
-        """Search again without each effect of a crowd in turn, and keep the better model.
-
-        Many effects together may be the stand-ins for one or two that the search passed by, a few for no more than as
-        many. A large crowd is met from the other side, too: from every effect of the hull and its thrusters.
-        """
-        for number in range(self.settings.rounds):
-            crowd = self.named(best.active)
-            if len(crowd) < self.settings.recheck_from:
-                break
-            others = parallel_map(partial(self._climb_without, best), crowd)
-            if len(crowd) < self.settings.prune_from:
-                others = [other for other in others if len(self.named(other.active)) <= len(crowd)] or [best]
-            if number == 0 and len(crowd) >= self.settings.overfit_from:
-                stripped = self._climb(self._stripped(), _silent)
-                others += [stripped] if len(self.named(stripped.active)) <= len(crowd) else []
-            other = self._prune(self._simplest(min(others, key=lambda s: s.score), _silent), _silent)
-            if other.score >= best.score - self.settings.margin:
-                break
-            if progress is not None:
-                progress(Stage(f"{difference(best.active, other.active)} (searched again)"))
-            best = other
-        return best
-
-    def _climb_without(self, best: State, key: str) -> State:
-        """Where a search ends from the best model less an effect, which is barred, if it reaches that model at all."""
-        return self._climb(self.without(best, key), _silent, key, best)
-
-    def _stripped(self) -> State:
-        """A model with every static effect, less those that it is better without, the least first."""
-        static = [c.key for c in static_effects(self.pool)]
-        state = self.evaluate(self.nominal, static)
-        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
-        now = whole = {key: linear.options[key][0] for key in state.active}
-        score = state.score
-        for _ in static:
-            trials = [{**now, key: linear.options[key][1]} for key in static if now[key].present]
-            found = self.score_all_linearised(scores, trials)
-            if not found or min(found) > score:
-                break
-            score = min(found)
-            now = trials[found.index(score)]
-        return self.apply(state, whole, now, scores)
-
-    def _climb(self, state: State, say: Say, barred: str | None = None, best: State | None = None) -> State:
-        """Change a model, never adding what is barred, until no change improves it or it will not reach the best."""
+    def _climb(self, state: State, say: Say) -> State:
+        """Change a model until no change improves it."""
         refused: set[frozenset[str]] = set()
-        pool = [c for c in self.pool if c.key != barred]
         for _ in range(self.settings.rounds):
-            improved = None if best and self._behind(state, best) else self._step(state, refused, pool)
+            improved = self._step(state, refused)
             if improved is None:
                 break
             say(Stage(difference(state.active, improved.active)))
             state = improved
         return state
-
-    def _behind(self, state: State, best: State) -> bool:
-        """True when a model has more effects than the best one and is far worse all the same: it gathers stand-ins."""
-        more = len(self.named(state.active)) > len(self.named(best.active))
-        return more and state.score > best.score + _FAR_BEHIND
 
     def _simplest(self, state: State, say: Say) -> State:
         """Replace general effects by simpler ones, as many as it takes, if that is no worse.
@@ -182,24 +127,23 @@ class Search(Scoring):
         share = self.unique_share(before, after)
         return bool((share >= np.where(self.quiet, self.settings.materiality, self.settings.least)).any())
 
-    def _step(self, state: State, refused: set[frozenset[str]], pool: Sequence[Candidate]) -> State | None:
-        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool, roughly=True)
+    def _step(self, state: State, refused: set[frozenset[str]]) -> State | None:
+        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, roughly=True)
         now = {key: linear.options[key][0] for key in state.active}
-        for two_for_one in (False, True) if len(self.named(state.active)) <= _PAIRS else (False,):
-            neighbours = list(changes(linear, scores, now, two_for_one, self.nuisances))
-            quick = self.score_all_linearised(scores, neighbours, state.score - self.settings.margin)
-            ranked = sorted((score, n) for n, score in enumerate(quick))
-            for score, n in ranked[:6]:
-                change = neighbours[n]
-                active = present_keys(change)
-                if score > state.score - self.settings.margin:
-                    break
-                if frozenset(active) in refused and set(active) != set(state.active):
-                    continue
-                trial = self.apply(state, now, change, scores)
-                if trial.score < state.score - self.settings.margin and self._worth_a_try(state, trial):
-                    return trial
-                refused.add(frozenset(active))
+        neighbours = list(changes(linear, scores, now, self.nuisances))
+        quick = self.score_all_linearised(scores, neighbours, state.score - self.settings.margin)
+        ranked = sorted((score, n) for n, score in enumerate(quick))
+        for score, n in ranked[:6]:
+            change = neighbours[n]
+            active = present_keys(change)
+            if score > state.score - self.settings.margin:
+                break
+            if frozenset(active) in refused and set(active) != set(state.active):
+                continue
+            trial = self.apply(state, now, change, scores)
+            if trial.score < state.score - self.settings.margin and self._worth_a_try(state, trial):
+                return trial
+            refused.add(frozenset(active))
         return None
 
     def _split(self, state: State) -> State | None:

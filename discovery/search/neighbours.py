@@ -1,7 +1,6 @@
 """Changes of a model during the search: which neighbours it has, and what setting or removing an effect does."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import combinations
 
 import numpy as np
 
@@ -20,10 +19,9 @@ def changes(
     linear: Linearisation,
     scores: GramScores,
     now: dict[str, Option],
-    two_for_one: bool,
     kept_always: Sequence[str] = (),
 ) -> Iterator[dict[str, Option]]:
-    """Neighbouring models worth a score: one effect added, dropped, reshaped or swapped; or two replaced by one.
+    """Neighbouring models worth a score: one effect added, dropped, reshaped or swapped.
 
     For each set of dropped effects, only the most promising additions by in-sample error are given.
 
@@ -34,20 +32,18 @@ def changes(
     others = [key for key in linear.options if key not in now and key not in kept_always]
     new = [option for key in others for option in linear.options[key][1:]]
     loose = [key for key in now if key not in kept_always]
-    drops = list(combinations(loose, 2)) if two_for_one else [(), *((key,) for key in loose)]
-    for drop in drops:
+    for drop in (None, *loose):
         # A dropped effect leaves its offset behind: the columns were taken with it in place.
-        kept = {key: option for key, option in now.items() if key not in drop}
-        kept |= {key: linear.options[key][1] for key in drop}
-        if drop:
+        kept = dict(now) if drop is None else {key: o for key, o in now.items() if key != drop}
+        if drop is not None:
+            kept[drop] = linear.options[drop][1]
             yield kept
         gains = scores.screen(list(kept.values()), new)
         for n in np.argsort(-gains, kind="stable")[:_PROMISING]:
             yield {**kept, new[n].key: new[n]}
-    if not two_for_one:
-        for key in now:
-            for option in linear.options[key][2:]:
-                yield {**now, key: option}
+    for key in now:
+        for option in linear.options[key][2:]:
+            yield {**now, key: option}
 
 
 def split_effects(

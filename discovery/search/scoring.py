@@ -50,10 +50,7 @@ class SearchSettings:
     unnamed_price : log-likelihood that a term nobody has named, or a parameter of a general effect, must earn
     margin : log-likelihood that a change must earn beyond its price
     rounds : most changes made
-    recheck_from : effects in a model from which `again` searches again, for a model with no more of them
-    prune_from : effects from which any better model will do
-    overfit_from : effects from which it does so from a model with every static effect, too, for one with no more than
-        these
+    overfit_from : effects from which a model may be a crowd of stand-ins for an error of the sensors
     refinements : Gauss-Newton steps after a change
     """
 
@@ -65,8 +62,6 @@ class SearchSettings:
     unnamed_price: float = 8.0
     margin: float = 1.0
     rounds: int = 40
-    recheck_from: int = 2
-    prune_from: int = 4
     overfit_from: int = 6
     refinements: int = 2
 

@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery import kept_effects as selected
-from undertow.discovery import selection
 from undertow.discovery.balance.shooting import rollout_difference
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import choose_balance, residual_of_few_forces
@@ -16,16 +14,14 @@ from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.unexplained import inclusion
 from undertow.discovery.search.estimation import profile_interval
-from undertow.discovery.search.floating import Search, SearchSettings, State
+from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
 from undertow.discovery.search.thruster_scales import as_common_scale, is_equivalent
-from undertow.discovery.selection import search_forces
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.statistics.signals import sensor_noise
 from undertow.physics.effects import PARAMETERS
 from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
-from undertow.physics.stage import Say
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.typical_effects import random_hull, typical_effect
 from undertow.physics.worlds.world import NOISE, World, simulate_world
@@ -221,37 +217,6 @@ def test_scores_that_matter_are_those_within_the_limits():
     assert (free < right - 1.0).any()  # limits matter here
     np.testing.assert_array_equal(found[right < below], right[right < below])
     assert (found[right >= below] >= below).all()
-
-
-@pytest.mark.parametrize(
-    ("error", "many", "coarse", "thorough", "asked"),
-    [
-        (1e3, True, False, False, False),
-        (0.0, True, False, False, True),
-        (1e3, False, False, False, True),
-        (1e3, True, True, False, True),
-        (1e3, True, False, True, True),
-    ],
-)
-def test_rollouts_are_asked_at_once_where_a_few_forces_on_each_axis_explain_no_log(
-    error: float, many: bool, coarse: bool, thorough: bool, asked: bool, monkeypatch: pytest.MonkeyPatch
-):
-    basis = choose_balance([world({}, duration=60.0)], HULL, DiscoverySettings())
-    assert basis.has_sensor_noise
-    terms: list[State] = []
-    monkeypatch.setattr(selection, "residual_of_few_forces", lambda weak, search, most: np.full(3, error**2))
-    monkeypatch.setattr(selection, "has_enough_tests", lambda weak: many)
-    monkeypatch.setattr(selected, "has_residual_structure", lambda search, state: True)
-    monkeypatch.setattr(selection, "has_residual_structure", lambda search, state: True)
-    monkeypatch.setattr(selection, "coarse_records", lambda motions: ("a record",) * coarse)
-
-    def with_terms(weak: WeakForm, search: Search, state: State, say: Say) -> tuple[Search, State]:
-        terms.append(state)
-        return search, state
-
-    monkeypatch.setattr(selection, "_with_terms", with_terms)
-    assert search_forces(basis, lambda text: None, thorough=thorough).rolling is not None
-    assert bool(terms) is asked
 
 
 def test_few_forces_explain_what_one_effect_makes():
