@@ -14,6 +14,7 @@ import json
 import re
 import sys
 from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -103,6 +104,19 @@ def candidates() -> list[Number]:
     return [number for path in rooms for number in constants(path)]
 
 
+def steady(number: Number) -> bool | None:
+    """Whether half and twice a number changed nothing that is said of some logs; None where that was not tried."""
+    tried = _tried().get(f"{number.path}: {number.name}", {})
+    return not tried["decides"] if tried.get("value") == number.value else None
+
+
+@cache
+def _tried() -> dict[str, dict[str, object]]:
+    """What `steady_numbers.py` kept."""
+    kept = ROOT / "benchmarks" / "records" / "steady_numbers.json"
+    return dict(json.loads(kept.read_text("utf-8"))) if kept.exists() else {}
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the numbers by room and origin; with `--every` each of them."""
     given = sys.argv[1:] if arguments is None else arguments
@@ -115,6 +129,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         counts = ", ".join(f"{own.count(word)} {word}" for word in ("calibrated", "derived", "judgement"))
         print(f"{room}: {len(own)} numbers, {counts}")
     ours = sum(number.origin == "judgement" for number in numbers)
+    tried = [number for number in candidates() if steady(number) is not None]
+    move = sum(not steady(number) for number in tried)
+    print(f"discovery: of {len(tried)} numbers at half and at twice {move} change a name or its odds (steady_numbers.py)")
     told = "yes" if len(numbers) <= MOST and not ours else "no"
     print(f"{len(numbers)} numbers decide, {ours} neither calibrated nor derived (at most {MOST} and none): {told}")
     return 0
