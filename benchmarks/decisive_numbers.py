@@ -131,7 +131,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ours = sum(number.origin == "judgement" for number in numbers)
     tried = [number for number in candidates() if steady(number) is not None]
     move = sum(not steady(number) for number in tried)
-    print(f"discovery: of {len(tried)} numbers at half and at twice {move} change a name or its odds (steady_numbers.py)")
+    print(
+        f"discovery: of {len(tried)} numbers at half and at twice {move} change a name or its odds (steady_numbers.py)"
+    )
     told = "yes" if len(numbers) <= MOST and not ours else "no"
     print(f"{len(numbers)} numbers decide, {ours} neither calibrated nor derived (at most {MOST} and none): {told}")
     return 0
