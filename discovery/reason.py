@@ -18,7 +18,6 @@ _FORMER = {
     "uneven": "lasting_rest",
     "other_form": "substitute",
     "record": "sensors",
-    "faint": "weak",
 }
 """Words of earlier versions, and what stands in their place."""
 
@@ -45,6 +44,7 @@ class Reason(DescribedEnum):
         """The member for a word of an earlier version."""
         return cls(_FORMER[value]) if isinstance(value, str) and value in _FORMER else None
 
+    FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
     FILE_VALUE = ("file_value", f"{_IN}{{told}}. ({{meaning}})")
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")
     SUBSTITUTE = ("substitute", "Perhaps only the nearest name for something else: {told}. ({meaning})")

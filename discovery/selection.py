@@ -23,6 +23,7 @@ from .basis import LEAVES, Basis
 from .calibration.before_calibration import free_parameters
 from .candidates.candidate import Candidate, Kind, at_limit
 from .candidates.unnamed_terms import find_twins, shortlist, term_candidate
+from .evidence.unexplained import add_faint_structure
 from .evidence.weighing import TELL_APART, Evidence, assess_candidates, in_place_of, limit_confidence
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import plausible_amounts, rehearse
@@ -290,7 +291,7 @@ def _assess(found: ForceFit, say: Say) -> SearchResult:
     known = identify(search, state.vehicle, state.active, plausible)
     weak.forget()
     trim_memory()
-    evidence = assess_candidates(search, state, seed, known)
+    evidence = add_faint_structure(search, state, known, assess_candidates(search, state, seed, known), seed)
     trim_memory()
     return SearchResult(
         basis,

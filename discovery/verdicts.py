@@ -30,6 +30,7 @@ _AGREES = 0.15
 _LEAST_FORCE = 1e-3
 """Force scale [in the unit of the balance] below which a noise-free log shows a boat at rest."""
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
+_FAINT = "it would explain what moves {0} for certain"
 _STILL = "Undecided: the forces at work are hardly more than what sensor noise makes, so this log can tell nothing."
 _TRIFLE = 0.03
 """Share of the error that a name removes, of force and of rollouts, below which it is a trifle and no open question."""
@@ -148,9 +149,9 @@ def _sentence_case(text: str) -> str:
 
 
 def _in_play(effect: EffectFinding) -> bool:
-    """True when an effect that is only possible leaves a question open: it is a claim, and no trifle."""
+    """True when an effect that is only possible leaves a question open: it is no trifle, or moves a quiet axis."""
     if effect.claim is None:
-        return False
+        return effect.reason is Reason.FAINT
     worth = effect.claim.worth
     return max(worth.force, worth.rollout or 0.0) >= _TRIFLE
 
@@ -251,7 +252,9 @@ def _meaning(candidate: Candidate, nominal: Vehicle) -> str:
 
 
 def _base_rate(e: Evidence) -> float:
-    """How often a name that no search selected is true."""
+    """How often a name that no search selected is true; of those that would explain a quiet axis, their share."""
+    if e.faint:
+        return e.confidence
     return odds().nearly if e.confidence >= PERHAPS else odds().unselected
 
 
@@ -264,6 +267,8 @@ def _open(e: Evidence, reason: Reason) -> bool:
 def _explanation(g: VerdictInputs, e: Evidence, reason: Reason, terms: Sequence[FittedTerm]) -> str:
     """What the evidence adds to the sentence of a reason."""
     rivals = ", ".join(map(words, e.indistinguishable_from))
+    if reason is Reason.FAINT:
+        return f"{f'This log cannot tell it from {rivals}' if rivals else 'Perhaps'}: {_FAINT.format(e.faint)}"
     if reason is Reason.FILE_VALUE:
         where = "near" if g.claims[e.key].null_excluded else "within"
         return f"what the vehicle file says lies {where} the 95 % interval of {listing([t.symbol for t in terms])}"

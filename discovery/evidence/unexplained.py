@@ -1,9 +1,13 @@
-"""Unexplained force: what lasts for seconds, and the inclusion probabilities of unnamed terms.
+"""Unexplained force: what lasts for seconds, what moves a quiet axis, and unnamed terms with inclusion probabilities.
 
-Sensor noise and short waves have no mean over some seconds; a cause outside the catalogue has. Inclusion is the share
-of block-bootstrap draws that select a term (Fasel et al. 2022, doi:10.1098/rspa.2021.0904, with blocks in place of
-rows).
+Sensor noise and short waves have no mean over some seconds; a cause outside the catalogue has. On a quiet axis, whose
+floor is several times the noise, structure may be certain although nothing is named: the effects that explain it about
+equally well are given as one group. Inclusion is the share of block-bootstrap draws that select a term (Fasel et al.
+2022, doi:10.1098/rspa.2021.0904, with blocks in place of rows).
 """
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +18,10 @@ from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Kind
 from ..findings import PersistentResidual
+from ..identifiability.identifiable_effects import LEAST_SIGNAL
+from ..identifiability.rehearsal import Identifiability
 from ..search.floating import Search, State
+from .weighing import SURE, TELL_APART, Evidence, share_of_resamples
 
 _SECONDS = 5.0
 """Time over which white noise and the waves of sheltered water vanish in the mean [s], see `_lasting`."""
@@ -104,6 +111,93 @@ def _means(rest: Array, pieces: NDArray[np.int64]) -> Array:
 
 def _size(rest: Array) -> Array:
     return np.sqrt((rest**2).mean(axis=0))
+
+
+_FLOOR = 1.0
+"""Floor on a quiet axis under which faint structure is looked for, in multiples of sensor noise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Suspect:
+    """An effect that would explain faint structure on an axis.
+
+    Attributes
+    ----------
+    key : the candidate
+    gain : log-likelihood that it earns on all axes, its price paid
+    confidence : share of block resamples in which it earns its price on that axis alone
+    clear : False when its columns are hardly more than sensor noise, which then decides its gain
+    """
+
+    key: str
+    gain: float
+    confidence: float
+    clear: bool
+
+
+def find_suspects(search: Search, state: State, known: Identifiability, axis: int, seed: int) -> tuple[Suspect, ...]:
+    """The effects any of which would explain what moves a quiet axis, best first; none where nothing is certain.
+
+    Each is added to the model and fitted. It must earn its price on that axis alone in nine of ten resamples, and on
+    all axes together. Those within `TELL_APART` of the best one explain the log as well. An effect whose columns are
+    hardly more than noise is never the best beside others, since noise inflates its gain, but it is not ruled out.
+
+    Parameters
+    ----------
+    state : the model that the search ended with
+    known : what the log can show about it
+    axis : index of a quiet axis
+    """
+    close = Search(search.balance, search.nominal, search.pool, replace(search.settings, loud=_FLOOR))
+    model = close.evaluate(state.vehicle, state.active)
+    linear, scores = close.linearise(model.vehicle, model.active, model.fit.in_sample)
+    now = {key: linear.options[key][0] for key in model.active}
+    found = []
+    for candidate in close.pool:
+        if candidate.key in now or candidate.kind is not Kind.EFFECT:
+            continue
+        changes = [{**now, candidate.key: option} for option in linear.options[candidate.key] if option.present]
+        best = min(changes, key=lambda change: close.score_linearised(scores, change))
+        if close.score_linearised(scores, best) > model.score - close.settings.margin:
+            continue
+        trial = close.apply(model, now, best, scores)
+        option = best[candidate.key]
+        price = close.price(close.fit(scores, [option]), [option])
+        confidence = share_of_resamples(close, model.fit, trial.fit, price, seed, True, axis)
+        if trial.score < model.score - close.settings.margin and confidence >= SURE:
+            clear = known.excitation[candidate.key].signal_to_noise >= LEAST_SIGNAL
+            found.append(Suspect(candidate.key, model.score - trial.score, confidence, clear))
+    enough = max((s.gain for s in found if s.clear), default=max((s.gain for s in found), default=0.0)) - TELL_APART
+    return tuple(sorted((s for s in found if s.gain >= enough), key=lambda s: (not s.clear, -s.gain)))
+
+
+def add_faint_structure(
+    search: Search, state: State, known: Identifiability, evidence: Sequence[Evidence], seed: int
+) -> list[Evidence]:
+    """The evidence, with the effects that would explain what moves a quiet axis told as look-alikes of one another.
+
+    Parameters
+    ----------
+    search, state : the search and the model that it ended with
+    known : which candidates the log excites and tells apart
+    evidence : of all candidates, selected ones first
+    seed : of the draws of blocks
+    """
+    told = list(evidence)
+    for axis in np.flatnonzero(search.quiet).tolist():
+        group = find_suspects(search, state, known, axis, seed)
+        members = {e.key: e for e in told}
+        joined = [_joined(members[s.key], s, group, AXES[axis]) for s in group if not members[s.key].faint]
+        rest = [e for e in told if e.key not in {j.key for j in joined}]
+        chosen = sum(e.selected or bool(e.faint) for e in rest)
+        told = [*rest[:chosen], *joined, *rest[chosen:]]
+    return told
+
+
+def _joined(e: Evidence, suspect: Suspect, group: Sequence[Suspect], axis: str) -> Evidence:
+    others = (s.key for s in group if s.key != e.key)
+    alike = tuple(dict.fromkeys((*e.indistinguishable_from, *others)))
+    return replace(e, faint=axis, confidence=suspect.confidence / (1 + len(alike)), indistinguishable_from=alike)
 
 
 _MOST = 6

@@ -73,7 +73,7 @@ class Evidence:
         own; 0 where rollouts judge, of which the weather leaves much that follows no effect
     unexplained : the same as a share of what the nominal model leaves there
     indistinguishable_from : candidates that explain the log as well in its place; for one not selected, the selected
-        ones in whose place it does
+        ones in whose place it does, and those that explain what moves a quiet axis as well
     at_limit : True when a physical limit holds one of its parameters: the log asks for more than physics allows
     dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
     unjudged : True when rollouts judge, which do not tell it from the rest or from what the compass lacks
@@ -82,6 +82,7 @@ class Evidence:
     out_of_step : misalignment of the log's channels [s], for a lag, a delay or an inertia that may look like it
     late : the same as a share of the time that the effect stands for
     chance : of nothing looking as good, for one that was selected
+    faint : the quiet axis on which it would explain what moves there, too faint for the search; else empty
     """
 
     key: str
@@ -99,6 +100,7 @@ class Evidence:
     noise_limited: bool = False
     out_of_step: float = 0.0
     late: float = 0.0
+    faint: str = ""
     chance: Chance | None = None
     identity: float = 0.0
     rival: str = ""
@@ -125,6 +127,7 @@ class Evidence:
     def reason(self) -> Reason:
         """The first reason that holds why it is not called missing; None where it is."""
         held = {
+            Reason.FAINT: bool(self.faint),
             Reason.LOOK_ALIKES: bool(self.indistinguishable_from),
             Reason.OUT_OF_STEP: self.late >= _LATE,
             Reason.AT_LIMIT: self.at_limit,

@@ -83,7 +83,8 @@ def open_questions(
 ) -> dict[str, tuple[str, ...]]:
     """What a discovery leaves open: selected effects that are not sure, with look-alikes; and those it cannot see.
 
-    An effect that the log does not show has no look-alikes there but in name.
+    Effects that would explain faint structure are asked about with their look-alikes, each group once. An effect that
+    the log does not show has no look-alikes there but in name.
 
     Parameters
     ----------
@@ -98,7 +99,11 @@ def open_questions(
     blind = {*known.dormant, *known.absorbed, *known.noise_limited}
     chosen = [e for e in evidence if e.selected and e.key not in kept]
     questions = {e.key: () if e.key in blind else e.indistinguishable_from for e in chosen}
-    return questions | {e.key: () for e in evidence if not e.selected and e.key in blind}
+    for e in evidence:
+        if e.faint and not any(e.key in rivals for rivals in questions.values()):
+            questions[e.key] = e.indistinguishable_from
+    asked = {e.key for e in evidence if e.faint}
+    return questions | {e.key: () for e in evidence if not e.selected and e.key in blind and e.key not in asked}
 
 
 def _serves(parting: Separation, trial: int) -> bool:
