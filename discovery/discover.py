@@ -236,9 +236,11 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
         persistent=rests,
         passing={} if search.balance.forces else find_passing_residuals(looked.forces[0], looked.state.vehicle),
     )
-    questions = open_questions(model.evidence, model.kept, looked.known)
-    advice = advise(*looked.forces, questions, looked.plausible, None if selected else looked.rehearsal)
-    findings = conclude(grounds, advice, unmeasured(looked.motions)).but(folds=folds)
+    findings = conclude(grounds, unmeasured(looked.motions)).but(folds=folds)
+    sure = [e.key for e in findings.candidates if e.verdict == "missing"]
+    questions = open_questions(model.evidence, sure, looked.known)
+    rehearsal = None if selected else looked.rehearsal
+    findings = findings.but(advice=advise(*looked.forces, questions, looked.plausible, rehearsal))
     if looked.free is not None:
         findings = with_calibration(findings, looked.free, nominal, model.lawful, found)
     error = np.sqrt(model.state.fit.held_out)

@@ -78,12 +78,11 @@ class VerdictInputs:
     passing: Mapping[str, float] = field(default_factory=dict)
 
 
-def conclude(grounds: VerdictInputs, advice: tuple[Advice, ...] = (), others: Sequence[EffectFinding] = ()) -> Findings:
-    """Write the findings.
+def conclude(grounds: VerdictInputs, others: Sequence[EffectFinding] = ()) -> Findings:
+    """Write the findings, all but what to drive next.
 
     Parameters
     ----------
-    advice : manoeuvres that would settle what the log leaves open
     others : findings on effects that were not searched for
     """
     g, search, lawful, kept = grounds, grounds.search, grounds.lawful, grounds.kept
@@ -123,7 +122,6 @@ def conclude(grounds: VerdictInputs, advice: tuple[Advice, ...] = (), others: Se
         candidates=tuple(found),
         unnamed=unnamed,
         criterion=_criterion(search),
-        advice=advice,
         identifiability=g.known,
         passivity=lawful.passivity,
         rests=tuple(g.persistent),

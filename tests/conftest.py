@@ -71,8 +71,9 @@ beside them, so that CI ends within ten minutes. `make bench` runs them."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """The option of who has half an hour."""
+    """The options of who has half an hour."""
     parser.addoption("--all", action="store_true", help="run also what takes long and has a shorter test like it")
+    parser.addoption("--long", action="store_true", help="run only what takes long: a change of discovery asks for it")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -94,5 +95,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             raise pytest.UsageError(f"tests/only_with_all.txt: no test begins with {' or '.join(gone)}")
     if not config.getoption("--all") and not any("::" in argument for argument in config.args):
         long = {item for found in left_out.values() for item in found}
-        items[:] = [item for item in items if item not in long]
-        config.hook.pytest_deselected(items=list(long))
+        unasked = [item for item in items if (item in long) != config.getoption("--long")]
+        items[:] = [item for item in items if (item in long) == config.getoption("--long")]
+        config.hook.pytest_deselected(items=unasked)

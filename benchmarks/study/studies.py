@@ -97,8 +97,48 @@ def told(file: File, keys: Sequence[Key], odds: Odds) -> Kept:
 
 
 def run(study: str, file: File, keys: Sequence[Key], jobs: int) -> Iterator[Kept]:
-    """What is kept of some logs, each time the verb has answered one more."""
-    return resumed(file, keys, partial(judged, study), jobs, key_of)
+    """What is kept of some logs, each time the verb has answered one more.
+
+    Records that other sources made are kept where these answer a sample of the logs with the same facts.
+    """
+    ask = partial(judged, study)
+    return resumed(carried(file, ask, jobs) if file.stale else file, keys, ask, jobs, key_of)
+
+
+_SAMPLED = 20
+"""Logs of a study at least, and one in how many of it, that are answered anew before its records are carried over."""
+_ALIKE = 1e-3
+"""Relative difference of two facts that are the same but for rounding: a hundredth of what any odds would notice."""
+_JUDGED = ("seconds", "headline", "missing", "likely", "first", "reasons", "reason", "nearly", "odds", "told")
+"""What is no fact: time, and what the judgement makes of the facts and says of them."""
+
+
+def carried(file: File, ask: Callable[[Key], Record], jobs: int) -> File:
+    """The file as made by the sources as they are now, where these answer a sample alike; as it is where not."""
+    records = [record for record in file.records if record["verdict"] != CRASHED]
+    count = min(max(_SAMPLED, len(records) // _SAMPLED), len(records))
+    sample = [records[len(records) * n // count] for n in range(count)]
+    asked = Parallel(n_jobs=jobs)(delayed(ask)(key_of(record)) for record in sample)
+    other = [key_of(was) for was, now in zip(sample, asked, strict=True) if not alike(was, rounded(now))]
+    print(f"{file.path.name}: {len(other)} of {count} logs have other facts now {other or ''}", flush=True)
+    if other:
+        return file
+    file.save(records)
+    return opened(file.path)
+
+
+def alike(was: Any, now: Any) -> bool:
+    """Whether two records hold the same facts, whatever is judged of them."""
+    if isinstance(was, dict) and isinstance(now, dict):
+        keys = {*was, *now} - {*_JUDGED, "verdict", "tellable", "bound"}
+        return all(alike(was.get(key), now.get(key)) for key in keys)
+    if isinstance(was, list) and isinstance(now, list):
+        if was and isinstance(was[0], dict):
+            was, now = (sorted(some, key=lambda one: str(one.get("key"))) for some in (was, now))
+        return len(was) == len(now) and all(map(alike, was, now))
+    if isinstance(was, float | int) and isinstance(now, float | int):
+        return isclose(was, now, rel_tol=_ALIKE, abs_tol=_ALIKE**2)
+    return bool(was == now)
 
 
 def with_bounds(study: str, file: File, records: Kept, jobs: int) -> None:

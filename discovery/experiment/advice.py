@@ -79,7 +79,7 @@ def advise_otherwise(hopeless: Sequence[Separation], trials: int) -> Advice:
 
 
 def open_questions(
-    evidence: Sequence[Evidence], kept: Sequence[str], known: Identifiability
+    evidence: Sequence[Evidence], sure: Sequence[str], known: Identifiability
 ) -> dict[str, tuple[str, ...]]:
     """What a discovery leaves open: selected effects that are not sure, with look-alikes; and those it cannot see.
 
@@ -89,7 +89,7 @@ def open_questions(
     Parameters
     ----------
     evidence : of all candidates
-    kept : keys of the effects that are sure
+    sure : keys of the effects that are missing for sure
     known : which candidates the log excites and tells apart
 
     Returns
@@ -97,7 +97,7 @@ def open_questions(
     Keys of the effects in question, each with its look-alikes.
     """
     blind = {*known.dormant, *known.absorbed, *known.noise_limited}
-    chosen = [e for e in evidence if e.selected and e.key not in kept]
+    chosen = [e for e in evidence if e.selected and e.key not in sure]
     questions = {e.key: () if e.key in blind else e.indistinguishable_from for e in chosen}
     for e in evidence:
         if e.faint and not any(e.key in rivals for rivals in questions.values()):
