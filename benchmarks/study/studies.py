@@ -3,12 +3,14 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from math import isclose
 from pathlib import Path
+from typing import Any
 
 from joblib import Parallel, delayed
 
 from . import field_logs, foreign_logs, hidden_worlds, other_simulators, wrong_sensors
-from .records import CRASHED, ROOT, File, Kept, Record, opened, resumed
+from .records import CRASHED, ROOT, File, Kept, Record, opened, resumed, rounded
 from .scoring import Odds, exact, rescored
 from .verb import Logged, answer
 

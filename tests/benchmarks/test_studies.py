@@ -75,6 +75,30 @@ def test_a_log_on_which_the_verb_fell_over_is_asked_again(tmp_path: Path, monkey
     assert now["verdict"] == "missing"
 
 
+def test_records_are_carried_over_where_other_sources_give_the_same_facts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    studies, path = chapter("study.studies"), tmp_path / "kept.jsonl.gz"
+    keys = [("singles", seed) for seed in range(50)]
+    monkeypatch.setitem(studies.STUDIES, "plain", studies.Study(lambda purpose: keys, lambda kind, seed: seed))
+    monkeypatch.setattr(studies, "answer", lambda seed: record(seed=seed, rests=[["surge", 0.1]]))
+    list(studies.run("plain", studies.opened(path), keys, 1))
+    asked: list[int] = []
+
+    def slightly_other(seed: int) -> dict[str, Any]:
+        asked.append(seed)
+        return record(seed=seed, rests=[["surge", 0.10001]], missing=["judged otherwise"], seconds=9.0)
+
+    monkeypatch.setattr(studies, "answer", slightly_other)
+    monkeypatch.setattr(chapter("study.records"), "fingerprint", lambda packages: "another source")
+    *_, kept = studies.run("plain", studies.opened(path), keys, 1)
+    assert len(asked) == 20
+    assert [one["rests"][0][1] for one in kept] == [0.1] * 50
+    assert not studies.opened(path).stale
+    monkeypatch.setattr(studies, "answer", lambda seed: record(seed=seed, rests=[["surge", 0.11]]))
+    monkeypatch.setattr(chapter("study.records"), "fingerprint", lambda packages: "a third source")
+    *_, kept = studies.run("plain", studies.opened(path), keys, 1)
+    assert [one["rests"][0][1] for one in kept] == [0.11] * 50, "other facts: begun anew"
+
+
 def test_words_about_the_source_make_no_record_stale():
     bare = chapter("study.records").bare
     plain = 'def f(x: int) -> str:\n    return "a"\n'
