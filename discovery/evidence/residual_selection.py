@@ -75,9 +75,14 @@ class FormColumns:
         other.forms = forms
         return other
 
-    def same(self, keys: Sequence[str]) -> NDArray[np.bool_]:
-        """Forms that are effects by another name: nothing of them is new beside the columns of these, (3, forms)."""
-        own = [k for key in keys for k in self.linear.options[key][0].free if k >= 0]
+    def no_substitutes(self, key: str) -> NDArray[np.bool_]:
+        """Forms that cannot stand in the place of an effect, (3, forms): on axes where it does nothing, and itself."""
+        own = self.linear.columns[:, :, self.linear.options[key][1].offset]
+        return self._same(key) | ~(own != 0.0).any(axis=0)[:, None]
+
+    def _same(self, key: str) -> NDArray[np.bool_]:
+        """Forms that are an effect by another name: nothing of them is new beside its columns, (3, forms)."""
+        own = [k for k in self.linear.options[key][0].free if k >= 0]
         forms = self.forms.columns
         result = np.zeros((3, forms.shape[1]), dtype=bool)
         for axis, same in enumerate(result):

