@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
-DRAWN = {"plain": 10, "foreign": 12, "others": 10, "nameless": 10, "seas": 5, "sensors": 4}
+DRAWN = {"plain": 10, "short": 6, "foreign": 12, "others": 10, "nameless": 10, "seas": 5, "sensors": 4, "field": 8}
 """Logs of each study: kinds evenly through it."""
 SLOW = (
     *("compass that deviates", "gusts without an anemometer", "Otter with a payload: one effect"),
@@ -81,6 +81,7 @@ STAGES: Mapping[str, Sequence[tuple[str, str, Callable[[Any], Any]]]] = {
     "forces without a name": (("discover", "fit_unmodelled_forces", no_forms),),
     "rehearsals of nothing": (("search.surrogates", "SurrogateTest.chance", no_chance),),
     "straight runs": (("basis", "_DEVIATES", lambda was: ""),),
+    "what moves a quiet axis": (("selection", "add_faint_structure", gives_back(3)),),
     "effects beside the kept": (("discover", "add_subthreshold", gives_back(1)),),
     "weak effects pruned": (("selection", "prune_weak", gives_back(1)),),
     "trials too small to matter": (("search.floating", "Search._worth_a_try", gives(True)),),
@@ -95,12 +96,15 @@ def drawn() -> list[Log]:
 
     found: list[Log] = []
     for study, count in DRAWN.items():
-        keys = list(STUDIES[study].keys("tuning"))
+        keys = list(STUDIES[study].keys("tuning") or STUDIES[study].keys("reporting"))  # field logs are what they are
         kinds = list(dict.fromkeys(kind for kind, _ in keys))
-        step = max(len(kinds) / count, 1.0)
-        for number in range(min(count, len(kinds))):
-            seeds = [seed for kind, seed in keys if kind == kinds[int(number * step)]]
-            found.append((study, kinds[int(number * step)], seeds[(3 + number) % len(seeds)]))
+        if len(kinds) < count:
+            found += [(study, *keys[len(keys) * number // count]) for number in range(count)]
+            continue
+        for number in range(count):
+            kind = kinds[len(kinds) * number // count]
+            seeds = [seed for other, seed in keys if other == kind]
+            found.append((study, kind, seeds[(3 + number) % len(seeds)]))
     return [log for log in found if log[1] not in SLOW]
 
 

@@ -90,8 +90,10 @@ class Calibrated(Record):
     @computed_field
     @property
     def held_by_law(self) -> bool:
-        """True when the law holds the parameter outside its interval."""
-        return self.ci95 is not None and not self.ci95.lower <= self.after <= self.ci95.upper
+        """True when the law holds the parameter outside its interval, or, without one, by over 1 %."""
+        if self.ci95 is None:
+            return not self.at_limit and abs(self.after - self.wanted) > 0.01 * abs(self.wanted)
+        return not self.ci95.lower <= self.after <= self.ci95.upper
 
 
 class NotCalibrated(Record):

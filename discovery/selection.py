@@ -341,7 +341,8 @@ def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[
     symbols = [*before, *after]
     search = widened(symbols)
     best = search.best_of((state, None), say)
-    alike = [s for s in find_twins(weak, best.vehicle, search.of_kind(best.active, Kind.TERM)) if s not in taken]
+    terms = [c for c in search.pool if c.kind is Kind.TERM and c.key in best.active]
+    alike = [s for s in find_twins(weak, best.vehicle, terms) if s not in {*taken, *symbols}]
     if not alike:
         return search, best
     search = widened([*symbols, *alike])

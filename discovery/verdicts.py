@@ -14,7 +14,7 @@ from .candidates.candidate import Candidate, Kind, measurable
 from .claims import Tests
 from .effect_findings import LIKELY, MISSING, Claim, EffectFinding, FittedTerm, Verdict, rounded_probability
 from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
-from .findings import NOTHING, Advice, Criterion, Findings, OtherForm, PersistentResidual
+from .findings import NOTHING, Criterion, Findings, OtherForm, PersistentResidual
 from .identifiability.rehearsal import Identifiability
 from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged

@@ -88,7 +88,7 @@ def test_a_law_gives_a_verdict(place: Path):
 
 def test_a_network_trains(place: Path):
     add(place, "residuals/networks/gru.py")
-    log = small_log(place, "blueboat")
+    log = small_log(place, "blueboat", "--effect", "surge_quadratic_damping=-12")
     options = ("--residual", "gru", "--option", "units=8", "--epochs", "1", "--device", "cpu", "--out", "net")
     undertow(place, "train", str(log), "--vehicle", "blueboat", *options)
     assert "gru" in (place / "net" / "model.yaml").read_text("utf-8")

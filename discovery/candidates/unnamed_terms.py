@@ -7,6 +7,7 @@ they need not be physics, only rich.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -16,7 +17,7 @@ from ...physics.effects import Effect, Parameter
 from ...physics.forces import through_water
 from ...physics.momentum_balance import HYDRODYNAMIC
 from ...physics.motion import AXES, Array
-from ...physics.terms import Form, monomials
+from ...physics.terms import Form, monomials, parse_form
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
 from ..factors.factors import Column, Factors, forward, triangular
@@ -52,20 +53,9 @@ def _turns_about(axis: int, form: Form) -> bool:
     return (u % 2 == 1 and (v + r) % 2 == 0) if AXES[axis] == "surge" else (v + r) % 2 == 1
 
 
-def _one_sided(axis: int, forms: Sequence[Form], columns: Array) -> set[int]:
-    """Forms that do not turn about, where the log goes too much one way to tell them from the same powers that do.
-
-    They fit such a log as well, and drive the boat when it goes the other way.
-    """
-    norms = np.maximum(np.sqrt((columns**2).sum(axis=0)), np.finfo(float).tiny)
-    unusual = {k for k, form in enumerate(forms) if not _turns_about(axis, form)}
-    found = set()
-    for k in unusual:
-        twins = [n for n, form in enumerate(forms) if n not in unusual and _same(form)[0] == _same(forms[k])[0]]
-        alike = np.abs(columns[:, twins].T @ columns[:, k]) / (norms[twins] * norms[k])
-        if alike.max(initial=0.0) > _TWIN:
-            found.add(k)
-    return found
+def _place(axis: int, forms: Sequence[Form], k: int) -> tuple[bool, bool, int, int]:
+    """Which of several forms that a log cannot tell apart is taken: the first by this."""
+    return (axis, _same(forms[k])) not in _NAMED_KEYS, not _turns_about(axis, forms[k]), forms[k].degree, k
 
 
 def term_candidate(symbol: str, vehicle: Vehicle) -> Candidate:
@@ -87,7 +77,8 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
     """Unnamed terms that may explain the balance of a vehicle: at most `most` an axis, as `axis:form` symbols.
 
     Terms of the catalogue compete in the selection, so that an unnamed term enters only beside or before them, and
-    columns that this log cannot tell apart (correlation above 0.9995) enter once, the named and the simplest first.
+    columns that this log cannot tell apart (correlation above 0.9995) enter once: the named first, then those that turn
+    about with the motion, since the others drive a boat that goes the other way, then the simplest.
 
     Parameters
     ----------
@@ -101,11 +92,7 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
     columns = factors.whole[:, : len(forms)]
     found: list[str] = []
     for axis, name in enumerate(AXES):
-        order = sorted(
-            range(len(forms)), key=lambda k: ((axis, _same(forms[k])) not in _NAMED_KEYS, forms[k].degree, k)
-        )
-        left_out = _one_sided(axis, forms, columns)
-        keep = _distinct(columns, [k for k in order if k not in left_out])
+        keep = _distinct(columns, sorted(range(len(forms)), key=partial(_place, axis, forms)))
         if not np.any(factors.whole[:, len(forms) + axis]):
             continue
         for k in forward(factors.only(keep), axis, most):
@@ -115,7 +102,7 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
 
 
 def find_twins(
-    weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 3, degree: int = 3
+    weak: WeakForm, vehicle: Vehicle, terms: Sequence[Candidate], most: int = 3, degree: int = 3
 ) -> tuple[str, ...]:
     """Unnamed terms that move nearly as given ones do on this log: at most `most` each, the closest first.
 
@@ -125,26 +112,23 @@ def find_twins(
     Parameters
     ----------
     weak, vehicle, degree : as in `shortlist`
-    symbols : the given terms, `axis:form`
+    terms : the given terms
     most : twins of each
     """
-    if not symbols:
+    given = [(p.axis, _same(parse_form(p.form))) for c in terms for p in c.parameters if p.axis is not None]
+    if not given:
         return ()
     forms = monomials(degree)
+    keys = [_same(form) for form in forms]
     features = term_factors(weak, vehicle, degree).whole[:, : len(forms)]
-    names = [form.text for form in forms]
     norms = np.maximum(np.sqrt((features**2).sum(axis=0)), 1e-300)
     found: list[str] = []
-    for symbol in symbols:
-        axis, text = symbol.split(":", 1)
-        k = names.index(text)
+    for axis, key in given:
+        k = keys.index(key)
         alike = np.abs(features.T @ features[:, k]) / (norms * norms[k])
-        at = AXES.index(axis)
-        left_out = _one_sided(at, forms, features)
-        near = [n for n in np.argsort(-alike, kind="stable") if n != k and alike[n] > _TWIN and n not in left_out]
-        named = [(at, _same(forms[n])) in _NAMED_KEYS for n in near]
-        found += [f"{axis}:{names[n]}" for n, known in zip(near, named, strict=True) if not known][:most]
-    return tuple(dict.fromkeys(s for s in found if s not in symbols))
+        near = [n for n in np.argsort(-alike, kind="stable") if n != k and alike[n] > _TWIN]
+        found += [f"{AXES[axis]}:{forms[n].text}" for n in near if (axis, keys[n]) not in {*_NAMED_KEYS, *given}][:most]
+    return tuple(dict.fromkeys(found))
 
 
 def term_factors(weak: WeakForm, vehicle: Vehicle, degree: int, logs: Sequence[str] = ("",)) -> Factors:

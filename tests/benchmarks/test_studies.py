@@ -75,7 +75,7 @@ def test_a_log_on_which_the_verb_fell_over_is_asked_again(tmp_path: Path, monkey
     assert now["verdict"] == "missing"
 
 
-def test_records_are_carried_over_where_other_sources_give_the_same_facts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_records_are_carried_over_where_facts_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     studies, path = chapter("study.studies"), tmp_path / "kept.jsonl.gz"
     keys = [("singles", seed) for seed in range(50)]
     monkeypatch.setitem(studies.STUDIES, "plain", studies.Study(lambda purpose: keys, lambda kind, seed: seed))

@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 import pytest
 from added_run import HIDDEN
-from verbs import SCRIPT, call, done, files, inspected, process, refused, strict
+from verbs import SCRIPT, call, done, files, inspected, nearly, process, refused, strict
 
 import undertow
 from undertow.__main__ import main
@@ -203,7 +203,7 @@ def test_compare_takes_run_folders_and_vehicle_files(place: Path, here: Path) ->
     assert [m["name"] for m in content["models"]] == [*REFERENCES, "run", str(place / "run" / "model.yaml"), "blueboat"]
     kinds = ["physics", "physics", "baseline", "baseline", "symbolic", "symbolic", "physics"]
     assert [m["kind"] for m in content["models"]] == kinds
-    own = ("name", "kind", "parameters", "seconds_to_fit", "seconds_to_evaluate")
+    own = ("name", "kind", "parameters", "seconds_to_fit", "seconds_to_evaluate", "band")
     assert {k: v for k, v in run.items() if k not in own} == {k: v for k, v in file.items() if k not in own}
     assert same["rollout"] == nominal["rollout"]
     assert run["rollout"]["10"]["surge"] < nominal["rollout"]["10"]["surge"] / 3
@@ -217,7 +217,7 @@ def test_compare_judges_on_the_part_that_was_asked_for(place: Path) -> None:
         judged = undertow.read_inputs(place / "log.csv", "blueboat", judge=part).parts.judged
         starts[part] = rollout_scores(nominal, judged, (2.0,))["2"].starts
     assert (content["split"], content["models"][0]["rollout"]["2"]["starts"]) == ("train", starts["train"])
-    assert starts["train"] > starts["test"] == starts["validation"]
+    assert starts["train"] > max(starts["test"], starts["validation"])
 
 
 def test_models_of_one_name_are_told_apart(place: Path, here: Path) -> None:
@@ -286,7 +286,7 @@ def test_add_to_a_run_and_to_a_log_gives_the_same(place: Path, here: Path) -> No
     words = [HIDDEN, place / "log.csv", "--vehicle", "blueboat", "--out", "from_log.yaml"]
     content = strict(done("add", *words, "--json"))
     assert set(files(here)) == {"from_run.yaml", "from_log.yaml"}
-    assert Path("from_run.yaml").read_bytes() == Path("from_log.yaml").read_bytes()
+    assert nearly(load_vehicle("from_run.yaml").to_dict(), load_vehicle("from_log.yaml").to_dict())
     assert load_vehicle("from_run.yaml").value("X_uu") == pytest.approx(-20.0, abs=0.3)
     assert content["schema"] == "undertow.added/1"
     check_steps(content["steps"])

@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sysconfig
+from math import isclose
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -44,6 +45,17 @@ def strict(text: str) -> Any:
         raise AssertionError(f"{constant} is not JSON")
 
     return json.loads(text, parse_constant=refuse)
+
+
+def nearly(one: Any, other: Any) -> bool:
+    """Whether two contents of JSON are alike up to where a solver began: relatively one in ten thousand."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(nearly(one[key], other[key]) for key in one)
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(nearly, one, other))
+    if isinstance(one, float) and isinstance(other, float):
+        return isclose(one, other, rel_tol=1e-4)
+    return bool(one == other)
 
 
 def process(*words: str | Path, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:

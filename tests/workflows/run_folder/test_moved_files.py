@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from added_run import HIDDEN, write_added
-from verbs import done, refused, strict
+from verbs import done, nearly, refused, strict
 
 import undertow
 from undertow.discovery.run_models import resolve_names
@@ -51,7 +51,7 @@ def test_a_run_holds_no_path_that_nobody_gave(made: Path) -> None:
 def test_a_run_that_was_moved_with_its_log_works_from_anywhere(made: Path, trip: Path) -> None:
     assert read_run_inputs("../trip/run").logs == ["../trip/log.csv"]
     written = strict((made / "run" / "findings.json").read_text("utf-8"))["steps"]
-    assert steps("--run", "../trip/run") == written
+    assert nearly(steps("--run", "../trip/run"), written)
     told = strict(done("check", trip / "run", "--json"))
     assert {**told, "model": ""} == {**strict((trip / "run" / "audit.json").read_text("utf-8")), "model": ""}
     done("report", "../trip/run")
@@ -77,10 +77,8 @@ def test_a_log_that_was_moved_and_renamed_is_pointed_at(trip: Path) -> None:
     (trip / "logs").mkdir()
     moved = (trip / "log.csv").rename(trip / "logs" / "monday.csv")
     refused("add", HIDDEN, "--run", trip / "run", match="which is not there")
-    path = trip / "run" / "findings.json"
-    path.write_text(path.read_text("utf-8").replace('"verdict": "missing"', '"verdict": "possible"'), "utf-8")
     (found,) = strict(done("add", HIDDEN, "--run", trip / "run", "--log", moved, "--json"))["candidates"]
-    assert (found["verdict"], found["reason"]) == ("possible", "unfound"), "the run is not certain of it"
+    assert found["effect"] == HIDDEN
     assert read_run_inputs(trip / "run", Moved((trip / "logs",))).logs == [str(moved)]
     note = strict(done("check", trip / "run", "--json"))["notes"][0]
     assert "Judged without the logs of the run" in note

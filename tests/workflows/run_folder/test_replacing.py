@@ -311,7 +311,7 @@ def test_a_page_with_remarks_of_the_user_is_not_made_again(here: Path):
 def test_a_run_compared_anew_is_replaced_whole_and_still_a_run(here: Path, monkeypatch: pytest.MonkeyPatch):
     compared = json.loads(Path("mon/comparison.json").read_text()) | {"notes": ["compared anew"]}
     record = Comparison.read(compared, "comparison.json", "")
-    monkeypatch.setattr("undertow.workflows.compare.compare_run", lambda folder, models: record)
+    monkeypatch.setattr("undertow.workflows.compare.compare_run", lambda *given, **more: record)
     Path("mon/notes.txt").write_text("mine")
     nominal, node = Path("mon/nominal.yaml").read_bytes(), Path("mon").stat().st_ino
     done("report", "mon", "--model", "blueboat")
