@@ -22,6 +22,7 @@ def study() -> Iterator[ModuleType]:
     pytest.importorskip("torch")
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(BENCHMARKS))
+        patch.delitem(sys.modules, "boats", raising=False)  # a page of the docs has a package of that name
         import audit as found  # type: ignore[import-not-found]
 
         yield found
