@@ -19,6 +19,7 @@ from ..physics.stage import Say, Stage
 from .basis import Basis, choose_balance, residual_of_few_forces
 from .candidates.candidate import Kind
 from .effect_findings import FittedTerm
+from .evidence.limits import at_limits
 from .findings import SensorError
 from .kept_effects import ForceFit, SearchResult
 from .search.floating import Search, State
@@ -136,8 +137,8 @@ def search_with_sensor_errors(basis: Basis, say: Say) -> SensorErrorSearch:
 
 
 def _asked(fit: ForceFit) -> Array | None:
-    """Errors of the sensors that a log asks for: where its model leaves structure or is a crowd, or where they earn."""
-    if (fit.rolling is not None or _overfits(fit)) and (estimate := _estimate(fit.basis)) is not None:
+    """Errors of the sensors that a log asks for: where its model leaves structure or stands in, or where they earn."""
+    if (fit.rolling is not None or _stands_in(fit)) and (estimate := _estimate(fit.basis)) is not None:
         return estimate
     if (
         fit.rolling is not None
@@ -154,6 +155,12 @@ def _overfits(fit: ForceFit) -> bool:
     return bool(terms) or len(fit.names) >= fit.search.settings.overfit_from
 
 
+def _stands_in(fit: ForceFit) -> bool:
+    """True when a model is a crowd, or has a number that no hull can have: it stands for something else."""
+    search = fit.search
+    return _overfits(fit) or bool(at_limits(search.pool, search.nominal, fit.state.vehicle, fit.names, {}))
+
+
 def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | None:
     """What is found on motions without an error of the sensors, as it is refined.
 
@@ -161,13 +168,13 @@ def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | 
 
     Parameters
     ----------
-    fit : the model of forces alone, that it must be better than where that explains the log and is no crowd
+    fit : the model of forces alone, which it must be better than where that explains the log and is no stand-in
     """
     basis = fit.basis
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
     best: ForceFit | None = None
     found = NONE
-    worth = np.inf if fit.rolling is not None or _overfits(fit) else fit.state.score - _BETTER
+    worth = np.inf if fit.rolling is not None or _stands_in(fit) else fit.state.score - _BETTER
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
         if errors == NONE:
@@ -185,7 +192,7 @@ def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | 
         if np.abs(end.errors).max() < _SETTLED[basis.has_sensor_noise]:
             break
         estimate = estimate + end.errors * _USUAL
-    if best is None or _overfits(best) or _leaves_too_much(fit, best, found):
+    if best is None or _stands_in(best) or _leaves_too_much(fit, best, found):
         return None
     say("; ".join(error.sentence for error in found.findings))
     looked = finish(best, best.basis, _quiet)
