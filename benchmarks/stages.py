@@ -68,7 +68,6 @@ STAGES: Mapping[str, Sequence[tuple[str, str, Callable[[Any], Any]]]] = {
     "rivals in every part": (("evidence.weighing", "_in_every_part", gives(True)),),
     "rivals beside the model": (("evidence.weighing", "_with_both", lambda was: lambda model, key: model.state),),
     "common scale": (("selection", "as_common_scale", gives_back(1)),),
-    "misalignment of clocks": (("discover", "with_clock_offset", lambda was: lambda evidence, *more: list(evidence)),),
     "search without what is at a limit": (("selection", "at_limit", gives(False)),),
     "simpler than general": (("search.floating", "Search._simplest", gives_back(1)),),
     "pruning": (("search.floating", "Search._prune", gives_back(1)),),

@@ -21,8 +21,7 @@ from .candidates.candidate import CALIBRATED
 from .claims import Tests, gather_claims
 from .discover import Discovery
 from .effect_findings import Folds
-from .evidence.limits import with_clock_offset
-from .evidence.record_errors import record_errors, sensor_findings, shares_of_sensor_errors
+from .evidence.record_errors import out_of_step, record_errors, sensor_findings, shares_of_sensor_errors
 from .evidence.unmodelled_forces import rollouts_of_several_logs
 from .evidence.weighing import assess_candidates, limit_confidence
 from .findings import Findings
@@ -86,9 +85,7 @@ def add_effects(
     if searched is not None and fitted.whole:
         findings = _as_searched(searched, fitted)
         return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, fitted.unseen(), notes)
-    evidence = with_clock_offset(
-        assess_candidates(search, state, settings.seed), search.pool, nominal, state.vehicle, form.motions
-    )
+    evidence = assess_candidates(search, state, settings.seed)
     if basis.uses_rollouts:
         evidence = limit_confidence(evidence, form)
         notes = (*notes, *disagreements(form, nominal, corrected))
@@ -99,7 +96,9 @@ def add_effects(
     added = [e for e in evidence if e.selected]
     kept = [e.key for e in added]
     sensors = sensor_findings(basis.forces.motions, basis.uses_rollouts)
+    timing = record_errors(search, state.vehicle, state.active, told)
     tests = Tests(
+        out_of_step=out_of_step(basis.forces.motions, (*sensors, *timing)),
         accused=shares_of_sensor_errors(added, search.pool, sensors),
         rolls=basis.uses_rollouts,
         several=rollouts_of_several_logs(form),
@@ -111,7 +110,7 @@ def add_effects(
     )
     findings = conclude(grounds)
     unsure = [c.key for c in findings.candidates if c.verdict != "missing"]
-    sensors += record_errors(search, state.vehicle, state.active, told)
+    sensors += timing
     unseen = fitted.unseen()
     if free is not None:
         findings = with_calibration(findings, free, nominal, lawful, told)

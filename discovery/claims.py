@@ -16,6 +16,7 @@ from .candidates.candidate import Candidate, Kind
 from .effect_findings import Claim, Worth
 from .evidence.invariance import Invariance
 from .evidence.limits import null_distance
+from .evidence.record_errors import Misalignment
 from .evidence.unmodelled_forces import FreeFormRefit, UnmodelledForces
 from .evidence.weighing import Evidence
 from .reason import Reason
@@ -23,7 +24,7 @@ from .search.estimation import Interval
 
 _FAR = 1e3
 """Size from which it does not matter any more how large a doubt is."""
-_OF_ONE_LOG = ("substitute", "unexplained", "accused", "rolls")
+_OF_ONE_LOG = ("substitute", "unexplained", "accused", "out_of_step", "rolls")
 """Sizes that are of one log."""
 _LEFT = (
     "the model leaves {:.0f} % of the force that the file's leaves, and {:.0f} % of the error of rollouts without it"
@@ -44,6 +45,7 @@ class Tests:
     invariant : its size in the parts of the log
     changes : where, and by how much of itself, its force differs in a part of the log, as a sentence
     forms : forces without a name beside it and in its place
+    out_of_step : by how much the log's channels are told to be out of step, for sure or not
     accused : what share of it an error of the sensors may have made that is told and not corrected for, and which
     rolls : whether rollouts judge
     several : whether they judge several logs, each of which was left out once: what is named there holds in all others,
@@ -55,6 +57,7 @@ class Tests:
     changes: Told = field(default_factory=dict)
     forms: UnmodelledForces = field(default_factory=UnmodelledForces)
     accused: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    out_of_step: Misalignment = field(default_factory=Misalignment)
     rolls: bool = False
     several: bool = False
 
@@ -66,7 +69,7 @@ class Tests:
             Reason.SENSORS: _ACCUSED.format(self.accused.get(e.key, (0.0, "a sensor"))[1]),
             Reason.LASTING_REST: _LEFT.format(100.0 * e.unexplained, 100.0 * e.remains),
             Reason.SUBSTITUTE: (beside or FreeFormRefit()).sentence,
-            Reason.OUT_OF_STEP: f"{e.out_of_step:.2f}",
+            Reason.OUT_OF_STEP: f"{self.out_of_step.seconds:.2g}",
             Reason.LOOK_ALIKES: ", ".join(map(words, e.indistinguishable_from or (e.rival,))),
         }
         return {reason: text for reason, text in listed.items() if text}
@@ -77,7 +80,7 @@ class Tests:
         sizes = {
             "substitute": beside.margin if beside and beside.margin is not None else 0.0,
             "at_limit": float(e.at_limit or e.key in self.limits),
-            "out_of_step": e.late,
+            "out_of_step": self.out_of_step.share,
             "accused": self.accused.get(e.key, (0.0, ""))[0],
             "unexplained": e.unexplained,
             "remains": e.remains,
@@ -111,10 +114,13 @@ def gather_claims(
     """
     own = intervals if without_rest is None else without_rest
     known = {candidate.key: candidate for candidate in pool}
+    standing = {e.key for e in evidence if e.kind is Kind.EFFECT and e.key in kept}
     result = {}
     for e in (e for e in evidence if (e.selected or e.key in kept) and e.kind is Kind.EFFECT):
         clear, alone = (null_distance(known[e.key], nominal, some) for some in (intervals, own))
         sizes = tests.sizes(e) | {"file_value": 1.0 if alone is None else round(1.0 / max(alone, 1e-6), 6)}
+        if others := standing - {e.key}:
+            sizes["crowd"] = float(len(others))
         result[e.key] = Claim(
             gain=e.log_likelihood_gain,
             identity=e.identity,

@@ -23,8 +23,14 @@ from .candidates.linearisation import Linearisation
 from .claims import Tests, gather_claims, widen_intervals
 from .effect_findings import FittedTerm
 from .evidence.invariance import invariance
-from .evidence.limits import at_limits, widen_delays, with_clock_offset
-from .evidence.record_errors import add_record_errors, record_errors, sensor_findings, shares_of_sensor_errors
+from .evidence.limits import at_limits, widen_delays
+from .evidence.record_errors import (
+    add_record_errors,
+    out_of_step,
+    record_errors,
+    sensor_findings,
+    shares_of_sensor_errors,
+)
 from .evidence.unexplained import find_passing_residuals, find_persistent_residuals, inclusion
 from .evidence.unmodelled_forces import (
     UnmodelledForces,
@@ -218,6 +224,8 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
     apart = unseen.steps[-1] if unseen.steps else ()
     without_rest = widen_intervals(model.intervals, search.pool, nominal, tests, apart)
     found = widen_intervals(model.intervals, search.pool, nominal, tests, apart, left)
+    timing = partial(record_errors, search, model.state.vehicle, model.state.active, found)
+    tests = replace(tests, out_of_step=out_of_step(basis.forces.motions, (*told_of_sensors, *timing())))
     kept = (*model.kept, *model.subthreshold)
     selected = search.named(looked.state.active)
     grounds = VerdictInputs(
@@ -248,8 +256,7 @@ def _conclude(looked: SearchResult, hidden: HiddenErrors | None) -> Discovery:
         error = np.sqrt((looked.forces[0].balance.residual(model.lawful.vehicle) ** 2).mean(axis=0))
         findings = too_short(findings, search.balance.blocks)
     certain = findings.verdict in ("missing", "nothing missing") and not findings.unnamed
-    timing = record_errors(search, model.state.vehicle, model.state.active, found, certain)
-    errors = (*told_of_sensors, *timing)
+    errors = (*told_of_sensors, *timing(certain))
     findings = add_record_errors(findings, errors)
     notes = (*looked.notes, *(s.sentence for s in errors if s.verdict != "no evidence"))
     basis.forces.forget()
@@ -261,7 +268,7 @@ def _fit(looked: SearchResult) -> LawfulFit:
     """Fit the names that stand, those beside them that unseen parts gain by, and all of it under the laws."""
     basis, search, state = looked.basis, looked.search, looked.state
     shooting, nominal = basis.settings.shooting, basis.nominal
-    evidence = with_clock_offset(looked.evidence, search.pool, nominal, state.vehicle, search.balance.motions)
+    evidence = list(looked.evidence)
     kept = tuple(e.key for e in evidence if e.stands)
     final = refit_kept(search, state, kept, shooting)
     final = add_subthreshold(search, final, looked.subthreshold, shooting)

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...measurements.compass import SOUND, corrected
-from ...measurements.kinematics import compass_shown, gyro_lateness
+from ...measurements.kinematics import compass_shown
 from ...physics.motion import Array, Motion
 from .base import WeakSettings
 
@@ -144,11 +144,3 @@ def correct_compass(motions: Sequence[Motion]) -> CorrectedMotions:
     ]
     clear = (corrected(m, compass) for m in motions) if compass.plain else motions
     return CorrectedMotions(tuple(clear), turned, deviates, (f"{compass.sentence}; {', '.join(judged)}",))
-
-
-def misalignment(motions: Sequence[Motion]) -> float:
-    """Misalignment of the channels of motions [s], 0 where it is no more than rounding.
-
-    Compass and gyro, or what the reader of a log could not tell of its clocks, whichever is more.
-    """
-    return max([abs(gyro_lateness(motions)), *(motion.out_of_step for motion in motions)])

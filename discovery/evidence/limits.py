@@ -1,20 +1,12 @@
 """Limits of an estimate: a value at its bound, outside its own interval, or a time within the log's misalignment."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
-import numpy as np
-
-from ...measurements.kinematics import gyro_lateness
-from ...physics.momentum_balance import damping_matrix
-from ...physics.motion import Motion
 from ...physics.plausibility import find_impossible
 from ...physics.vehicle import Vehicle
-from ..balance.long_logs import misalignment
 from ..candidates.candidate import Candidate, Kind, limit_reached
 from ..search.estimation import Interval
 from ..search.thruster_scales import redundant_scales
-from .weighing import Evidence
 
 _TOGETHER = (
     "the common scale and every thruster's own are fitted at once, and only their products move a force, so that the "
@@ -26,9 +18,6 @@ _RIGID_BODY = ("x_g", "y_g", "mass", "inertia_z")
 """What says together whether a hull can be."""
 _FAR = 1e4
 """Half-widths from which it does not matter any more how far away a value is."""
-_TIMES, _INERTIA = ("lag", "delay"), "N_rdot"
-_FASTER = 0.01
-"""Share by which turning is faster where the slope of its damping is taken."""
 
 
 def widen_delays(intervals: Mapping[str, Interval], pool: Sequence[Candidate]) -> dict[str, Interval]:
@@ -116,42 +105,3 @@ def _of(
                 f"the estimate of {symbol} lies outside its own interval, so that the blocks of the log disagree on it"
             )
     return ""
-
-
-def with_clock_offset(
-    evidence: Sequence[Evidence], pool: Sequence[Candidate], nominal: Vehicle, found: Vehicle, motions: Sequence[Motion]
-) -> list[Evidence]:
-    """The evidence, with the log's own misalignment beside what may look like it: a lag, a delay, an inertia.
-
-    Of an inertia in yaw it is the time by which damping lags behind the gyro: with r T late, (I - N_rdot) dr/dt + N(r)
-    = tau reads as if N_rdot were less by T dN/dr. What changes the other way than the clocks tell is none of that. Of
-    several logs each judges the others, and gyros that are late differ: their inertia is not asked.
-
-    Parameters
-    ----------
-    evidence : of all candidates
-    pool : the candidates, for the parameters of each
-    nominal, found : the models before and after the search
-    motions : of the log
-    """
-    parameters = {candidate.key: candidate.symbols for candidate in pool}
-    timed = {e.key: _times(parameters[e.key], nominal, found, motions) for e in evidence if e.selected}
-    if not any(timed.values()):
-        return list(evidence)
-    late = misalignment(motions)
-    shares = {key: late / max(*times, 1e-9) for key, times in timed.items() if times and late > 0.0}
-    return [replace(e, out_of_step=late, late=shares[e.key]) if e.key in shares else e for e in evidence]
-
-
-def _times(symbols: Sequence[str], nominal: Vehicle, found: Vehicle, motions: Sequence[Motion]) -> list[float]:
-    """The times that stand for parameters [s]."""
-    times = [found.value(symbol) for symbol in symbols if symbol in _TIMES]
-    heavier = nominal.value(_INERTIA) - found.value(_INERTIA)
-    alone = len({motion.source for motion in motions}) == 1
-    if alone and _INERTIA in symbols and heavier * gyro_lateness(motions) >= 0.0:
-        usual = np.sqrt(np.mean(np.concatenate([m.velocity**2 for m in motions]), axis=0)) * (1.0, 0.0, 1.0)
-        faster = usual * (1.0, 0.0, 1.0 + _FASTER)
-        slow, fast = ((damping_matrix(found, nu) @ nu)[2] for nu in (usual, faster))
-        slope = abs(fast - slow) / max(faster[2] - usual[2], 1e-12)
-        times.append(abs(heavier) / max(slope, 1e-12))
-    return times

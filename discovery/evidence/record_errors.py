@@ -6,7 +6,7 @@ commands comes from the fit. Each named effect carries the share of its force th
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -107,6 +107,26 @@ def clocks(motions: Sequence[Motion]) -> tuple[SensorError, ...]:
     )
     terms = (FittedTerm(symbol="gyro_latency", value=late, unit="s"),)
     return (SensorError(error="channel_offset", verdict="present", sentence=text, terms=terms),)
+
+
+_CLOCKS = (COMMAND_OFFSET.symbol, "gyro_latency")
+
+
+class Misalignment(NamedTuple):
+    """Time by which the channels of a log are out of step [s], and its share of a step of the record, at most all."""
+
+    seconds: float = 0.0
+    share: float = 0.0
+
+
+def out_of_step(motions: Sequence[Motion], errors: Sequence[SensorError]) -> Misalignment:
+    """By how much the channels of a log are told to be out of step, if not for sure.
+
+    Its commands, its gyro, or what its reader could not tell of its clocks, whichever is more.
+    """
+    told = (s for s in errors if s.what in _CLOCKS and s.verdict != "no evidence")
+    late = max([*(abs(term.value) for s in told for term in s.terms), *(m.out_of_step for m in motions)], default=0.0)
+    return Misalignment(late, min(late / max(max(m.command_step, m.time_step) for m in motions), 1.0))
 
 
 def turning(motions: Sequence[Motion]) -> tuple[SensorError, ...]:

@@ -38,8 +38,6 @@ _NEAR = 4.0
 """Times of that up to which a rival that is not foretold to do as well is fitted: it may do better than foretold."""
 PERHAPS = 0.5
 """Confidence from which an effect is possible: more resamples are for it than against it."""
-_LATE = 0.5
-"""Share of the time that an effect stands for from which the log's own misalignment may be all of it."""
 _SCALES = ("thrust_scale", "thruster_asymmetry")
 _PART_OF_GAIN = 0.05
 """Share of what a simple law earns that a general one must explain beyond it to take its name."""
@@ -79,8 +77,6 @@ class Evidence:
     unjudged : True when rollouts judge, which do not tell it from the rest or from what the compass lacks
     absorbed : True when it was not selected, and calibration takes up what a plausible amount of it would do
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
-    out_of_step : misalignment of the log's channels [s], for a lag, a delay or an inertia that may look like it
-    late : the same as a share of the time that the effect stands for
     chance : of nothing looking as good, for one that was selected
     faint : the quiet axis on which it would explain what moves there, too faint for the search; else empty
     """
@@ -98,8 +94,6 @@ class Evidence:
     unjudged: bool = False
     absorbed: bool = False
     noise_limited: bool = False
-    out_of_step: float = 0.0
-    late: float = 0.0
     faint: str = ""
     chance: Chance | None = None
     identity: float = 0.0
@@ -112,8 +106,8 @@ class Evidence:
 
     @property
     def sure(self) -> bool:
-        """True when it stands, nothing does as well in its place, and no clock of the log explains it."""
-        return self.stands and not self.indistinguishable_from and self.late < _LATE
+        """True when it stands, and nothing does as well in its place."""
+        return self.stands and not self.indistinguishable_from
 
     @property
     def stands(self) -> bool:
@@ -129,7 +123,6 @@ class Evidence:
         held = {
             Reason.FAINT: bool(self.faint),
             Reason.LOOK_ALIKES: bool(self.indistinguishable_from),
-            Reason.OUT_OF_STEP: self.late >= _LATE,
             Reason.AT_LIMIT: self.at_limit,
             Reason.NOT_EXCITED: self.dormant,
             Reason.UNJUDGED: self.unjudged,

@@ -10,6 +10,7 @@ from undertow.discovery.claims import Tests as Asked
 from undertow.discovery.claims import gather_claims, widen_intervals
 from undertow.discovery.evidence.invariance import Invariance
 from undertow.discovery.evidence.limits import null_distance
+from undertow.discovery.evidence.record_errors import Misalignment
 from undertow.discovery.evidence.unmodelled_forces import FreeFormRefit, UnmodelledForces
 from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.findings import OtherForm
@@ -55,12 +56,13 @@ def test_what_no_test_concerns_has_no_size():
         (Asked(forms=UnmodelledForces((), {DRAG: FreeFormRefit(margin=7.0)})), "substitute", 7.0),
         (Asked(forms=UnmodelledForces((), {DRAG: FreeFormRefit(margin=-30.0)})), "substitute", -30.0),
         (Asked(rolls=True), "rolls", 1.0),
+        (Asked(out_of_step=Misalignment(0.02, 0.4)), "out_of_step", 0.4),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
     assert tests.sizes(NAMED) == pytest.approx({name: size})
-    everyones = {"rolls"}  # which model of the odds is asked
+    everyones = {"rolls", "out_of_step"}  # which model of the odds is asked, and the clocks of the log
     assert name in {*REASONS, *everyones}
     other = replace(NAMED, key=LIFT)
     assert set(tests.sizes(other)) == {name} & everyones, "what is asked of a name is said of no other"
@@ -70,7 +72,6 @@ def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
     ("evidence", "name", "size"),
     [
         (replace(NAMED, at_limit=True), "at_limit", 1.0),
-        (replace(NAMED, late=0.3), "out_of_step", 0.3),
         (replace(NAMED, remains=0.2), "remains", 0.2),
         (replace(NAMED, unexplained=0.4), "unexplained", 0.4),
     ],
@@ -82,7 +83,7 @@ def test_what_the_evidence_says_against_a_name_has_a_size(evidence: Evidence, na
 
 def test_no_size_is_without_end_or_no_number():
     """What explains next to nothing on its axis is divided by little, and a fit may end in no number."""
-    assert Asked().sizes(replace(NAMED, late=np.nan, unexplained=np.inf)) == {"unexplained": 1e3}
+    assert Asked().sizes(replace(NAMED, remains=np.nan, unexplained=np.inf)) == {"unexplained": 1e3}
     assert Asked().sizes(replace(NAMED, unexplained=1e-9)) == {}, "nor is any so small that a file would say 0"
 
 
@@ -91,16 +92,17 @@ def test_every_test_that_has_a_size_tells_what_it_found():
     every = Asked(
         limits={DRAG: "at a limit"},
         accused={DRAG: (1.0, "gyro scale")},
+        out_of_step=Misalignment(0.2, 0.7),
         forms=UnmodelledForces((FORM,), {DRAG: FreeFormRefit(0.6, {"X_uu": 3.0}, 7.0, FORM)}),
     )
-    told = every.explanations(replace(NAMED, late=0.7, out_of_step=0.2, unexplained=0.3))
+    told = every.explanations(replace(NAMED, unexplained=0.3))
     speaking = {reason for reason in REASONS.values() if "{told}" in reason.sentence} - {Reason.FILE_VALUE}
     assert speaking <= set(told)
     assert (
         told[Reason.LASTING_REST]
         == "the model leaves 30 % of the force that the file's leaves, and 0 % of the error of rollouts without it"
     )
-    assert told[Reason.OUT_OF_STEP] == "0.20"
+    assert told[Reason.OUT_OF_STEP] == "0.2"
 
 
 def claimed(evidence: Evidence, interval: Interval | None, tests: Asked | None = None, kept: tuple[str, ...] = (DRAG,)):

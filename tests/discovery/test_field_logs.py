@@ -7,11 +7,12 @@ import pytest
 
 from undertow.discovery import discover, selection
 from undertow.discovery.add_effects import Bench, add_effects
-from undertow.discovery.balance.long_logs import UNKNOWN, correct_compass, misalignment
+from undertow.discovery.balance.long_logs import UNKNOWN, correct_compass
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import fit_all_forces
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
+from undertow.discovery.evidence.record_errors import clocks, out_of_step
 from undertow.discovery.findings import Step
 from undertow.discovery.identifiability.rehearsal import Rehearsal
 from undertow.discovery.reason import Reason
@@ -261,8 +262,8 @@ def test_a_law_of_sway_is_found_beside_what_a_compass_may_lack(nominal: Vehicle)
 def test_a_misalignment_is_not_called_a_delay(nominal: Vehicle) -> None:
     motion = white(driven(nominal.with_values(HIDDEN), 4.0, 6), 5)
     late = replace(motion, velocity=np.concatenate([np.repeat(motion.velocity[:1], 2, axis=0), motion.velocity[:-2]]))
-    assert misalignment([motion]) == 0.0
-    assert misalignment([late]) == pytest.approx(0.2, abs=0.03)
+    assert clocks([motion]) == ()
+    assert out_of_step([late], clocks([late])).seconds == pytest.approx(0.2, abs=0.03)
     found = find_missing([late], nominal).findings
     assert not {"input_delay", "thruster_lag"} & set(found.missing)
     claimed = {c.effect: c.claim for c in found.candidates if c.claim is not None}

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import add_effects
-from undertow.discovery.candidates.candidate import Kind, calibratable, candidates
+from undertow.discovery.candidates.candidate import calibratable
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.limits import with_clock_offset
 from undertow.discovery.evidence.record_errors import record_errors
-from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.search.estimation import Interval
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.canonical import Channel
@@ -19,7 +17,6 @@ from undertow.measurements.log import read_log
 from undertow.measurements.preparation.prepare import WEAK, prepare
 from undertow.measurements.preparation.resampling import command_step
 from undertow.physics.errors import RequestError, VehicleError
-from undertow.physics.motion import Motion
 from undertow.physics.sampled_series import area_average
 from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import parse_effect
@@ -138,24 +135,6 @@ def test_a_gyro_that_is_late_is_told_and_is_no_inertia(late):
     (told,) = [s for s in findings.sensors if s.verdict == "present"]
     assert told.sentence.startswith("The gyro tells of turns 0.")
     assert gyro_lateness([replace(motion, velocity=velocity)]) == pytest.approx(late * motion.time_step, abs=0.005)
-
-
-def test_of_several_logs_no_inertia_is_doubted_for_a_late_gyro():
-    """Each judges the others; of the logs of a real boat every name was lost for it."""
-    motion = simulate_world(HULL, {}, programme="gentle", duration=240.0, noise="field", seed=5).motion()
-    velocity = motion.velocity.copy()
-    velocity[4:, 2] = velocity[:-4, 2]
-    late = replace(motion, velocity=velocity)
-    found = HULL.with_values({"N_rdot": HULL.values["N_rdot"] - 0.3})
-    inertia = Evidence("yaw_added_mass", Kind.EFFECT, True, 20.0, np.zeros(3), 0.5, 1.0, ())
-
-    def doubted(*motions: Motion) -> bool:
-        (e,) = with_clock_offset([inertia], candidates(HULL), HULL, found, motions)
-        return e.out_of_step > 0.0
-
-    assert doubted(late)
-    assert doubted(late, late)  # two stretches of one log
-    assert not doubted(late, replace(late, source="another.csv"))
 
 
 def test_an_offset_beside_a_model_that_is_not_certain_is_only_possible():

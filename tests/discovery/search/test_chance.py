@@ -28,10 +28,12 @@ def rehearsed(seed: int, effects: dict, *, active: tuple[str, ...] = (), rolls: 
     return SurrogateTest(search, linear, scores, now, 0)
 
 
-@pytest.mark.parametrize("rolls", [False, True])
-def test_on_nothing_the_best_effect_is_one_of_the_rehearsed(rolls):
-    """Shares of logs in which chance is told as rare are about these shares: that is what a chance is."""
-    logs = [rehearsed(seed, {}, rolls=rolls, seconds=120.0) for seed in range(40, 52)]
+def test_on_nothing_the_best_effect_is_one_of_the_rehearsed():
+    """Shares of logs in which chance is told as rare are about these shares: that is what a chance is.
+
+    Of rollouts it is told as a rank alone: beside what a compass may deviate by, one in four is among the best 5 %.
+    """
+    logs = [rehearsed(seed, {}, seconds=120.0) for seed in range(40, 52)]
     chances = np.array([log.best()[1].better / SURROGATES for log in logs])
     assert (chances < 0.05).mean() <= 0.25
     assert np.median(chances) > 0.1
