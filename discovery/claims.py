@@ -114,13 +114,10 @@ def gather_claims(
     """
     own = intervals if without_rest is None else without_rest
     known = {candidate.key: candidate for candidate in pool}
-    standing = {e.key for e in evidence if e.kind is Kind.EFFECT and e.key in kept}
     result = {}
     for e in (e for e in evidence if (e.selected or e.key in kept) and e.kind is Kind.EFFECT):
         clear, alone = (null_distance(known[e.key], nominal, some) for some in (intervals, own))
         sizes = tests.sizes(e) | {"file_value": 1.0 if alone is None else round(1.0 / max(alone, 1e-6), 6)}
-        if others := standing - {e.key}:
-            sizes["crowd"] = float(len(others))
         result[e.key] = Claim(
             gain=e.log_likelihood_gain,
             identity=e.identity,
@@ -130,7 +127,21 @@ def gather_claims(
             stands=e.key in kept,
             tests=sizes,
         )
-    return result
+    return {
+        key: _beside(claim, [other for other in result.values() if other is not claim]) for key, claim in result.items()
+    }
+
+
+def _beside(claim: Claim, others: Sequence[Claim]) -> Claim:
+    """A claim with the doubt that the other names of its model raise: one at a limit, or near the file's value."""
+    doubts = (_CLEAR if o.tests.get("at_limit") else max(_CLEAR + np.log(o.tests["file_value"]), 0.0) for o in others)
+    total = round(float(sum(doubts)), 6)
+    return claim.but(tests={**claim.tests, "companions": total}) if total else claim
+
+
+_CLEAR = 3.0
+"""Log of how many half-widths of its interval a name is clear of the file's value, from which it raises no doubt about
+others: of 2, 2.5 and 3 the one by which the odds of unseen causes are best."""
 
 
 def widen_intervals(

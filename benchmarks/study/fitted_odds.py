@@ -25,7 +25,7 @@ more told 90 % of names of which all were true."""
 FOLDS = 5
 FEATURES = (
     *("rollout_worth", "clear", "unlike", "substitute", "at_limit", "out_of_step"),
-    *("unexplained", "remains", "accused", "crowd"),
+    *("unexplained", "remains", "accused", "companions"),
 )
 """What the odds are made of: of all features those that stop more than they cost (`ablation.py`). Taken one by one for
 what each adds to the log score they change with every hundred names, and leave out what few tuning worlds have."""
@@ -36,7 +36,7 @@ LIMITS = {
     "rollout_worth": 0.02,
     "file_value": 1.0,
     "substitute": 0.0,
-    "crowd": 5.0,
+    "companions": 6.0,
 }
 """Limits at which a test alone would stop a name: gain and identity below (log-likelihood; identity e^3 to one), worth
 below, a size above; of a test that is not here, half of its whole."""
