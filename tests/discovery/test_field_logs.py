@@ -81,11 +81,12 @@ def deviated(motion: Motion, a: float, b: float, c: float) -> Motion:
     return replace(motion, heading=motion.heading - delta, velocity=velocity)
 
 
-def test_hidden_effects_are_named_under_coloured_noise_and_held_fixes(nominal: Vehicle) -> None:
+def test_hidden_effects_stand_in_the_model_under_coloured_noise_and_held_fixes(nominal: Vehicle) -> None:
     log = coloured(driven(nominal.with_values(HIDDEN), 4.0, 0), (0.06, 0.04, 0.03), 1.0, seed=2, hold=4)
     found = find_missing([log], nominal)
     assert "open-loop rollouts" in found.notes[0]
-    assert set(found.findings.missing) == NAMES
+    assert {c.effect for c in found.findings.added} == NAMES
+    assert found.findings.likely
     weak = Search(WeakForm([log], WeakSettings()), nominal, candidates(nominal), SearchSettings())
     assert set(weak.run().active) - NAMES, "the force balance alone takes coloured noise for effects"
 
