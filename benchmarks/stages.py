@@ -1,7 +1,8 @@
 """What each stage of a discovery is worth: the same logs answered with the stage left out, and as it is.
 
 A stage is worth what the answers lose without it: true names that are missing or likely, false ones, nameless causes
-told, the error of the written model on another run of the boat, and time. Logs are of tuning seeds, through the verb.
+told, the error of the written model on another run of the boat, and time. Logs are of tuning seeds, and of the field,
+through the verb.
 
     python benchmarks/stages.py [--stage NAME]... [--jobs N] [--kept FILE] [--tell]
 
@@ -22,7 +23,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 DRAWN = {"plain": 10, "short": 6, "foreign": 12, "others": 10, "nameless": 10, "seas": 5, "sensors": 4, "field": 8}
-"""Logs of each study: kinds evenly through it."""
+"""Logs of each study: kinds evenly through it, or logs where it has fewer kinds."""
 SLOW = (
     *("compass that deviates", "gusts without an anemometer", "Otter with a payload: one effect"),
     *("a cargo that goes overboard", "propellers that draw air"),

@@ -30,6 +30,9 @@ _LEFT = (
     "the model leaves {:.0f} % of the force that the file's leaves, and {:.0f} % of the error of rollouts without it"
 )
 
+_CLEAR = 3.0
+"""E-folds of half-widths of its interval by which a name is so far from the file's value that it raises no doubt about
+others: of 2, 2.5 and 3 the one by which the odds of unseen causes are best."""
 _ACCUSED = "the log's own sensors err ({}), and it may stand in for what that leaves"
 Told = Mapping[str, str]
 """By key of an effect, what a test tells of it, as the end of a sentence."""
@@ -45,7 +48,7 @@ class Tests:
     invariant : its size in the parts of the log
     changes : where, and by how much of itself, its force differs in a part of the log, as a sentence
     forms : forces without a name beside it and in its place
-    out_of_step : by how much the log's channels are told to be out of step, for sure or not
+    out_of_step : misalignment of the log's channels, certain or only possible
     accused : what share of it an error of the sensors may have made that is told and not corrected for, and which
     rolls : whether rollouts judge
     several : whether they judge several logs, each of which was left out once: what is named there holds in all others,
@@ -133,15 +136,10 @@ def gather_claims(
 
 
 def _beside(claim: Claim, others: Sequence[Claim]) -> Claim:
-    """A claim with the doubt that the other names of its model raise: one at a limit, or near the file's value."""
-    doubts = (_CLEAR if o.tests.get("at_limit") else max(_CLEAR + np.log(o.tests["file_value"]), 0.0) for o in others)
-    total = round(float(sum(doubts)), 6)
+    """A claim with the doubt that the other names of the search raise, at a limit or near the file's value."""
+    near = (1.0 if o.tests.get("at_limit") else o.tests["file_value"] for o in others)
+    total = round(float(sum(np.clip(_CLEAR + np.log(share), 0.0, _CLEAR) for share in near)), 6)
     return claim.but(tests={**claim.tests, "companions": total}) if total else claim
-
-
-_CLEAR = 3.0
-"""Log of how many half-widths of its interval a name is clear of the file's value, from which it raises no doubt about
-others: of 2, 2.5 and 3 the one by which the odds of unseen causes are best."""
 
 
 def widen_intervals(

@@ -251,7 +251,7 @@ class Folds(Record):
             return f"Repeated {self.count} times without a part of the log, the search found the same names."
         some = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n]
         if not sure:
-            return f"{text} it found {listing(some) or 'nothing'}."
+            return f"{text} it found {listing(some) or 'no name that stands'}."
         others = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n < self.count]
         one_by_one = f" ({listing(others)})" if others else ""
         how_often = f"found just these names {_times(self.same_names)}"

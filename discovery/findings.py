@@ -126,7 +126,8 @@ class Rise(Record):
     def in_words(self) -> str:
         """The error and its two values, as a part of a sentence."""
         what = "acceleration error" if self.horizon is None else f"error of {self.horizon} s predictions"
-        ends = f"from {number(self.before, 2)} to {number(self.after, 2)} {unit_text(self.unit)}"
+        digits = next((n for n in (2, 3, 4) if number(self.before, n) != number(self.after, n)), 4)
+        ends = f"from {number(self.before, digits)} to {number(self.after, digits)} {unit_text(self.unit)}"
         return f"the {self.axis} {what} rises {ends}"
 
 

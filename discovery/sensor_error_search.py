@@ -19,7 +19,7 @@ from ..physics.stage import Say, Stage
 from .basis import Basis, choose_balance, residual_of_few_forces
 from .candidates.candidate import Kind
 from .effect_findings import FittedTerm
-from .evidence.limits import at_limits
+from .evidence.limits import why_no_hull
 from .findings import SensorError
 from .kept_effects import ForceFit, SearchResult
 from .search.floating import Search, State
@@ -156,9 +156,8 @@ def _overfits(fit: ForceFit) -> bool:
 
 
 def _stands_in(fit: ForceFit) -> bool:
-    """True when a model is a crowd, or has a number that no hull can have: it stands for something else."""
-    search = fit.search
-    return _overfits(fit) or bool(at_limits(search.pool, search.nominal, fit.state.vehicle, fit.names, {}))
+    """True when a model is a crowd, or of a hull that cannot be: it stands for something else."""
+    return _overfits(fit) or bool(why_no_hull(fit.search.nominal, fit.state.vehicle))
 
 
 def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | None:

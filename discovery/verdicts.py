@@ -307,7 +307,7 @@ def _headline(
         if said:
             return f"{_what_is_wrong(said, g.search.nominal, terms if unnamed else '', probably)}.", tuple(rests)
     if in_play:
-        where = f"It may be {_listed(f.key for f in in_play)}."
+        where = f"It may be {listing([words(f.key) for f in in_play], 'or')}."
         return f"Undecided: {_at_best(in_play[0], found)}.", (where, *rests)
     if g.persistent:
         axes = list(dict.fromkeys(rest.axis for rest in g.persistent))
@@ -355,8 +355,10 @@ def _at_best(first: EffectFinding, found: Sequence[EffectFinding]) -> str:
     """What is most probably missing: an effect or one that looks just like it, where that much is known, or perhaps."""
     alike = [f for f in found if f.effect in first.indistinguishable_from and f.effect != first.effect]
     together = first.confidence / share(first.claim) if first.claim else 0.0  # what its look-alikes share with it
+    either = listing([words(f.key) for f in (first, *alike)], "or")
+    if first.reason is Reason.FAINT:
+        return f"{either} is missing, and this log cannot tell which" if alike else f"perhaps {either} is missing"
     if alike and together >= LIKELY:
-        either = " or ".join(words(f.key) for f in (first, *alike))
         return (
             f"{either} is missing ({_percent(rounded_probability(together))} together), and this log cannot tell which"
         )

@@ -133,8 +133,12 @@ def unit_text(unit: str) -> str:
     return "" if unit in ("-", "1") else unit.replace(")^1", ")").replace("^2", "²").replace("^3", "³")
 
 
-def listing(names: Sequence[str]) -> str:
+def listing(names: Sequence[str], last: str = "and") -> str:
     """Names as a phrase.
+
+    Parameters
+    ----------
+    last : the word before the last name
 
     Examples
     --------
@@ -143,7 +147,7 @@ def listing(names: Sequence[str]) -> str:
     """
     if len(names) < 2:
         return "".join(names)
-    return f"{', '.join(names[:-1])} and {names[-1]}"
+    return f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
 _LONGEST = 600

@@ -90,6 +90,8 @@ def test_the_blueboat_example_tells_splits_findings_and_verdicts_and_exits_with_
     (found,) = (line.removeprefix("  found: ") for line in said if line.startswith("  found: "))
     fitted = {"surge_linear_damping", "yaw_linear_damping", "thrust_scale"}
     assert set(found.split(", ")) <= {"nothing", *fitted}, "what was fitted before may be off, and nothing else"
+    of_all = {line.split(":")[0].strip() for line in said if re.match(r"  \w+: (missing|likely);", line)}
+    assert of_all <= fitted
     verdicts = [line for line in said if line.startswith(("holds: ", "FAILS: "))]
     assert verdicts == said[-5:]
     failed = [line for line in verdicts if line.startswith("FAILS")]

@@ -289,7 +289,7 @@ def plan(
     inputs = read_inputs(record.logs, record.vehicle, record.reading, progress=progress)
     say = progress or (lambda text: None)
     looked = search_with_sensor_errors(choose_balance(inputs.fitting, inputs.vehicle, record.settings), say).result
-    named = tuple(effects) or first_question(looked)
+    named = tuple(effects) or first_question(looked, record.findings.missing if record.findings else ())
     if not named:
         return None
     named, left_out = named[: 1 + MOST_RIVALS], len(named[1 + MOST_RIVALS :])
@@ -305,9 +305,14 @@ def plan(
     return replace(found, mission=replace(mission, about=about))
 
 
-def first_question(looked: SearchResult) -> tuple[str, ...]:
-    """The first question that a selection leaves open: its names and look-alikes, else what it doubts or cannot see."""
-    sure = [e.key for e in looked.evidence if e.sure]
+def first_question(looked: SearchResult, missing: Sequence[str]) -> tuple[str, ...]:
+    """The first question that a run leaves open: its names and look-alikes, else what it doubts or cannot see.
+
+    Parameters
+    ----------
+    missing : effects that it called missing
+    """
+    sure = [e.key for e in looked.evidence if e.key.split("[")[0] in missing]
     questions = open_questions(looked.evidence, sure, looked.known)
     ranked = sorted(questions, key=lambda key: (not questions[key], key not in looked.state.active))
     return (ranked[0], *questions[ranked[0]]) if ranked else ()

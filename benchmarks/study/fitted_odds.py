@@ -39,7 +39,7 @@ LIMITS = {
     "companions": 6.0,
 }
 """Limits at which a test alone would stop a name: gain and identity below (log-likelihood; identity e^3 to one), worth
-below, a size above; of a test that is not here, half of its whole."""
+below, a size above (companions: two that are not clear at all); of a test that is not here, half of its whole."""
 JUDGES = ("forces", "rollouts")
 LEAST = 100
 """Names that a judge has a model of its own from: ten for each number. With fewer it takes that of all names."""

@@ -104,28 +104,26 @@ def run(study: str, file: File, keys: Sequence[Key], jobs: int) -> Iterator[Kept
     Records that other sources made are kept where these answer a sample of the logs with the same facts.
     """
     ask = partial(judged, study)
-    return resumed(carried(file, ask, jobs) if file.stale else file, keys, ask, jobs, key_of)
+    return resumed(carried(file, keys, ask, jobs) if file.stale else file, keys, ask, jobs, key_of)
 
 
 _SAMPLED = 20
 """Logs of a study at least, and one in how many of it, that are answered anew before its records are carried over."""
 _ALIKE = 1e-3
 """Relative difference of two facts that are the same but for rounding: a hundredth of what any odds would notice."""
-_JUDGED = ("seconds", "headline", "missing", "likely", "first", "reasons", "reason", "nearly", "odds", "told")
+_JUDGED = ("seconds", "headline", "missing", "likely", "first", "reasons", "reason", "odds", "told")
 """What is no fact: time, and what the judgement makes of the facts and says of them."""
 
 
-def carried(file: File, ask: Callable[[Key], Record], jobs: int) -> File:
-    """The file as made by the sources as they are now, where these answer a sample alike; as it is where not."""
-    records = [record for record in file.records if record["verdict"] != CRASHED]
+def carried(file: File, keys: Sequence[Key], ask: Callable[[Key], Record], jobs: int) -> File:
+    """The file as made by the sources as they are now, where these answer a sample alike; else that sample alone."""
+    records = [record for record in file.records if record["verdict"] != CRASHED and key_of(record) in keys]
     count = min(max(_SAMPLED, len(records) // _SAMPLED), len(records))
     sample = [records[len(records) * n // count] for n in range(count)]
-    asked = Parallel(n_jobs=jobs)(delayed(ask)(key_of(record)) for record in sample)
-    other = [key_of(was) for was, now in zip(sample, asked, strict=True) if not alike(was, rounded(now))]
+    asked = [rounded(record) for record in Parallel(n_jobs=jobs)(delayed(ask)(key_of(record)) for record in sample)]
+    other = [key_of(was) for was, now in zip(sample, asked, strict=True) if not alike(was, now)]
     print(f"{file.path.name}: {len(other)} of {count} logs have other facts now {other or ''}", flush=True)
-    if other:
-        return file
-    file.save(records)
+    file.save(asked if other else records)
     return opened(file.path)
 
 

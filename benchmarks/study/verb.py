@@ -19,6 +19,7 @@ from undertow.discovery.balance.shooting import rollout_squares
 from undertow.discovery.effect_findings import EffectFinding
 from undertow.discovery.findings import Findings
 from undertow.discovery.judgement import odds
+from undertow.discovery.reason import Reason
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle
@@ -131,7 +132,11 @@ def facts(findings: Findings, logged: Logged) -> Record:
         "claims": [claimed(c, logged) for c in findings.candidates if c.claim is not None],
         # Of the names that stand in no model: how many there are, and which nearly earn their price.
         "unclaimed": sum(c.claim is None and not c.cannot_tell for c in findings.candidates),
-        "nearly": [c.key for c in findings.candidates if c.claim is None and c.confidence > odds().unselected],
+        "nearly": [
+            c.key
+            for c in findings.candidates
+            if c.claim is None and c.reason is not Reason.FAINT and c.confidence > odds().unselected
+        ],
         "reasons": {
             c.key: c.reason.value
             for c in findings.candidates

@@ -54,7 +54,7 @@ def _turns_about(axis: int, form: Form) -> bool:
 
 
 def _place(axis: int, forms: Sequence[Form], k: int) -> tuple[bool, bool, int, int]:
-    """Which of several forms that a log cannot tell apart is taken: the first by this."""
+    """Sort key among forms that a log cannot tell apart: named, turning about with the motion, simple first."""
     return (axis, _same(forms[k])) not in _NAMED_KEYS, not _turns_about(axis, forms[k]), forms[k].degree, k
 
 

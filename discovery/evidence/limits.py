@@ -1,4 +1,4 @@
-"""Limits of an estimate: a value at its bound, outside its own interval, or a time within the log's misalignment."""
+"""Limits of an estimate: a value at its bound, outside its own interval, or of a hull that cannot be."""
 
 from collections.abc import Mapping, Sequence
 
@@ -51,8 +51,7 @@ def at_limits(
     intervals : 95 % intervals of total values by symbol
     """
     together = redundant_scales(nominal, claimed)
-    before, after = (find_impossible(vehicle.values, vehicle.thrusters) for vehicle in (nominal, estimate))
-    no_hull = "; ".join(after[key] for key in _RIGID_BODY if key in after and key not in before)
+    no_hull = why_no_hull(nominal, estimate)
     result = {}
     for candidate in (c for c in pool if c.key in claimed and c.kind is Kind.EFFECT):
         why = "; ".join(
@@ -65,6 +64,12 @@ def at_limits(
         if why:
             result[candidate.key] = why
     return result
+
+
+def why_no_hull(nominal: Vehicle, estimate: Vehicle) -> str:
+    """Why no hull has the mass, inertia and centre of gravity of an estimate; empty where one can, or the file errs."""
+    before, after = (find_impossible(vehicle.values, vehicle.thrusters) for vehicle in (nominal, estimate))
+    return "; ".join(after[key] for key in _RIGID_BODY if key in after and key not in before)
 
 
 def null_distance(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> float | None:

@@ -120,7 +120,7 @@ class Misalignment(NamedTuple):
 
 
 def out_of_step(motions: Sequence[Motion], errors: Sequence[SensorError]) -> Misalignment:
-    """By how much the channels of a log are told to be out of step, if not for sure.
+    """Misalignment of the channels of a log, certain or only possible.
 
     Its commands, its gyro, or what its reader could not tell of its clocks, whichever is more.
     """

@@ -17,6 +17,7 @@ from ...physics.motion import AXES, Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Kind
+from ..effect_findings import LIKELY
 from ..findings import PersistentResidual
 from ..identifiability.identifiable_effects import LEAST_SIGNAL
 from ..identifiability.rehearsal import Identifiability
@@ -195,9 +196,11 @@ def add_faint_structure(
 
 
 def _joined(e: Evidence, suspect: Suspect, group: Sequence[Suspect], axis: str) -> Evidence:
+    """The evidence of a suspect, with its part of what a group may have: together it is no more than possible."""
     others = (s.key for s in group if s.key != e.key)
     alike = tuple(dict.fromkeys((*e.indistinguishable_from, *others)))
-    return replace(e, faint=axis, confidence=suspect.confidence / (1 + len(alike)), indistinguishable_from=alike)
+    part = LIKELY * suspect.confidence / (1 + len(alike))
+    return replace(e, faint=axis, confidence=part, indistinguishable_from=alike)
 
 
 _MOST = 6

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...physics.motion import AXES
 from ...physics.presentation import words
+from ..candidates.candidate import Kind
 from ..evidence.weighing import CERTAINLY, Evidence
 from ..findings import Advice
 from ..identifiability.rehearsal import Identifiability, Rehearsal, rehearse
@@ -97,7 +98,7 @@ def open_questions(
     Keys of the effects in question, each with its look-alikes.
     """
     blind = {*known.dormant, *known.absorbed, *known.noise_limited}
-    chosen = [e for e in evidence if e.selected and e.key not in sure]
+    chosen = [e for e in evidence if e.selected and e.kind is Kind.EFFECT and e.key not in sure]
     questions = {e.key: () if e.key in blind else e.indistinguishable_from for e in chosen}
     for e in evidence:
         if e.faint and not any(e.key in rivals for rivals in questions.values()):

@@ -1,5 +1,6 @@
 """The first lines of a run, from typed facts: the verdict, what it did to the error, and what it leaves open."""
 
+import re
 from collections.abc import Sequence
 from math import isfinite
 from typing import NamedTuple
@@ -26,6 +27,8 @@ _TITLES = {"missing": "What is missing", "likely": "What is probably missing"}
 """Over the effects of a run, where its verdict is not an open one."""
 _SETTLED = "Nothing is missing that this log can show."
 _CHANCE = {"no difference": "which may be chance", "too short to tell": "on too few rows to exclude chance"}
+_FIRST_REASON = re.compile(r": | \(|; |\.$")
+"""Where the first reason of an advice ends: numbers and further reasons stand under what to record next."""
 _SPEEDS = {"surge": "the surge speed u", "sway": "the sway speed v", "yaw": "the yaw rate r"}
 """The channel of each axis whose velocity may be wrong."""
 
@@ -173,7 +176,7 @@ def with_likely(findings: Findings, comparison: Comparison) -> str:
     return f"{also_likely(findings)} {outcome(findings, comparison)}".strip()
 
 
-def cannot(comparison: Comparison) -> str:
+def cannot(comparison: Comparison, quiet: Sequence[str] = ()) -> str:
     """What a model cannot do, in a sentence: where a guess that knows nothing of the boat errs less.
 
     The model is the one to trust, or the best where none is. Of the acceleration, a negative R² says so; of
@@ -182,6 +185,7 @@ def cannot(comparison: Comparison) -> str:
     Parameters
     ----------
     comparison : of all models on the same rows
+    quiet : axes that hardly move, on which no model has an acceleration to tell
     """
     by_name = {model.name: model for model in comparison.models}
     best = comparison.best.guess.model if comparison.best.guess else comparison.best.model
@@ -191,7 +195,7 @@ def cannot(comparison: Comparison) -> str:
     horizon = pick_horizon(list(own.rollout), comparison.best.horizon or LEAD)
     told = []
     poor = [(axis, own.acceleration.r2.of(axis)) for axis in AXES]
-    named = [f"{axis} (R² {number(r2, 2)})" for axis, r2 in poor if isfinite(r2) and r2 < -_LEVEL]
+    named = [f"{axis} (R² {number(r2, 2)})" for axis, r2 in poor if isfinite(r2) and r2 < -_LEVEL and axis not in quiet]
     told += [f"in the acceleration of {listing(named)}"] * bool(named)
     guesses = [m.rollout[horizon] for m in comparison.models if m.kind == BASELINE and horizon in m.rollout]
     if horizon in own.rollout and guesses:
@@ -201,6 +205,11 @@ def cannot(comparison: Comparison) -> str:
         told += [f"in the speeds predicted over {horizon} s of {listing(worse)}"] * bool(worse)
     name = own.name[:1].upper() + own.name[1:]
     return f"{name} errs more than a guess that knows nothing of the boat {' and '.join(told)}." if told else ""
+
+
+def quiet_axes(findings: Findings) -> tuple[str, ...]:
+    """The axes on which the log hardly moves beyond sensor noise."""
+    return findings.identifiability.quiet_axes if findings.identifiability else ()
 
 
 def _errs_more(own: float, guess: float) -> bool:
@@ -226,7 +235,7 @@ def opening(findings: Findings, comparison: Comparison, nominal: Vehicle | None 
     worse = gets_worse(findings.steps, comparison.best.horizon)
     did, grown, said = outcome(findings, comparison), also_worse(findings, comparison), headline(findings, comparison)
     again = findings.folds.in_words(bool(findings.added)) if findings.folds else ""
-    weak = cannot(comparison)
+    weak = cannot(comparison, quiet_axes(findings))
     if lines:
         first = [*[did] * worse, said, weak, *(line.in_words for line in lines), why, grown, again]
         return [text for text in first if text]
@@ -262,7 +271,8 @@ def _predicts_best(findings: Findings, comparison: Comparison) -> str:
     if best.model != NOMINAL:
         which = f"the {best.model} model{' (model.yaml)' * (best.model == CORRECTED)}"
         less = f"{share_removed(1.0 - own / before)} less than the nominal model's {number(before, 2)} {unit}"
-        return f"{which}, with a {what} of {number(own, 2)} {unit} on unseen rows, {less}."
+        doubt = f", {why}" if (why := _chance(findings, comparison, best.model)) else ""
+        return f"{which}, with a {what} of {number(own, 2)} {unit} on unseen rows, {less}{doubt}."
     after = models.get(CORRECTED, float("nan"))
     beside = ""
     if len(steps) > 1 and isfinite(after):
@@ -327,8 +337,8 @@ def _next_step(findings: Findings, nominal: Vehicle | None) -> str:
         asked = f"find out what happened at about minute {minute:g}, such as weed, a blow or a payload"
         return f"{asked}: {what} sets in there."
     for advice in findings.advice[:1]:
-        why = f" ({advice.why.rstrip('.')})" if advice.why else ""
-        return f"record this: {advice.manoeuvre.rstrip('.')}{why}."
+        why = f". It {_FIRST_REASON.split(advice.why)[0]}" if advice.why.startswith("would ") else ""
+        return f"record this: {advice.manoeuvre.rstrip('.')}{why}. 'undertow plan' makes a mission of the shortest."
     wrong = [one for item in findings.added if nominal for one in file_numbers(item, nominal) if one.filed()]
     for one in wrong[:1]:
         return f"check {one.symbol} in the vehicle file: it says {one.filed()}, this log asks for about {one.amount()}."
@@ -374,10 +384,10 @@ def _changed(steps: Sequence[Step], comparison: Comparison) -> float:
     return max(shares)
 
 
-def _chance(findings: Findings, comparison: Comparison) -> str:
+def _chance(findings: Findings, comparison: Comparison, model: str = CORRECTED) -> str:
     """Why the change of the lead error may be nothing, as a clause; empty where it is more than chance."""
     horizon, metric = hero(findings.steps, comparison.best.horizon)
-    told = difference(comparison.differences, CORRECTED, NOMINAL, "rollout", metric, horizon)
+    told = difference(comparison.differences, model, NOMINAL, "rollout", metric, horizon)
     return _CHANCE.get("" if told is None else told.verdict, "")
 
 

@@ -23,6 +23,7 @@ from ..page.outcome import (
     headline,
     opening,
     outcome,
+    quiet_axes,
     recommendation,
     with_likely,
 )
@@ -95,7 +96,7 @@ def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) 
         outcome(findings, comparison): done,
         with_likely(findings, comparison): done,
         also_worse(findings, comparison): UNSURE,
-        cannot(comparison): BAD,
+        cannot(comparison, quiet_axes(findings)): BAD,
         recommendation(findings, comparison): trust_style(comparison),
     }
     return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison, nominal)]

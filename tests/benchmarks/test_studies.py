@@ -90,7 +90,7 @@ def test_records_are_carried_over_where_facts_stay(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(studies, "answer", slightly_other)
     monkeypatch.setattr(chapter("study.records"), "fingerprint", lambda packages: "another source")
     *_, kept = studies.run("plain", studies.opened(path), keys, 1)
-    assert len(asked) == 20
+    assert len(asked) == 20, "a sample"
     assert [one["rests"][0][1] for one in kept] == [0.1] * 50
     assert not studies.opened(path).stale
     monkeypatch.setattr(studies, "answer", lambda seed: record(seed=seed, rests=[["surge", 0.11]]))

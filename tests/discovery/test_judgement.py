@@ -28,6 +28,7 @@ DOUBTS = (
     "unexplained",
     "remains",
     "accused",
+    "companions",
 )
 """The tests of a claim by the names under which their sizes stand in it."""
 CLEAR = Claim(

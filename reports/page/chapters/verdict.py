@@ -9,7 +9,18 @@ from ...run_contents import RunFolder
 from ...wording import risen, step_words, typeset
 from ..figures.figures import step_bars
 from ..markup import Html, element, lines, render
-from ..outcome import Line, also_likely, also_worse, answer, cannot, gets_worse, hero, outcome, recommendation
+from ..outcome import (
+    Line,
+    also_likely,
+    also_worse,
+    answer,
+    cannot,
+    gets_worse,
+    hero,
+    outcome,
+    quiet_axes,
+    recommendation,
+)
 from ..outcome import headline as verdict_in_words
 from .base import Chapter, Section
 
@@ -33,7 +44,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     did = outcome(findings, run.comparison) if worse or not answered else ""
     grown, probably = also_worse(findings, run.comparison), also_likely(findings)
     became = " ".join(filter(None, (did, grown, probably) if worse else (probably, did, grown)))
-    weak = cannot(run.comparison)
+    weak = cannot(run.comparison, quiet_axes(findings))
     sentences = [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
     best = recommendation(findings, run.comparison)
     if best and not answered:

@@ -1,4 +1,4 @@
-"""Rehearsals of nothing: chance is told as it is, for white and for coloured noise, on forces and on rollouts."""
+"""Rehearsals of nothing: chance is told as it is, for noise of any colour, on forces; on rollouts as a rank."""
 
 import numpy as np
 import pytest

@@ -232,7 +232,10 @@ def test_an_open_verdict_is_an_answer_in_three_lines():
 def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file():
     compared = judged("corrected", nominal=2.0, corrected=0.5)
     advised = open_story(2.0, 0.5, advice=[{"manoeuvre": "20/20 zigzag", "why": "would tell drag from lag"}])
-    assert answer(advised, compared, BOAT)[2].text == "record this: 20/20 zigzag (would tell drag from lag)."
+    assert (
+        answer(advised, compared, BOAT)[2].text
+        == "record this: 20/20 zigzag. It would tell drag from lag. 'undertow plan' makes a mission of the shortest."
+    )
     unjudged = advised.but(criterion={"force_scale": {"surge": 3.0, "sway": 0.0, "yaw": 1.0}})
     assert answer(unjudged, compared, BOAT)[2].text.startswith("log the sway speed v by another sensor")
     bare = open_story(2.0, 2.0, candidates=())
@@ -248,8 +251,16 @@ def test_the_next_step_is_a_channel_before_a_manoeuvre_before_a_line_of_the_file
             "find out what happened at about minute 2.7, such as weed, a blow or a payload: a moment in yaw that "
             "follows the thrust of port sets in there.",
         ),
-        ("r|r|^0.5", "no name; a moment in yaw that follows r|r|^0.5.", "record this: 20/20 zigzag."),
-        ("", "no name; in yaw a force lasts that nothing explains.", "record this: 20/20 zigzag."),
+        (
+            "r|r|^0.5",
+            "no name; a moment in yaw that follows r|r|^0.5.",
+            "record this: 20/20 zigzag. 'undertow plan' makes a mission of the shortest.",
+        ),
+        (
+            "",
+            "no name; in yaw a force lasts that nothing explains.",
+            "record this: 20/20 zigzag. 'undertow plan' makes a mission of the shortest.",
+        ),
     ],
 )
 def test_what_a_force_that_lasts_follows_is_in_play_and_says_where_to_look(follows: str, play: str, step: str):
