@@ -307,8 +307,10 @@ def _headline(
         if said:
             return f"{_what_is_wrong(said, g.search.nominal, terms if unnamed else '', probably)}.", tuple(rests)
     if in_play:
+        first, told = in_play[0], _at_best(in_play[0], found)
+        told_of = {first.effect, *first.indistinguishable_from} if "which" in told else {first.effect}
         where = f"It may be {listing([words(f.key) for f in in_play], 'or')}."
-        return f"Undecided: {_at_best(in_play[0], found)}.", (where, *rests)
+        return f"Undecided: {told}.", (*[where] * any(f.effect not in told_of for f in in_play), *rests)
     if g.persistent:
         axes = list(dict.fromkeys(rest.axis for rest in g.persistent))
         follows = next((f.follows for f in g.tests.forms.selected if f.axis == axes[0] and f.follows), "")

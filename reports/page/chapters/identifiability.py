@@ -1,4 +1,4 @@
-"""Chapter on identifiability: what the log can tell apart, and which manoeuvres would settle what it leaves open."""
+"""Chapters on identifiability: what the log can tell apart, and which manoeuvres would settle what it leaves open."""
 
 from collections.abc import Sequence
 
@@ -8,36 +8,28 @@ from ....physics.presentation import listing, words
 from ...run_contents import RunFolder
 from ...wording import typeset
 from ..figures.effect_figures import excitation
-from ..markup import Html, element, figure, render
+from ..markup import Html, element, figure
 from .base import Chapter, Section
 
 
 def identified(run: RunFolder) -> Section | None:
-    """Effects that look alike in this log, those that leave no trace, how far each is excited, and the advice."""
+    """Effects that look alike in this log, those that leave no trace, and how far each is excited."""
     told = run.findings.identifiability
-    advice = advised(run.findings.advice)
-    if told is None and not advice:
+    if told is None:
         return None
-    parts: list[Html] = []
-    if told is not None:
-        decided = [
-            item.effect
-            for item in run.findings.candidates
-            if item.verdict == "missing" and not item.indistinguishable_from
-        ]
-        facts = element("div", *_facts(told, decided), cls="card")
-        drawing = [
-            figure(
-                [excitation(told.excitation)],
-                "Force that a plausible amount of each effect would make in this log, as a share of the force at work "
-                "on its axis. An effect with a short bar can hide in this log, however large it may be elsewhere.",
-                cls="one",
-            )
-        ] * bool(told.excitation)
-        parts.append(element("div", facts, *drawing, cls="columns"))
-    if advice:
-        parts.append(element("div", element("h3", "What to record next"), element("ul", *advice), cls="card"))
-    return Section("What this log can tell", render(*parts))
+    decided = [
+        item.effect for item in run.findings.candidates if item.verdict == "missing" and not item.indistinguishable_from
+    ]
+    facts = element("div", *_facts(told, decided), cls="card")
+    drawing = [
+        figure(
+            [excitation(told.excitation)],
+            "Force that a plausible amount of each effect would make in this log, as a share of the force at work "
+            "on its axis. An effect with a short bar can hide in this log, however large it may be elsewhere.",
+            cls="one",
+        )
+    ] * bool(told.excitation)
+    return Section("What this log can tell", element("div", facts, *drawing, cls="columns"))
 
 
 def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
@@ -88,9 +80,16 @@ def _names(names: Sequence[str]) -> str:
     return listing([words(name) for name in names])
 
 
-def advised(items: Sequence[Advice]) -> list[Html]:
-    """Manoeuvres and what each would tell, as items of a list."""
-    return [element("li", element("b", item.manoeuvre), f": {item.why}") for item in items]
+def advised(items: Sequence[Advice]) -> Html:
+    """Manoeuvres and what each would tell, as a list."""
+    return element("ul", *(element("li", element("b", item.manoeuvre), f": {item.why}") for item in items))
 
 
+def record_next(run: RunFolder) -> Section | None:
+    """The manoeuvres that would settle what the log leaves open."""
+    advice = run.findings.advice
+    return Section("What to record next", element("div", advised(advice), cls="card")) if advice else None
+
+
+ADVISED = Chapter(35, record_next, folded=True)
 IDENTIFIED = Chapter(130, identified, folded=True)

@@ -27,7 +27,7 @@ def in_numbers(run: RunFolder) -> Section | None:
 def record_next(run: RunFolder) -> Section | None:
     """The manoeuvres that would settle what the log leaves open."""
     advice = run.findings.advice[:_MOST_ADVICE]
-    return _on_paper("What to record next", [element("ul", *advised(advice))] * bool(advice))
+    return _on_paper("What to record next", [advised(advice)] * bool(advice))
 
 
 def _on_paper(title: str, parts: list[Html]) -> Section | None:

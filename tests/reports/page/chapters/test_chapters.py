@@ -49,6 +49,7 @@ def test_chapters_stand_in_the_order_of_the_story(text):
         "The error, step by step",
         "What to record next",  # on paper
         "What is missing",
+        "What to record next",
         "Try it",
         "Which model to trust",
         "Measured against predicted",
@@ -56,7 +57,6 @@ def test_chapters_stand_in_the_order_of_the_story(text):
         "The corrected model in equations",
         "Corrected parameters",
         "Laws of a hull: the corrected model keeps them",
-        "What this log can tell",
         "The log",
         "How this was made",
     ]
