@@ -69,7 +69,7 @@ def look(number: int, seed: int, repeats: int) -> dict[str, Any]:
     case = draw(PART, number, seed)
     motion = case.log.motion(STEP)
     looked = select(choose_balance([motion], case.nominal, DiscoverySettings()), lambda text: None)
-    effects = first_question(looked)
+    effects = first_question(looked, [e.key.split("[")[0] for e in looked.evidence if e.sure])
     (hidden,) = case.hidden
     why = left_out(hidden, effects)
     if why is not None:

@@ -102,7 +102,7 @@ def test_fit_refuses_with_a_cure(
 
 def test_refit_is_told_on_the_terminal(place: Path) -> None:
     told = " ".join((place / "told.txt").read_text().split())
-    assert "The model is probably missing Munk moment" in told
+    assert "The model is missing Munk moment" in told
     energy = "Energy: the damping takes energy out"
     for text in ("Calibrated parameters", "own numbers fitted", "+ Munk moment", energy):
         assert text in told

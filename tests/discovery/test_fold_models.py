@@ -140,7 +140,7 @@ def test_folds_tell_how_many_of_them_find_an_effect():
     same = "Repeated 4 times without a part of the log, the search found the same names."
     assert told.but(same_names=4).in_words(True) == same
     assert told.in_words(False) == f"{begun}it found surge trim 4 times and cg offset once."
-    assert told.but(named={}).in_words(False) == f"{begun}it found nothing."
+    assert told.but(named={}).in_words(False) == f"{begun}it found no name that stands."
 
 
 @pytest.fixture(scope="module")
