@@ -15,14 +15,19 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from study.fitted_odds import JUDGES, Names, as_odds, fitted, hard_rule, names_of
 from study.records import Kept, in_a_table, rounded
-from study.scoring import EDGES, ODDS, WORLDS, bare, label, log_score, reliability
+from study.scoring import EDGES, ODDS, WORLDS, bare, claim_of, label, log_score, reliability
 from study.studies import FOLDER, STUDIES, stored
 
+from undertow.discovery import claims
+
 SAID = (0.95, 0.8)
+CLEAR = (1.0, 2.0, 2.5, 3.0, 3.5, 4.0)
+"""E-folds of which `claims._CLEAR` is one."""
 _BEFORE = {"present": 0.9, "possible": 0.3, "no evidence": 0.02}
 """How often sensors err of which these words are told, where no record says it."""
 _LEAST_NAMES = 200
@@ -63,6 +68,18 @@ def rate(records: Kept, name: str, before: float) -> float:
     """How often a sensor of which this is told errs so; what was thought before counts for ten of them."""
     told = [what in record["sensors_true"] for record in records for what in record.get(name, ())]
     return (sum(told) + 10.0 * before) / (len(told) + 10.0)
+
+
+def with_clear(records: Kept, clear: float) -> Kept:
+    """The records with the doubt by companions as it would be, were a name clear by another number of e-folds."""
+    found = []
+    with patch.object(claims, "_CLEAR", clear):
+        for record in records:
+            known = [claim_of(one) for one in record.get("claims", ())]
+            told = [claims._beside(one, [other for other in known if other is not one]) for one in known]
+            pairs = zip(record.get("claims", ()), told, strict=True)
+            found.append({**record, "claims": [{**one, "claim": claim.to_dict()} for one, claim in pairs]})
+    return found
 
 
 def report(names: Names, odds: np.ndarray) -> str:
@@ -123,6 +140,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     prices = ", ".join(f"{price:g}" for _, _, price in found.models.values())
     print(f"\nprice of weights {prices}; log score on the names of the fit {log_score(found.own, names.true):.4f}\n")
     print(report(names, found.odds))
+    scores = [("without", f"{log_score(fitted(names, 'companions').odds, names.true):.4f}")]
+    for clear in CLEAR:
+        told = names_of(with_clear(records, clear))
+        scores.append((f"{clear:g}", f"{log_score(fitted(told).odds, told.true):.4f}"))
+    print(f"\n{in_a_table(('e-folds by which a companion is clear', 'log score'), scores)}")
     if given.write:
         given.into.write_text(json.dumps(content) + "\n", encoding="utf-8")
         print(f"wrote {given.into}")

@@ -73,9 +73,10 @@ def test_where_the_boat_turns_enough_the_scale_itself_is_told():
 
 
 @pytest.mark.parametrize("effects", [{}, {"sway_lift": -40.0}])
-def test_where_commands_are_late_by_more_than_a_step_only_what_they_do_not_drive_is_said(effects: dict[str, float]):
+def test_where_commands_are_late_by_more_than_a_step_nothing_is_certain(effects: dict[str, float]):
     motion = simulate_world(HULL, effects, programme="rich", duration=120.0, noise="field", seed=2).motion(0.05)
     late = np.concatenate([np.repeat(motion.commands[:1], 4, axis=0), motion.commands[:-4]])
     findings = find_missing([replace(motion, commands=late)], HULL).findings
-    assert {*findings.missing, *findings.likely} == set(effects)
+    assert findings.missing == ()
+    assert not effects or findings.candidates[0].effect in effects
     assert [s.verdict for s in findings.sensors if s.what == "command_offset"] == ["possible"]

@@ -78,7 +78,8 @@ def test_a_log_that_was_moved_and_renamed_is_pointed_at(trip: Path) -> None:
     moved = (trip / "log.csv").rename(trip / "logs" / "monday.csv")
     refused("add", HIDDEN, "--run", trip / "run", match="which is not there")
     (found,) = strict(done("add", HIDDEN, "--run", trip / "run", "--log", moved, "--json"))["candidates"]
-    assert found["effect"] == HIDDEN
+    (own,) = strict((trip / "run" / "findings.json").read_text("utf-8"))["candidates"][:1]
+    assert (found["verdict"], found["confidence"]) == (own["verdict"], own["confidence"]), "what the run says of it"
     assert read_run_inputs(trip / "run", Moved((trip / "logs",))).logs == [str(moved)]
     note = strict(done("check", trip / "run", "--json"))["notes"][0]
     assert "Judged without the logs of the run" in note
