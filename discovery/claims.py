@@ -32,7 +32,7 @@ _LEFT = (
 
 _CLEAR = 3.0
 """E-folds of half-widths of its interval by which a name is so far from the file's value that it raises no doubt about
-others: from 2 to 4 the odds of unseen causes are within 0.004 nats a name (`benchmarks/odds.py`; without: 0.009 less)."""
+others: from 2 to 4 the log score of unseen causes differs by 0.004 (`benchmarks/odds.py`), without them by 0.009."""
 _ACCUSED = "the log's own sensors err ({}), and it may stand in for what that leaves"
 Told = Mapping[str, str]
 """By key of an effect, what a test tells of it, as the end of a sentence."""
