@@ -115,7 +115,8 @@ def _size(rest: Array) -> Array:
 
 
 _FLOOR = 1.0
-"""Floor on a quiet axis under which faint structure is looked for, in multiples of sensor noise."""
+"""Floor on a quiet axis under which faint structure is looked for, in multiples of sensor noise: the noise
+itself, the least that there is."""
 
 
 @dataclass(frozen=True, slots=True)
