@@ -134,11 +134,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     made = f"python benchmarks/odds.py --write: {len(names.claims)} names of {len(records)} logs, "
     made += f"{(names.judge == JUDGES[1]).sum()} of them judged by rollouts, "
     made += f"cross-validated log score {log_score(found.odds, names.true):.4f}"
-    models = {word: {"intercept": zero, "weights": weights} for word, (zero, weights, _) in found.models.items()}
+    models = {word: {"intercept": zero, "weights": weights} for word, (zero, weights) in found.models.items()}
     content = rounded({**models, **base_rates(records), "made": made})
     print(json.dumps(content, indent=1))
-    prices = ", ".join(f"{price:g}" for _, _, price in found.models.values())
-    print(f"\nprice of weights {prices}; log score on the names of the fit {log_score(found.own, names.true):.4f}\n")
+    print(f"\nprice of weights {found.price:g}; log score on the names of the fit {log_score(found.own, names.true):.4f}\n")
     print(report(names, found.odds))
     scores = [("without", f"{log_score(fitted(names, 'companions').odds, names.true):.4f}")]
     for clear in CLEAR:

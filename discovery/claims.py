@@ -48,7 +48,7 @@ class Tests:
     invariant : its size in the parts of the log
     changes : where, and by how much of itself, its force differs in a part of the log, as a sentence
     forms : forces without a name beside it and in its place
-    out_of_step : misalignment of the log's channels, certain or only possible
+    out_of_step : misalignment of the log's channels, certain or only possible, a doubt on names that it looks like
     accused : what share of it an error of the sensors may have made that is told and not corrected for, and which
     rolls : whether rollouts judge
     several : whether they judge several logs, each of which was left out once: what is named there holds in all others,
@@ -77,13 +77,19 @@ class Tests:
         }
         return {reason: text for reason, text in listed.items() if text}
 
-    def sizes(self, e: Evidence) -> dict[str, float]:
-        """The size of each test of a name, relative to the claim; see `judgement.features`."""
+    def sizes(self, e: Evidence, *, timed: bool = False) -> dict[str, float]:
+        """The size of each test of a name, relative to the claim; see `judgement.features`.
+
+        Parameters
+        ----------
+        e : the evidence on the name
+        timed : whether channels out of step look like it, see `Effect.timed`
+        """
         beside = self.forms.refits.get(e.key)
         sizes = {
             "substitute": beside.margin if beside and beside.margin is not None else 0.0,
             "at_limit": float(e.at_limit or e.key in self.limits),
-            "out_of_step": self.out_of_step.share,
+            "out_of_step": self.out_of_step.share if timed else 0.0,
             "accused": self.accused.get(e.key, (0.0, ""))[0],
             "unexplained": e.unexplained,
             "remains": e.remains,
@@ -120,7 +126,7 @@ def gather_claims(
     result = {}
     for e in (e for e in evidence if (e.selected or e.key in kept) and e.kind is Kind.EFFECT):
         clear, alone = (null_distance(known[e.key], nominal, some) for some in (intervals, own))
-        sizes = tests.sizes(e) | {"file_value": 1.0 if alone is None else round(1.0 / max(alone, 1e-6), 6)}
+        near = {"file_value": 1.0 if alone is None else round(1.0 / max(alone, 1e-6), 6)}
         result[e.key] = Claim(
             gain=e.log_likelihood_gain,
             identity=e.identity,
@@ -128,7 +134,7 @@ def gather_claims(
             worth=Worth(force=float(np.clip(e.worth, 0.0, 1.0)), rollout=e.rollout_worth),
             null_excluded=clear is not None and clear > 1.0,
             stands=e.key in kept,
-            tests=sizes,
+            tests=tests.sizes(e, timed=known[e.key].effect.timed) | near,
         )
     return {
         key: _beside(claim, [other for other in result.values() if other is not claim]) for key, claim in result.items()

@@ -88,6 +88,14 @@ class Effect:
         return bool(self.includes)
 
     @property
+    def timed(self) -> bool:
+        """True when its force is one of accelerations or of the past, which channels out of step look like.
+
+        A force of this very instant is orthogonal to what shifting it by a little adds, which is its derivative.
+        """
+        return self.family == "mass" or any(p.unit == "s" for p in self.parameters)
+
+    @property
     def symbols(self) -> tuple[str, ...]:
         """Symbols of the effect's parameters."""
         return tuple(p.symbol for p in self.parameters)

@@ -191,12 +191,14 @@ class Fitted:
 
     Attributes
     ----------
-    models : intercept, weights and price of weights of each judge
+    models : intercept and weights of each judge
+    price : of a squared weight
     odds : of each name, by a model that has not seen its cause
     own : of each name, by the model that has seen it
     """
 
-    models: Mapping[str, tuple[float, dict[str, float], float]]
+    models: Mapping[str, tuple[float, dict[str, float]]]
+    price: float
     odds: Array
     own: Array
 
@@ -204,22 +206,26 @@ class Fitted:
 def fitted(names: Names, without: str = "") -> Fitted:
     """The odds of each judge, of all features that differ between its names, without one of them where that is asked.
 
-    The price of weights is the one by which names of causes that are left out are judged best.
+    The price of weights is the one by which names of causes that are left out are judged best; a price of each judge
+    let six names of late channels, all of them false, weigh without end.
     """
+    tried = [_at_price(names, without, price) for price in RIDGES]
+    return max(tried, key=lambda found: log_score(found.odds, names.true))
+
+
+def _at_price(names: Names, without: str, price: float) -> Fitted:
     models, odds, own, judge = {}, np.zeros(len(names.true)), np.zeros(len(names.true)), names.judge
     for word in JUDGES:
         enough = int((judge == word).sum()) >= LEAST
         seen = names.some(judge == word) if enough else names
         columns = [name for name in FEATURES if name != without and np.ptp(seen.column([name])) > 0.0]
-        tried = {ridge: cross_validated(seen, columns, ridge) for ridge in RIDGES}
-        ridge = max(tried, key=lambda price: log_score(tried[price], seen.true))
-        weights = fit(columns, seen.column(columns), seen.true, ridge, seen.share)
-        at = np.flatnonzero(judge == word)
-        odds[at] = tried[ridge] if enough else tried[ridge][at]
+        weights = fit(columns, seen.column(columns), seen.true, price, seen.share)
+        at, blind = np.flatnonzero(judge == word), cross_validated(seen, columns, price)
+        odds[at] = blind if enough else blind[at]
         own[at] = applied(weights, names.column(columns)[at], names.share[at])
         told = {name: float(weight) for name, weight in zip(columns, weights[1:], strict=True) if weight}
-        models[word] = (float(weights[0]), told, ridge)
-    return Fitted(models, odds, own)
+        models[word] = (float(weights[0]), told)
+    return Fitted(models, price, odds, own)
 
 
 # Rules in the place of odds

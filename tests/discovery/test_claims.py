@@ -18,6 +18,7 @@ from undertow.discovery.judgement import REASONS, features
 from undertow.discovery.reason import Reason
 from undertow.discovery.search.estimation import Interval
 from undertow.discovery.search.surrogates import Chance
+from undertow.physics.effects import EFFECTS
 from undertow.physics.vehicle import Vehicle, load_vehicle
 
 HULL = load_vehicle("blueboat")
@@ -61,11 +62,21 @@ def test_what_no_test_concerns_has_no_size():
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
-    assert tests.sizes(NAMED) == pytest.approx({name: size})
+    assert tests.sizes(NAMED, timed=True) == pytest.approx({name: size})
     everyones = {"rolls", "out_of_step"}  # which model of the odds is asked, and the clocks of the log
     assert name in {*REASONS, *everyones}
     other = replace(NAMED, key=LIFT)
-    assert set(tests.sizes(other)) == {name} & everyones, "what is asked of a name is said of no other"
+    assert set(tests.sizes(other, timed=True)) == {name} & everyones, "what is asked of a name is said of no other"
+
+
+def test_clocks_are_no_doubt_on_a_force_of_this_instant():
+    """It is orthogonal to its derivative; inertia, a lag and memory are not."""
+    late = Asked(out_of_step=Misalignment(0.02, 0.4))
+    assert late.sizes(NAMED) == {}
+    timed = {"surge_added_mass", "mass_offset", "cg_offset", "thruster_lag", "input_delay", "wake_memory"}
+    assert timed <= {effect.name for effect in EFFECTS if effect.timed}
+    prompt = {"surge_linear_damping", "thrust_scale", "thrust_dead_zone", "mean_wind", "hull_fouling", "yaw_trim"}
+    assert not prompt & {effect.name for effect in EFFECTS if effect.timed}
 
 
 @pytest.mark.parametrize(
