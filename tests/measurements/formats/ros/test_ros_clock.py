@@ -154,7 +154,7 @@ def test_a_delay_that_the_clocks_of_a_bag_may_have_made_is_not_a_finding(tmp_pat
     found = discover(inputs).findings
     assert not {"input_delay", "thruster_lag"} & set(found.missing)
     said = next(c for c in found.candidates if c.effect == "input_delay")
-    assert "out of step by about 0.10 s" in said.sentence
+    assert "out of step by about 0.1 s" in said.sentence
     assert any("topics without a header may be early by 0.100 s or more" in text for text in found.data.notes)
 
 
