@@ -137,7 +137,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     models = {word: {"intercept": zero, "weights": weights} for word, (zero, weights) in found.models.items()}
     content = rounded({**models, **base_rates(records), "made": made})
     print(json.dumps(content, indent=1))
-    print(f"\nprice of weights {found.price:g}; log score on the names of the fit {log_score(found.own, names.true):.4f}\n")
+    own = log_score(found.own, names.true)
+    print(f"\nprice of weights {found.price:g}; log score on the names of the fit {own:.4f}\n")
     print(report(names, found.odds))
     scores = [("without", f"{log_score(fitted(names, 'companions').odds, names.true):.4f}")]
     for clear in CLEAR:

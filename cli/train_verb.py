@@ -31,7 +31,7 @@ def train(
         typer.Option(
             "--residual",
             help="Network: mlp, symmetric, lstm (when not given), tcn, transformer, dissipative, port_hamiltonian, "
-            "trees, gp, or best: the one that predicts best over blocks of the log that it does not know.",
+            "trees, gp, ridge, or best: the one that predicts best over blocks of the log that it does not know.",
         ),
     ] = None,
     start: Annotated[

@@ -250,6 +250,34 @@ def _dissipated(layers: _Layers, x: Vector, seen: Vector) -> Vector:
     return on.add(on.affine(sums, None, pushed), lost)
 
 
+def _monomials(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
+    """Products of velocities, thrusts and heading, and of lags behind filters; memory: the filters."""
+    on, weights = layers.on, layers.weights
+    lower, upper, share = (weights[name] for name in ("lower", "upper", "share"))
+    states, angles = lower.size, weights["input_mean"].size - lower.size
+    given = on.part(seen, 0, states)
+    both = np.vstack([np.eye(states), -np.eye(states)])
+    beyond = on.relu(on.affine(-both, np.concatenate([lower, -upper]), given))
+    held = on.add(given, on.affine(both.T, None, beyond))
+    unit = np.hypot(weights["input_mean"], weights["input_scale"])[:states]
+    held = layers.scaled(1.0 / unit, held)
+    size = on.affine(np.abs(both).T, None, on.relu(on.affine(both, None, held)))
+    around = [on.part(seen, states, states + angles)] if angles else []
+    factors = on.joined([on.affine(np.zeros((1, states)), np.ones(1), held), held, size, *around])
+    every = np.eye(1 + 2 * states + angles)[weights["factors"].astype(int)]
+    chosen = [on.affine(every[:, k], None, factors) for k in range(every.shape[1])]
+    told = on.mul(on.mul(chosen[0], chosen[1]), chosen[2])
+    if not share.size:
+        return on.affine(weights["head.weight"], None, told), None
+    now = on.affine(np.tile(np.eye(states), (share.size, 1)), None, held)
+    after = now  # as if the first row had lasted
+    if memory is not None:
+        way = np.repeat(share, states)
+        after = on.add(layers.scaled(1.0 - way, memory), layers.scaled(way, now))
+    lag = on.add(now, layers.scaled(np.full(share.size * states, -1.0), after))
+    return on.affine(weights["head.weight"], None, on.joined([told, lag])), after
+
+
 _KINDS: dict[str, Callable[[_Layers, Vector, Vector, Vector | None], _Told]] = {
     "mlp": _perceptron,
     "mlp of tanh": _smooth_perceptron,
@@ -257,6 +285,7 @@ _KINDS: dict[str, Callable[[_Layers, Vector, Vector, Vector | None], _Told]] = {
     "tcn": _convolutions,
     "dissipative": _dissipation,
     "port_hamiltonian": _stores,
+    "ridge": _monomials,
 }
 """Kinds of networks, each from standardised inputs, the inputs themselves, and the memory."""
 
@@ -267,6 +296,8 @@ def _memory_size(kind: str, weights: Weights) -> int:
     if kind == "tcn":
         shapes = {n: w.shape for n, w in weights.items() if n.startswith("blocks.") and n.endswith(".weight")}
         return sum(units * (kernel - 1) * 2 ** int(n.split(".")[1]) for n, (units, _, kernel) in shapes.items())
+    if kind == "ridge":
+        return weights["share"].size * weights["lower"].size
     return weights["kept"].size if kind == "port_hamiltonian" else 0
 
 

@@ -22,12 +22,15 @@ _MOST = {
     "leaves": 256,
     "activation": 2,
     "stores": 64,
+    "filters": 6,
 }
 """Largest value of each option; a file that asks for more is damaged or hostile."""
 
 
 _MANY = 4096
 """The same for an option that has no line above."""
+_NONE = ("filters",)
+"""Options of which there may be none."""
 
 
 def default_options(name: str) -> dict[str, int | float]:
@@ -67,9 +70,9 @@ def build(name: str, scaling: Scaling, options: Mapping[str, int | float] | None
         whole = isinstance(known[option], int)
         most = _MOST.get(option, _MANY)
         fits = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
-        if not fits or not 0 < value <= most:
-            kind = "a whole number" if whole else "a number"
-            raise RequestError(f"network {name}: expected {kind} in (0, {most:g}] for {option}, got {value!r}")
+        if not fits or not 0 <= value <= most or (value == 0 and option not in _NONE):
+            kind, least = "a whole number" if whole else "a number", "[" if option in _NONE else "("
+            raise RequestError(f"network {name}: expected {kind} in {least}0, {most:g}] for {option}, got {value!r}")
     full = known | chosen
     if "heads" in full and int(full["units"]) % int(full["heads"]):
         raise RequestError(

@@ -7,12 +7,14 @@ from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.vehicle import Vehicle
 from .epochs import probes_of
-from .probes import HeldOutPart, Probed, held_out_parts, rollout_ratio_of
+from .probes import Probed, held_out_parts, rollout_ratio_of
 from .training_settings import Choice, TrainingSettings
 
-KINDS = (Choice("gp"), Choice("gp", heading=True), Choice("symmetric"), Choice("mlp"), Choice("lstm"))
-"""The kinds that are tried, and on two processors within three minutes for a log of five: those that were best in a
-case of `docs/rivals.md`; the others of the registry cost more than all of these."""
+KINDS = (
+    *(Choice("ridge", {"filters": filters}, heading=heading) for filters in (0, 4) for heading in (False, True)),
+    *(Choice("gp", heading=heading) for heading in (False, True)),
+)
+"""The kinds that are tried: those that are fitted at once, half a minute together for a log of five."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,8 +24,7 @@ class Candidate:
     Attributes
     ----------
     choice : the kind
-    ratio : error of its rollouts over blocks that its probes do not know, in that of the vehicle alone; of those that
-        were left out by the first block, over that
+    ratio : error of its rollouts over blocks that its probes do not know, in that of the vehicle alone
     probes : those probes, of which its gain comes
     """
 
@@ -34,7 +35,8 @@ class Candidate:
     @property
     def name(self) -> str:
         """As `train` calls it."""
-        return f"{self.choice.network}{' --heading' * self.choice.heading}"
+        options = "".join(f" --option {name}={value}" for name, value in (self.choice.options or {}).items() if value)
+        return f"{self.choice.network}{' --heading' * self.choice.heading}{options}"
 
 
 def candidates(
@@ -46,8 +48,7 @@ def candidates(
 ) -> list[Candidate]:
     """Some kinds, the best first; those that cannot stand beside a vehicle, such as `symmetric`, are left out.
 
-    Successive halving (Jamieson and Talwalkar 2016): all are tried on one block of time, the better half on all of
-    them, and what tells how far a correction is trusted is asked of the best alone.
+    All are tried on all blocks of time; what tells how far a correction is trusted is asked of the best alone.
 
     Parameters
     ----------
@@ -61,24 +62,18 @@ def candidates(
     every = held_out_parts(split.train, vehicle, settings.window)
     blocks, regions = ([part for part in every if part.block is block] for block in (True, False))
 
-    def tried(before: Sequence[Candidate], asked: Sequence[HeldOutPart]) -> list[Candidate]:
-        found = []
-        for one in before:
-            if progress is not None:
-                progress(one.name)
-            probes = one.probes + probes_of(split, vehicle, one.choice, settings, asked)
-            if probes.blocks:
-                found.append(Candidate(one.choice, rollout_ratio_of(probes), probes))
-        return sorted(found, key=lambda one: one.ratio)
-
-    first = tried([Candidate(choice, 1.0, Probed()) for choice in kinds], blocks[:1])
-    half = -(-len(first) // 2)
-    last = tried(first[:half], blocks[1:])
-    if not last:
+    found = []
+    for choice in kinds:
+        one = Candidate(choice, 1.0, Probed())
+        if progress is not None:
+            progress(one.name)
+        probes = probes_of(split, vehicle, choice, settings, blocks)
+        if probes.blocks:
+            found.append(replace(one, ratio=rollout_ratio_of(probes), probes=probes))
+    if not found:
         raise RequestError(
             "train: no kind of network could be tried on blocks of this log that it does not know: it has "
             f"{split.train.seconds:.0f} s to train on; give a longer log, or name the kind (--residual gp)"
         )
-    best = last[0]
-    whole = replace(best, probes=best.probes + probes_of(split, vehicle, best.choice, settings, regions))
-    return [whole, *last[1:], *first[half:]]
+    best, *others = sorted(found, key=lambda one: one.ratio)
+    return [replace(best, probes=best.probes + probes_of(split, vehicle, best.choice, settings, regions)), *others]

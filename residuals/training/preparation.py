@@ -32,6 +32,7 @@ from ..networks.registry import NETWORKS, build, default_options, network_named
 from ..scores import same_filter, target_acceleration
 from .losses import Objective
 from .probes import WARM_UP
+from .tabular_fit import Table
 from .training_settings import Choice, TrainingSettings
 from .windows import Augmenter, Windows, filter_taps, seen_noise, sister_targets, windows_of
 
@@ -150,7 +151,7 @@ class Prepared:
     objective, judge : loss of a batch, and verdict on an epoch
     asked_at : states u, v, r, heading and commands (n, 4 + thrusters) made ready to be put to the network
     pure : whether the network stands in the place of the physics
-    table : standardised inputs (rows, inputs) and target (rows, 3) in units of the output, of all training rows
+    table : all training rows, for what is fitted at once
     time_step : of the rows [s]
     recipe : all that the result depends on, as plain data
     """
@@ -160,7 +161,7 @@ class Prepared:
     judge: Judge
     asked_at: Callable[[Array], UnforcedStates]
     pure: bool
-    table: tuple[Array, Array]
+    table: Table
     time_step: float
     recipe: dict[str, object]
 
@@ -255,10 +256,11 @@ def prepare_training(
     return Prepared(network, objective, judge, asked_at, choice.pure, table, windows.time_step, recipe)
 
 
-def _table(data: DataSet, vehicle: Vehicle, choice: Choice, scaling: Scaling) -> tuple[Array, Array]:
+def _table(data: DataSet, vehicle: Vehicle, choice: Choice, scaling: Scaling) -> Table:
     seen = np.concatenate([network_inputs(vehicle, motion, choice.heading) for motion in data.motions])
     target = np.concatenate([target_acceleration(vehicle, motion, data, choice.pure) for motion in data.motions])
-    return scaling.inputs.apply(seen), target / scaling.output
+    lengths = tuple(motion.time.size for motion in data.motions)
+    return Table(scaling.inputs.apply(seen), target / scaling.output, lengths, data.motions[0].time_step)
 
 
 def _remembers(choice: Choice) -> bool:

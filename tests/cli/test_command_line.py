@@ -289,7 +289,9 @@ def test_add_to_a_run_and_to_a_log_gives_the_same(place: Path, here: Path) -> No
     one, other = (load_vehicle(f"from_{what}.yaml").to_dict() for what in ("run", "log"))
     told = [vehicle.pop("sources")["damping"] for vehicle in (one, other)]
     assert nearly(one, other)
-    assert all(re.match(r"X_uu missing \((> )?99 %\): identified by undertow from all of log.csv", text) for text in told)
+    assert all(
+        re.match(r"X_uu missing \((> )?99 %\): identified by undertow from all of log.csv", text) for text in told
+    )
     assert load_vehicle("from_run.yaml").value("X_uu") == pytest.approx(-20.0, abs=0.3)
     assert content["schema"] == "undertow.added/1"
     check_steps(content["steps"])

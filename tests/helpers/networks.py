@@ -32,6 +32,8 @@ NETWORKS = [
     ("dissipative", {"units": 12}, True, False),
     ("port_hamiltonian", {"units": 12, "stores": 5}, True, False),
     ("symmetric", {"units": 8, "layers": 2}, False, False),
+    ("ridge", {"filters": 2}, True, False),
+    ("ridge", {}, False, False),
     ("dissipative", {"units": 12, "layers": 2}, False, True),
 ]
 """Kind, options, whether it sees the heading, and whether it is in the place of the physics."""
@@ -52,6 +54,9 @@ def learnt(kind: str, options: dict, heading: bool, pure: bool, double: bool = T
     with torch.no_grad():
         for parameter in network.parameters():
             parameter.copy_(0.3 * torch.randn(parameter.shape, generator=generator))
+        for name, end in (("lower", -9.0), ("upper", 11.0)):  # of a polynomial
+            if name in dict(network.named_buffers()):
+                network.get_buffer(name).fill_(end)
     if not pure:
         network.trust(Trust.within(rng.normal(0.0, 0.4, (600, 3 + network.scaling.drives)), 1.5))
     return NetworkModel(hull, network, _STEP, pure=pure)

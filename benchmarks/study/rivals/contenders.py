@@ -66,7 +66,7 @@ def _network(choice: Choice, settings: Mapping[str, Any], data: Data, vehicle: V
 LAWFUL = {"trust": False}
 """Settings of the losses of the laws alone: all of a correction counts everywhere."""
 _AS_BARE = "without laws and trust"
-KINDS = ("mlp", "symmetric", "lstm", "tcn", "transformer", "dissipative", "trees", "gp")
+KINDS = ("mlp", "symmetric", "lstm", "tcn", "transformer", "dissipative", "trees", "gp", "ridge")
 """Of networks, as `train` makes them."""
 
 
@@ -91,10 +91,7 @@ CONTENDERS: dict[str, Contender] = {
     "symbolic": Contender("vehicle", "`discover`, from the nominal vehicle", _symbolic, random=False),
     "the whole answer": Contender("undertow", "`discover --residual best`", partial(_best, True)),
     "undertow best": Contender("undertow", "`train --residual best`", partial(_best, False), "calibrated"),
-    **{
-        f"undertow {name}": _ours(name)
-        for name in ("mlp", "symmetric", "lstm", "tcn", "transformer", "dissipative", "trees", "gp")
-    },
+    **{f"undertow {name}": _ours(name) for name in KINDS},
     "feed-forward residual (Skulstad et al.)": Contender(
         "literature", f"`mlp` {_AS_BARE}", partial(bare, Choice("mlp")), "calibrated"
     ),

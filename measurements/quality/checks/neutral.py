@@ -157,25 +157,15 @@ def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tupl
             parts=parts,
             short=f"neutral PWM is {value:g} us, not {zero}",
         )
-    if zero.by_vehicle or abs(value - USUAL) < _OFF:
-        return Finding(
-            check=Neutral.name,
-            verdict="ok",
-            sentence=f"{text}; {zero.words} there",
-            value=value,
-            unit="us",
-            channels=tuple(found),
-            parts=parts,
-        )
-    remedy = f"set the curve's zero in the vehicle file to {value:g}; --vehicle V tells whether it is"
+    known = zero.by_vehicle or abs(value - USUAL) < _OFF
     return Finding(
         check=Neutral.name,
-        verdict="note",
+        verdict="ok" if known else "note",
         sentence=f"{text}; {zero.words} there",
         value=value,
         unit="us",
         channels=tuple(found),
-        remedy=remedy,
+        remedy="" if known else f"set the curve's zero in the vehicle file to {value:g}; --vehicle V tells if it is",
         parts=parts,
     )
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...canonical import Channel, command_kind
 from ...preparation.resampling import gap_limit, gaps, is_logged_on_change
-from ..finding import Check, Finding
+from ..finding import Check, Finding, Verdict
 from ..record import Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r")
@@ -45,43 +45,28 @@ class Rates(Check):
             f" ({slowest}) to {rates[fastest]:.3g} Hz ({fastest})" if rates[fastest] > 1.05 * value else ""
         )
         shaky = max(jitter, key=lambda n: jitter[n])
+        verdict: Verdict = "ok"
+        channels, wrong, remedy = tuple(rates), "", ""
         if value < _SLOW:
-            verdict = "defect" if value < _TOO_SLOW else "warning"
+            verdict, channels = "defect" if value < _TOO_SLOW else "warning", (slowest,)
             wrong = f"turns and onsets of thrust that last less than {2.0 / value:.2g} s are not seen"
             remedy = "record at 10 Hz or more"
-            return [
-                Finding(
-                    check=self.name,
-                    verdict=verdict,
-                    sentence=told,
-                    value=value,
-                    unit="Hz",
-                    channels=(slowest,),
-                    consequence=wrong,
-                    remedy=remedy,
-                    parts=parts,
-                )
-            ]
-        if jitter[shaky] > _JITTER:
-            text = f"{told}, but stamps of {shaky} stray by {100.0 * jitter[shaky]:.0f} % of their step"
+        elif jitter[shaky] > _JITTER:
+            verdict, channels = "note", (shaky,)
+            told = f"{told}, but stamps of {shaky} stray by {100.0 * jitter[shaky]:.0f} % of their step"
             wrong = "speeds derived from positions, and accelerations, are noisier than the sensor"
             remedy = "log the stamp of the measurement and not that of its arrival"
-            return [
-                Finding(
-                    check=self.name,
-                    verdict="note",
-                    sentence=text,
-                    value=value,
-                    unit="Hz",
-                    channels=(shaky,),
-                    consequence=wrong,
-                    remedy=remedy,
-                    parts=parts,
-                )
-            ]
         return [
             Finding(
-                check=self.name, verdict="ok", sentence=told, value=value, unit="Hz", channels=tuple(rates), parts=parts
+                check=self.name,
+                verdict=verdict,
+                sentence=told,
+                value=value,
+                unit="Hz",
+                channels=channels,
+                consequence=wrong,
+                remedy=remedy,
+                parts=parts,
             )
         ]
 

@@ -170,26 +170,14 @@ def _direction(
         text = f"more command pushes {as_told} on {all_of(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
         ends = least.surge - CI * least.surge_error, least.surge + CI * least.surge_error
         untold = [name for name in names if name not in found]
-        if untold:
-            text = f"{text}; of {all_of(untold)} the log does not tell"
-            return Finding(
-                check="direction",
-                verdict="cannot tell",
-                sentence=text,
-                value=least.surge,
-                unit="m/s^2",
-                ci95=ends,
-                channels=tuple(names),
-                parts=parts,
-            )
         return Finding(
             check="direction",
-            verdict="ok",
-            sentence=text,
+            verdict="cannot tell" if untold else "ok",
+            sentence=f"{text}; of {all_of(untold)} the log does not tell" if untold else text,
             value=least.surge,
             unit="m/s^2",
             ci95=ends,
-            channels=tuple(found),
+            channels=tuple(names) if untold else tuple(found),
             parts=parts,
         )
     worst = max(wrong.values(), key=lambda answer: abs(answer.surge))

@@ -54,28 +54,18 @@ class Tilt(Check):
             text = "the log is too short to tell whether gravity leaks into the accelerometer"
             return [Finding(check=self.name, verdict="cannot tell", sentence=text, unit="m/s^2", channels=channels)]
         parts = {"at_speed": fast, "offset": float(fit.values[1])}
-        if max(abs(ends[0]), abs(ends[1])) <= _SMALL:
+        text = ""
+        if small := max(abs(ends[0]), abs(ends[1])) <= _SMALL:
             text = f"the accelerometer shows accelerations only (a leak of {leak:+.2f} m/s² at {fast:.1f} m/s)"
-            return [
-                Finding(
-                    check=self.name,
-                    verdict="ok",
-                    sentence=text,
-                    value=leak,
-                    unit="m/s^2",
-                    ci95=ends,
-                    channels=channels,
-                    parts=parts,
-                )
-            ]
-        if abs(leak) <= _SMALL or not fit.certain(0, _TIMES):
+        elif abs(leak) <= _SMALL or not fit.certain(0, _TIMES):
             text = (
                 f"too little to tell whether gravity leaks into the accelerometer ({ends[0]:.2f} to {ends[1]:.2f} m/s²)"
             )
+        if text:
             return [
                 Finding(
                     check=self.name,
-                    verdict="cannot tell",
+                    verdict="ok" if small else "cannot tell",
                     sentence=text,
                     value=leak,
                     unit="m/s^2",

@@ -60,7 +60,9 @@ def trained(
     columns = network_inputs(HULL, motion, heading)
     constants = Standardisation.of(input_names(HULL, heading), columns)
     torch.manual_seed(seed)
-    network = build(name, scaling_of(HULL, constants, np.array([0.11, 0.07, 0.13])), {"units": 8})
+    network = build(
+        name, scaling_of(HULL, constants, np.array([0.11, 0.07, 0.13])), {} if name == "ridge" else {"units": 8}
+    )
     with torch.no_grad():
         for parameter in filter(torch.is_floating_point, network.parameters()):
             parameter.add_(0.1 * torch.randn(parameter.shape))

@@ -37,7 +37,8 @@ def standardised(vehicle: Vehicle, heading: bool = False) -> Standardisation:
 
 def network_model(name: str, vehicle: Vehicle = HULL, spread: float | None = None, **settings) -> NetworkModel:
     """A model in double precision with random weights, small enough not to diverge; `spread` 0 for none at all."""
-    size = {"tcn": 0.15, "dissipative": 0.05, "port_hamiltonian": 0.05}.get(name, 0.3) if spread is None else spread
+    usual = {"tcn": 0.15, "dissipative": 0.05, "port_hamiltonian": 0.05, "ridge": 0.001}.get(name, 0.3)
+    size = usual if spread is None else spread
     heading = settings.pop("heading", False)
     network = build(name, scaling_of(vehicle, standardised(vehicle, heading), np.array([0.2, 0.1, 0.2])))
     generator = torch.Generator().manual_seed(7)

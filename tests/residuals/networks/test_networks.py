@@ -21,7 +21,7 @@ from undertow.residuals.networks.trust import Trust
 HULL = load_vehicle("otter")
 ROWS = 90
 EVERY_NETWORK = pytest.mark.parametrize("name", NETWORKS)
-WITH_MEMORY = pytest.mark.parametrize("name", ["lstm", "tcn", "transformer", "port_hamiltonian"])
+WITH_MEMORY = pytest.mark.parametrize("name", ["lstm", "tcn", "transformer", "port_hamiltonian", "ridge"])
 LAWFUL = ("dissipative", "port_hamiltonian")
 
 
@@ -48,7 +48,8 @@ def inputs(heading: bool = False, batch: int = 2, rows: int = ROWS, seed: int = 
 
 
 def made(name: str, heading: bool = False) -> Network:
-    return randomised(build(name, scaling(heading)).double())
+    options = {"filters": 3} if name == "ridge" else None
+    return randomised(build(name, scaling(heading), options).double())
 
 
 @EVERY_NETWORK
@@ -88,7 +89,7 @@ def test_the_past_counts(name: str):
     assert (whole[:, 50:52] - late[:, :2]).abs().min() > 1e-6
 
 
-@pytest.mark.parametrize("name", ["tcn", "transformer"])
+@pytest.mark.parametrize("name", ["tcn", "transformer", "ridge"])
 def test_before_the_first_row_is_the_first_row(name: str):
     network, seen = made(name), inputs()
     longer = torch.cat((seen[:, :1].expand(-1, 70, -1), seen), dim=1)
@@ -145,9 +146,10 @@ def test_equal_seeds_give_equal_weights(name: str):
 
 @EVERY_NETWORK
 def test_the_options_it_was_built_with_are_kept(name: str):
-    network = build(name, scaling(), {"units": 16})
-    assert network.options == default_options(name) | {"units": 16}
-    assert sum(p.numel() for p in network.parameters()) < sum(p.numel() for p in build(name, scaling()).parameters())
+    given = {"filters": 2} if name == "ridge" else {"units": 16}
+    network, usual = build(name, scaling(), given), build(name, scaling())
+    assert network.options == default_options(name) | given
+    assert sum(p.numel() for p in network.parameters()) != sum(p.numel() for p in usual.parameters())
 
 
 @pytest.mark.parametrize(
@@ -155,6 +157,7 @@ def test_the_options_it_was_built_with_are_kept(name: str):
     [
         ("lstn", {}, r"unknown network 'lstn': did you mean 'lstm'\? There are: dissipative, gp, lstm, mlp, "),
         ("lstm", {"unit": 8}, r"network lstm: unknown option 'unit': did you mean 'units'\? There are: units, layers"),
+        ("ridge", {"filters": 7}, r"expected a whole number in \[0, 6\] for filters, got 7"),
         ("mlp", {"units": 0}, r"expected a whole number in \(0, 4096\] for units, got 0"),
         ("mlp", {"activation": 3}, r"expected a whole number in \(0, 2\] for activation, got 3"),
         ("mlp", {"units": 5000}, r"expected a whole number in \(0, 4096\] for units, got 5000"),

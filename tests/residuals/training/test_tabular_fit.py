@@ -25,7 +25,7 @@ from undertow.residuals.networks.registry import NETWORKS, build
 from undertow.residuals.scores import acceleration_score, rollout_scores
 from undertow.residuals.training import tabular_fit as growing_processes
 from undertow.residuals.training.epochs import train
-from undertow.residuals.training.tabular_fit import GROWING, fit_tabular
+from undertow.residuals.training.tabular_fit import GROWING, Table, fit_tabular
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
 SETTINGS = TrainingSettings(trust=False)
@@ -40,6 +40,11 @@ def dragged() -> Split:
     return parts_of({"surge_quadratic_damping": -10.0, "sway_lift": 20.0})
 
 
+def as_table(seen: Array, wanted: Array) -> Table:
+    """Rows of one motion."""
+    return Table(seen, wanted, (len(seen),), 0.1)
+
+
 def table(rows: int = ROWS) -> tuple[Array, Array]:
     """Inputs, and a smooth target of them with noise; nothing is to be learnt in yaw."""
     rng = np.random.default_rng(8)
@@ -52,7 +57,7 @@ def fitted(units: int, seed: int = 0, rows: int = ROWS) -> Network:
     names = input_names(HULL, False)
     scaling = scaling_of(HULL, Standardisation(names, np.zeros(5), np.ones(5)), np.ones(3))
     network = build("gp", scaling, {"units": units})
-    fit_tabular(network, table(rows), seed, EPOCHS)
+    fit_tabular(network, as_table(*table(rows)), seed, EPOCHS)
     return network
 
 
@@ -193,3 +198,70 @@ def lacking() -> Iterator[None]:
 def test_without_scikit_learn_it_is_told(dragged: Split, name: str, match: str) -> None:
     with pytest.raises(RequestError, match=rf"{match} \(.*\): .*pip install .*\[neural\]"):
         train(dragged, HULL, Choice(name), settings=SETTINGS)
+
+
+def ridge(filters: int = 0) -> Network:
+    names = input_names(HULL, False)
+    scaling = scaling_of(HULL, Standardisation(names, np.zeros(5), np.full(5, 0.5)), np.ones(3))
+    return build("ridge", scaling, {"filters": filters})
+
+
+def wandering(rows: int = 3000, seed: int = 4) -> Array:
+    """Standardised inputs that move slowly, as those of a boat do."""
+    rng = np.random.default_rng(seed)
+    time = 0.1 * np.arange(rows)[:, None]
+    waves = [rng.normal(size=5) * np.sin(rng.uniform(0.05, 1.5, 5) * time + rng.uniform(0.0, 6.0, 5)) for _ in range(6)]
+    return np.sum(waves, axis=0)
+
+
+def test_a_ridge_finds_the_law_of_a_hull_among_its_products() -> None:
+    """Quadratic drag, lift, and thrust that turning takes away, each in a noise of its own size."""
+    seen = wandering()
+    u, v, r, port, _ = 0.5 * seen.T
+    law = np.column_stack([-2.0 * u * np.abs(u) + 0.5 * port, 3.0 * u * r - v, 0.4 * port * np.abs(r)])
+    network = ridge()
+    noise = np.random.default_rng(5).normal(0.0, 0.3, law.shape)
+    fit_tabular(network, as_table(seen, law + noise), 0, EPOCHS)
+    assert (np.sqrt(((says(network, 0.5 * seen) - law) ** 2).mean(axis=0)) < 0.03).all(), "a tenth of the noise"
+
+
+def test_a_ridge_says_beyond_its_ranges_what_it_says_at_their_ends() -> None:
+    seen = wandering()
+    network = ridge()
+    fit_tabular(network, as_table(seen, seen[:, :3] ** 3), 0, EPOCHS)
+    ends = 0.5 * np.stack([seen.min(axis=0), seen.max(axis=0)])
+    assert says(network, 4.0 * ends) == pytest.approx(says(network, ends), rel=1e-5)
+    assert abs(says(network, ends)[1, 0]) > 1.0
+
+
+def test_filters_find_what_the_past_does_in_each_motion_apart() -> None:
+    """Sway that follows yaw after a second: of two motions the second begins anew."""
+    seen, lengths = wandering(), (1700, 1300)
+    late = []
+    for some in np.split(0.5 * seen[:, 2], [lengths[0]]):
+        state, share = some[0], 1.0 - np.exp(-0.1)
+        for now in some:
+            state += share * (now - state)
+            late.append(now - state)
+    wanted = np.column_stack([np.zeros(3000), late, np.zeros(3000)])
+    left = {}
+    for filters in (0, 4):
+        network = ridge(filters)
+        left[filters] = fit_tabular(network, Table(seen, wanted, lengths, 0.1), 0, EPOCHS)
+        assert not says(network, 0.5 * seen)[:, [0, 2]].any(), "where nothing is to be learnt, nothing is said"
+    assert left[4] < 1e-6 < left[0]
+
+
+def test_blocks_are_predicted_by_the_coefficients_of_all_others() -> None:
+    rng = np.random.default_rng(6)
+    seen, wanted, penalties = rng.normal(size=(100, 4)), rng.normal(size=(100, 3)), np.array([0.1, 0.1, 1.0, 1.0])
+    moments = growing_processes._Moments.of(seen, wanted)
+    error = 0.0
+    for own in np.array_split(np.arange(100), growing_processes._FOLDS):
+        others = np.setdiff1d(np.arange(100), own)
+        shrunk = seen[others].T @ seen[others] + 100 * np.diag(penalties)
+        weights = np.linalg.solve(shrunk, seen[others].T @ wanted[others, 1])
+        error += float(((wanted[own, 1] - seen[own] @ weights) ** 2).sum())
+    assert moments.unseen(1, penalties) == pytest.approx(error)
+    whole = np.linalg.solve(seen.T @ seen + 100 * np.diag(penalties), seen.T @ wanted[:, 1])
+    assert moments.fitted(1, penalties) == pytest.approx(whole)
