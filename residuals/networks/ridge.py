@@ -9,7 +9,6 @@ from .base import Grown, Memory, Network, Scaling
 
 TIMES = (0.5, 1.0, 2.0, 4.0, 8.0, 0.25)
 """Times of the filters [s], in the order in which they are taken."""
-_CONSTANTS = ("lower", "upper", "share")
 _EVERYWHERE, _TIME_STEP = 1e9, 0.1
 """Ends of the inputs, and the time step [s], before training knows them."""
 
@@ -25,6 +24,9 @@ class Ridge(Network):
     along a gradient; before, it says nothing. Inputs are held within `lower` and `upper`: a polynomial knows no end.
     """
 
+    lower: nn.Parameter
+    upper: nn.Parameter
+    share: nn.Parameter
     name: ClassVar[str] = "ridge"
     grown: ClassVar[Grown | None] = Grown("coefficients", "fitted")
 
@@ -32,9 +34,8 @@ class Ridge(Network):
         super().__init__(scaling, {"filters": filters})
         self.states = 3 + scaling.drives
         everywhere = torch.full((self.states,), _EVERYWHERE)
-        self.register_buffer("lower", -everywhere)
-        self.register_buffer("upper", everywhere)
-        self.register_buffer("share", self.shares(_TIME_STEP))
+        for name, values in (("lower", -everywhere), ("upper", everywhere), ("share", self.shares(_TIME_STEP))):
+            self.register_parameter(name, nn.Parameter(values, requires_grad=False))
         every = [product for group in products(scaling.drives, self.width - self.states) for product in group]
         self.register_buffer("factors", torch.tensor(every))
         self.head = nn.Module()  # what the correction is proportional to, as in the other networks
@@ -58,7 +59,7 @@ class Ridge(Network):
 
     def regressors(self, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """The products (batch, rows, products) at inputs (batch, rows, inputs) in SI units, and the filters then."""
-        unit, lower, upper, share = (x.to(inputs) for x in (self.unit, *map(self.get_buffer, _CONSTANTS)))
+        unit, lower, upper, share = (x.to(inputs) for x in (self.unit, self.lower, self.upper, self.share))
         held = torch.minimum(torch.maximum(inputs[..., : self.states], lower), upper) / unit
         factors = torch.cat([torch.ones_like(held[..., :1]), held, held.abs(), inputs[..., self.states :]], dim=-1)
         seen = factors[..., self.get_buffer("factors")].prod(dim=-1)

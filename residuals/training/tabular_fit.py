@@ -258,7 +258,7 @@ def fit_ridge(network: Ridge, table: Table, seed: int, epochs: int) -> float:
     known = {"lower": states.amin(dim=0), "upper": states.amax(dim=0), "share": network.shares(table.time_step)}
     with torch.no_grad():
         for name, values in known.items():
-            network.get_buffer(name).copy_(values)
+            network.get_parameter(name).copy_(values)
         seen = torch.cat([network.regressors(some[None], None)[0][0] for some in inputs.split(table.lengths)]).numpy()
     size = np.maximum(np.sqrt((seen**2).mean(axis=0)), 1e-12)
     moments = _Moments.of(seen / size, table.wanted)

@@ -52,11 +52,12 @@ def learnt(kind: str, options: dict, heading: bool, pure: bool, double: bool = T
     network = network.double() if double else network
     generator = torch.Generator().manual_seed(3)
     with torch.no_grad():
-        for parameter in network.parameters():
-            parameter.copy_(0.3 * torch.randn(parameter.shape, generator=generator))
+        for name, parameter in network.named_parameters():
+            if name != "share":  # of a filter, which has its time
+                parameter.copy_(0.3 * torch.randn(parameter.shape, generator=generator))
         for name, end in (("lower", -9.0), ("upper", 11.0)):  # of a polynomial
-            if name in dict(network.named_buffers()):
-                network.get_buffer(name).fill_(end)
+            if name in dict(network.named_parameters()):
+                network.get_parameter(name).fill_(end)
     if not pure:
         network.trust(Trust.within(rng.normal(0.0, 0.4, (600, 3 + network.scaling.drives)), 1.5))
     return NetworkModel(hull, network, _STEP, pure=pure)

@@ -43,7 +43,12 @@ def network_model(name: str, vehicle: Vehicle = HULL, spread: float | None = Non
     network = build(name, scaling_of(vehicle, standardised(vehicle, heading), np.array([0.2, 0.1, 0.2])))
     generator = torch.Generator().manual_seed(7)
     with torch.no_grad():
-        for parameter in filter(torch.is_floating_point, network.parameters()):  # trees have whole numbers, too
+        for (
+            key,
+            parameter,
+        ) in network.named_parameters():  # but the ends and filters of a ridge; trees have whole numbers
+            if key in ("lower", "upper", "share") or not torch.is_floating_point(parameter):
+                continue
             parameter.copy_(torch.randn(parameter.shape, generator=generator) * size)
     return NetworkModel(vehicle, network.double(), STEP, **settings)
 

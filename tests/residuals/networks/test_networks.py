@@ -36,7 +36,12 @@ def randomised(network: Network, seed: int = 0, spread: float = 0.3) -> Network:
     """The network with random numbers in every weight, the quiet head included."""
     generator = torch.Generator().manual_seed(seed)
     with torch.no_grad():
-        for parameter in filter(torch.is_floating_point, network.parameters()):  # trees have whole numbers, too
+        for (
+            key,
+            parameter,
+        ) in network.named_parameters():  # but the ends and filters of a ridge; trees have whole numbers
+            if key in ("lower", "upper", "share") or not torch.is_floating_point(parameter):
+                continue
             parameter.copy_(spread * torch.randn(parameter.shape, generator=generator))
     return network.eval()
 

@@ -171,16 +171,23 @@ def test_another_seed_draws_other_rows_and_the_same_seed_the_same() -> None:
     assert not torch.equal(one["centres"], other["centres"])
 
 
-def test_it_learns_what_the_nominal_model_lacks_and_is_plain_arrays(dragged: Split, tmp_path: Path) -> None:
-    found = train(dragged, HULL, Choice("gp", {"units": 100}), settings=SETTINGS)
+@pytest.mark.parametrize(
+    ("choice", "parts"),
+    [(Choice("gp", {"units": 100}), "Gaussian processes"), (Choice("ridge", {"filters": 2}), "coefficients")],
+    ids=["gp", "ridge"],
+)
+def test_it_learns_what_the_nominal_model_lacks_and_is_plain_arrays(
+    choice: Choice, parts: str, dragged: Split, tmp_path: Path
+) -> None:
+    found = train(dragged, HULL, choice, settings=SETTINGS)
     nominal = VehicleModel(HULL, "nominal")
     before, after = (acceleration_score(model, dragged.test).rmse for model in (nominal, found.model))
     assert (after[:2] < 0.5 * before[:2]).all()
     far, near = (rollout_scores(model, dragged.test)["10"].position for model in (nominal, found.model))
     assert near < 0.5 * far
-    assert (len(found.epochs), found.stopped) == (2, "all Gaussian processes are fitted")
+    assert (len(found.epochs), found.stopped) == (2, f"all {parts} are fitted")
     motion = dragged.test.motions[0]
-    again = load_network(save_network(found.model, tmp_path / "gp", {}))
+    again = load_network(save_network(found.model, tmp_path / "net", {}))
     assert np.array_equal(again.correction(motion), found.model.correction(motion))
 
 
