@@ -77,7 +77,7 @@ class Tests:
         }
         return {reason: text for reason, text in listed.items() if text}
 
-    def sizes(self, e: Evidence, *, timed: bool = False) -> dict[str, float]:
+    def sizes(self, e: Evidence, *, timed: bool) -> dict[str, float]:
         """The size of each test of a name, relative to the claim; see `judgement.features`.
 
         Parameters

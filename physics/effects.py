@@ -89,9 +89,9 @@ class Effect:
 
     @property
     def timed(self) -> bool:
-        """True when its force is one of accelerations or of the past, which channels out of step look like.
+        """True when its force is one of accelerations or of the past, which channels out of step look like most.
 
-        A force of this very instant is orthogonal to what shifting it by a little adds, which is its derivative.
+        A force of this very instant is nearly orthogonal to what a small shift adds to it, its derivative.
         """
         return self.family == "mass" or any(p.unit == "s" for p in self.parameters)
 

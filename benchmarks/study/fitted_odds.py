@@ -206,8 +206,8 @@ class Fitted:
 def fitted(names: Names, without: str = "") -> Fitted:
     """The odds of each judge, of all features that differ between its names, without one of them where that is asked.
 
-    The price of weights is the one by which names of causes that are left out are judged best; a price of each judge
-    let six names of late channels, all of them false, weigh without end.
+    The price of weights is the one by which names of causes that are left out are judged best, the same of both judges:
+    by one of its own, rollouts took a weight of -18.6 from six names of late channels, all of them false.
     """
     tried = [_at_price(names, without, price) for price in RIDGES]
     return max(tried, key=lambda found: log_score(found.odds, names.true))

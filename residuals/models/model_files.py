@@ -270,8 +270,7 @@ def _check_scaling(scaling: "Scaling", vehicle: Vehicle, where: str) -> None:
 
 
 def _same(one: np.ndarray, other: np.ndarray) -> bool:
-    size = float(np.abs(other).max(initial=0.0))
-    return one.shape == other.shape and np.allclose(one, other, rtol=_SAME, atol=1e-3 * _SAME * size)
+    return one.shape == other.shape and np.allclose(one, other, rtol=_SAME, atol=1e-3 * _SAME * np.abs(other).max())
 
 
 def _digest(settings: Mapping[str, object]) -> str:

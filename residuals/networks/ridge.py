@@ -19,8 +19,8 @@ class Ridge(Network):
 
     The products are those of which manoeuvring models consist (Fossen 2021, sections 6.3 to 6.5: linear and quadratic
     damping, couplings of two velocities, cubes, thrust that speed or drift takes away), each for itself. With
-    `filters` the differences of each input from its first-order filters stand beside them, as in a regression on
-    orthonormal filters (Ljung 1999, section 10.2). The coefficients are found by `training.tabular_fit`, not by steps
+    `filters` the differences of each input from its first-order filters stand beside them, akin to Laguerre models
+    (Wahlberg 1991, doi:10.1109/9.76361). The coefficients are found by `training.tabular_fit`, not by steps
     along a gradient; before, it says nothing. Inputs are held within `lower` and `upper`: a polynomial knows no end.
     """
 
@@ -50,7 +50,7 @@ class Ridge(Network):
     def unit(self) -> Tensor:
         """Root mean square of the velocities and thrusts of the training (states,), in their units."""
         mean, scale = (self.get_buffer(name)[: self.states] for name in ("input_mean", "input_scale"))
-        return torch.sqrt(mean.square() + scale.square()).clamp_min(1e-9)
+        return torch.hypot(mean, scale)
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
@@ -62,7 +62,8 @@ class Ridge(Network):
         unit, lower, upper, share = (x.to(inputs) for x in (self.unit, self.lower, self.upper, self.share))
         held = torch.minimum(torch.maximum(inputs[..., : self.states], lower), upper) / unit
         factors = torch.cat([torch.ones_like(held[..., :1]), held, held.abs(), inputs[..., self.states :]], dim=-1)
-        seen = factors[..., self.get_buffer("factors")].prod(dim=-1)
+        first, second, third = self.get_buffer("factors").to(inputs.device).unbind(dim=1)
+        seen = factors[..., first] * factors[..., second] * factors[..., third]
         if not share.numel():
             return seen, ()
         share, lags = share[:, None], []

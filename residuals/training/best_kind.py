@@ -35,8 +35,13 @@ class Candidate:
     @property
     def name(self) -> str:
         """As `train` calls it."""
-        options = "".join(f" --option {name}={value}" for name, value in (self.choice.options or {}).items() if value)
-        return f"{self.choice.network}{' --heading' * self.choice.heading}{options}"
+        return name_of(self.choice)
+
+
+def name_of(choice: Choice) -> str:
+    """A kind as `train` calls it."""
+    options = "".join(f" --option {name}={value}" for name, value in (choice.options or {}).items() if value)
+    return f"{choice.network}{' --heading' * choice.heading}{options}"
 
 
 def candidates(
@@ -64,12 +69,11 @@ def candidates(
 
     found = []
     for choice in kinds:
-        one = Candidate(choice, 1.0, Probed())
         if progress is not None:
-            progress(one.name)
+            progress(name_of(choice))
         probes = probes_of(split, vehicle, choice, settings, blocks)
         if probes.blocks:
-            found.append(replace(one, ratio=rollout_ratio_of(probes), probes=probes))
+            found.append(Candidate(choice, rollout_ratio_of(probes), probes))
     if not found:
         raise RequestError(
             "train: no kind of network could be tried on blocks of this log that it does not know: it has "

@@ -1,7 +1,7 @@
 """Tabular fits: boosted trees, Gaussian processes and ridge regression, fitted at once to a table of rows.
 
 The ridge regression has a penalty for each group of its products, by which blocks of time that it has not seen are
-predicted best (generalised ridge: Hoerl and Kennard 1970, section 4; Hastie et al. 2009, section 3.4). Kernels come
+predicted best (generalised ridge: Hoerl and Kennard 1970; Hastie et al. 2009, section 3.4). Kernels come
 from the marginal likelihood of samples of rows (Rasmussen and Williams 2006, section 5.4.1), which takes neighbours in
 time for independent; so lengths and noise are raised in steps, and the kernel kept errs least on unseen blocks of time
 (Roberts et al. 2017, doi:10.1111/ecog.02881). Weights come from all rows by the subset of regressors (section 8.3.1,
@@ -246,11 +246,12 @@ _WORTH = 1e-3
 """Share of the unseen error by which another penalty has to be better, lest chance choose."""
 
 
+@single_threaded
 def fit_ridge(network: Ridge, table: Table, seed: int, epochs: int) -> float:
     """Fit the coefficients of each axis, see `tabular_fit.fit_tabular`.
 
-    Inputs are held within their ranges in training: of a gentle log with noise, cubes a tenth beyond them drove
-    predictions of 10 s three times as far off as the vehicle alone is.
+    Inputs are held within their ranges in training: on a noisy log, products a tenth beyond them turned a correction
+    that helps over 2 s into one that harms over 10 s.
     """
     del seed, epochs
     inputs = torch.as_tensor(network.scaling.inputs.undo(table.rows))

@@ -45,7 +45,7 @@ NAMED = Evidence(
 
 
 def test_what_no_test_concerns_has_no_size():
-    assert Asked().sizes(NAMED) == {}
+    assert Asked().sizes(NAMED, timed=False) == {}
     assert Asked().explanations(NAMED)[Reason.LOOK_ALIKES] == "hull fouling"
 
 
@@ -72,7 +72,7 @@ def test_each_test_has_a_size_of_its_own(tests: Asked, name: str, size: float):
 def test_clocks_are_no_doubt_on_a_force_of_this_instant():
     """It is orthogonal to its derivative; inertia, a lag and memory are not."""
     late = Asked(out_of_step=Misalignment(0.02, 0.4))
-    assert late.sizes(NAMED) == {}
+    assert late.sizes(NAMED, timed=False) == {}
     timed = {"surge_added_mass", "mass_offset", "cg_offset", "thruster_lag", "input_delay", "wake_memory"}
     assert timed <= {effect.name for effect in EFFECTS if effect.timed}
     prompt = {"surge_linear_damping", "thrust_scale", "thrust_dead_zone", "mean_wind", "hull_fouling", "yaw_trim"}
@@ -89,13 +89,15 @@ def test_clocks_are_no_doubt_on_a_force_of_this_instant():
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_what_the_evidence_says_against_a_name_has_a_size(evidence: Evidence, name: str, size: float):
-    assert Asked().sizes(evidence) == pytest.approx({name: size})
+    assert Asked().sizes(evidence, timed=False) == pytest.approx({name: size})
 
 
 def test_no_size_is_without_end_or_no_number():
     """What explains next to nothing on its axis is divided by little, and a fit may end in no number."""
-    assert Asked().sizes(replace(NAMED, remains=np.nan, unexplained=np.inf)) == {"unexplained": 1e3}
-    assert Asked().sizes(replace(NAMED, unexplained=1e-9)) == {}, "nor is any so small that a file would say 0"
+    assert Asked().sizes(replace(NAMED, remains=np.nan, unexplained=np.inf), timed=False) == {"unexplained": 1e3}
+    assert Asked().sizes(replace(NAMED, unexplained=1e-9), timed=False) == {}, (
+        "nor is any so small that a file would say 0"
+    )
 
 
 def test_every_test_that_has_a_size_tells_what_it_found():
@@ -241,5 +243,5 @@ def test_a_wide_interval_takes_the_verdict_of_a_name():
 
 def test_where_several_logs_are_judged_sizes_of_one_log_are_not_asked():
     asked = Asked(accused={DRAG: (1.0, "gyro scale")}, rolls=True, limits={DRAG: "at its limit"})
-    assert {"accused", "rolls", "at_limit"} == set(asked.sizes(NAMED))
-    assert {"at_limit"} == set(replace(asked, several=True).sizes(NAMED))
+    assert {"accused", "rolls", "at_limit"} == set(asked.sizes(NAMED, timed=False))
+    assert {"at_limit"} == set(replace(asked, several=True).sizes(NAMED, timed=False))

@@ -19,6 +19,7 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.network_inputs import input_names, stacked_inputs
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
+from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import build
 from undertow.residuals.networks.trust import Trust
 
@@ -41,6 +42,12 @@ _STEP, _ROWS, _COUNT = 0.1, 301, 100
 """Of the rollouts: 30 s in steps of the networks, a hundred of them."""
 
 
+def weights_of(network: Network) -> list[torch.nn.Parameter]:
+    """What may be any number: not the ends and filters of a ridge, nor the whole numbers of trees."""
+    named = dict(network.named_parameters())
+    return [p for name, p in named.items() if name not in ("lower", "upper", "share") and p.is_floating_point()]
+
+
 def learnt(kind: str, options: dict, heading: bool, pure: bool, double: bool = True) -> NetworkModel:
     """A network of random numbers, with a boat that has lag, delay, wear, a wake and a current."""
     changes = {"lag": 0.3, "delay": 0.17, "thrust_rate": -0.02, "current_north": 0.1, "memory_yaw": 3.0, "wind_x": 0.1}
@@ -52,9 +59,8 @@ def learnt(kind: str, options: dict, heading: bool, pure: bool, double: bool = T
     network = network.double() if double else network
     generator = torch.Generator().manual_seed(3)
     with torch.no_grad():
-        for name, parameter in network.named_parameters():
-            if name != "share":  # of a filter, which has its time
-                parameter.copy_(0.3 * torch.randn(parameter.shape, generator=generator))
+        for parameter in weights_of(network):
+            parameter.copy_(0.3 * torch.randn(parameter.shape, generator=generator))
         for name, end in (("lower", -9.0), ("upper", 11.0)):  # of a polynomial
             if name in dict(network.named_parameters()):
                 network.get_parameter(name).fill_(end)

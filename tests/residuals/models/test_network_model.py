@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from networks import weights_of
 from torch import Tensor
 
 from undertow.measurements.preparation.prepare import PAPER, WEAK, DataSet
@@ -43,12 +44,7 @@ def network_model(name: str, vehicle: Vehicle = HULL, spread: float | None = Non
     network = build(name, scaling_of(vehicle, standardised(vehicle, heading), np.array([0.2, 0.1, 0.2])))
     generator = torch.Generator().manual_seed(7)
     with torch.no_grad():
-        for (
-            key,
-            parameter,
-        ) in network.named_parameters():  # but the ends and filters of a ridge; trees have whole numbers
-            if key in ("lower", "upper", "share") or not torch.is_floating_point(parameter):
-                continue
+        for parameter in weights_of(network):
             parameter.copy_(torch.randn(parameter.shape, generator=generator) * size)
     return NetworkModel(vehicle, network.double(), STEP, **settings)
 

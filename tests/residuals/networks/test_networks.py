@@ -5,6 +5,7 @@ from typing import ClassVar, final
 import numpy as np
 import pytest
 import torch
+from networks import weights_of
 from places import ROOT
 from torch import Tensor, nn
 
@@ -36,12 +37,7 @@ def randomised(network: Network, seed: int = 0, spread: float = 0.3) -> Network:
     """The network with random numbers in every weight, the quiet head included."""
     generator = torch.Generator().manual_seed(seed)
     with torch.no_grad():
-        for (
-            key,
-            parameter,
-        ) in network.named_parameters():  # but the ends and filters of a ridge; trees have whole numbers
-            if key in ("lower", "upper", "share") or not torch.is_floating_point(parameter):
-                continue
+        for parameter in weights_of(network):
             parameter.copy_(spread * torch.randn(parameter.shape, generator=generator))
     return network.eval()
 
