@@ -300,7 +300,7 @@ class _Moments(NamedTuple):
         return float((self.size[:, axis] - 2.0 * across + along).sum())
 
 
-def _penalties(moments: _Moments, axis: int, groups: Array) -> Array:
+def _penalties(moments: _Moments, axis: int, groups: np.ndarray) -> Array:
     """The penalty of each column (columns,), one for each group, asked one group after the other."""
     chosen = np.full(groups.max() + 1, _BEGUN)
     chosen[0] = _PLAIN
