@@ -263,7 +263,8 @@ def _monomials(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) 
     held = layers.scaled(1.0 / unit, held)
     size = on.affine(np.abs(both).T, None, on.relu(on.affine(both, None, held)))
     around = [on.part(seen, states, states + angles)] if angles else []
-    factors = on.joined([on.affine(np.zeros((1, states)), np.ones(1), held), held, size, *around])
+    one = on.affine(np.zeros((1, states)), np.ones(1), held)  # of as many rows as `held`, where a tool has rows
+    factors = on.joined([one, held, size, *around])
     every = np.eye(1 + 2 * states + angles)[weights["factors"].astype(int)]
     chosen = [on.affine(every[:, k], None, factors) for k in range(every.shape[1])]
     told = on.mul(on.mul(chosen[0], chosen[1]), chosen[2])

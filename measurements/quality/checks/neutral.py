@@ -158,6 +158,7 @@ def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tupl
             short=f"neutral PWM is {value:g} us, not {zero}",
         )
     known = zero.by_vehicle or abs(value - USUAL) < _OFF
+    remedy = f"set the curve's zero in the vehicle file to {value:g}; --vehicle V tells whether it is"
     return Finding(
         check=Neutral.name,
         verdict="ok" if known else "note",
@@ -165,7 +166,7 @@ def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tupl
         value=value,
         unit="us",
         channels=tuple(found),
-        remedy="" if known else f"set the curve's zero in the vehicle file to {value:g}; --vehicle V tells if it is",
+        remedy="" if known else remedy,
         parts=parts,
     )
 
