@@ -29,14 +29,11 @@ def place(tmp_path: Path) -> Path:
 def add(place: Path, path: str) -> None:
     """Put the document's block into the file that it names: a new one, or the catalogue."""
     file = place / "undertow" / path
-    if path != "physics/effects.py":
+    if path != "physics/effects.toml":
         assert not file.exists()
         file.write_text(BLOCKS[path], encoding="utf-8")
         return
-    entry = BLOCKS[path].strip().removeprefix("(").removesuffix(")")
-    before, end, after = file.read_text(encoding="utf-8").partition(')\n"""Every effect of the catalogue."""')
-    assert end
-    file.write_text(before + entry + end + after, encoding="utf-8")
+    file.write_text(file.read_text(encoding="utf-8") + BLOCKS[path], encoding="utf-8")
 
 
 def python(place: Path, *arguments: str, exits: int = 0) -> str:
@@ -59,7 +56,7 @@ def test_every_kind_of_addition_is_tried():
     assert sorted(BLOCKS) == [
         "exports/formats/to_octave_script.py",
         "measurements/formats/tables/json_lines.py",
-        "physics/effects.py",
+        "physics/effects.toml",
         "physics/laws/audit/launch.py",
         "physics/vehicles/skiff.yaml",
         "reports/page/chapters/top_speed.py",
@@ -69,7 +66,7 @@ def test_every_kind_of_addition_is_tried():
 
 
 def test_an_effect_is_in_the_catalogue_simulated_and_found(place: Path):
-    add(place, "physics/effects.py")
+    add(place, "physics/effects.toml")
     assert "yaw_drift_damping" in undertow(place, "add", "--help")
     log = small_log(place, "otter", "--effect", "yaw_drift_damping=-60")
     undertow(place, "add", "yaw_drift_damping", "--vehicle", "otter", str(log), "--out", "found.yaml")
