@@ -1,8 +1,8 @@
 """The catalogue: every physical effect undertow knows, as parameters of the one force equation.
 
-An effect is one entry of `effects.toml`. Its parameters name the place in the vehicle file, the unit, the null value that means "absent"
-and the physical limits; hydrodynamic ones also name the monomial and the axis they multiply. Force forms follow Fossen,
-*Handbook of Marine Craft Hydrodynamics and Motion Control* (2nd ed., 2021), chapters 6, 9 and 10.
+An effect is one entry of `effects.toml`. Its parameters name the place in the vehicle file, the unit, the null value
+that means "absent" and the physical limits; hydrodynamic ones also name the monomial and the axis they multiply. Force
+forms follow Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2nd ed., 2021), chapters 6, 9 and 10.
 """
 
 import tomllib

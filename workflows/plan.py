@@ -16,8 +16,7 @@ from ..discovery.experiment.optimal_manoeuvre import LEAST_SECONDS, Bounds, Driv
 from ..discovery.experiment.separation import MOST_RIVALS, OpenQuestion, open_question
 from ..discovery.kept_effects import SearchResult
 from ..discovery.sensor_error_search import search_with_sensor_errors
-from ..exports.missions.base import Mission, MissionFormat, Place
-from ..exports.missions.registry import mission_formats
+from ..exports.missions.base import Mission, MissionFormat, Place, mission_formats
 from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError, shown

@@ -1,7 +1,9 @@
 """A C99 header without dependencies, heap or global state, in double or float, and a test of it with its vectors."""
 
 from collections.abc import Mapping, Sequence
+from importlib import resources
 from pathlib import Path
+from string import Template
 from typing import final
 
 import numpy as np
@@ -48,50 +50,6 @@ _SIGN = """
 static inline {prefix}real {prefix}sign({prefix}real x)
 {{
     return ({prefix}real)((x > 0) - (x < 0));
-}}
-"""
-_TEST = """\
-// Compares {header} with undertow's own simulation: cc -std=c99 -Wall {test} -lm && ./a.out
-// Add -D{upper}_FLOAT for single precision.
-#include "{header}"
-#include <stdio.h>
-
-{arrays}
-
-static double worst = 0.0;
-
-static void compare({prefix}real found, double expected, double size)
-{{
-    const double error = fabs((double)found - expected) / size;
-    if (!(error <= worst)) worst = error;
-}}
-
-static void copy({prefix}real *into, const double *from, int count)
-{{
-    int k;
-    for (k = 0; k < count; k++) into[k] = ({prefix}real)from[k];
-}}
-
-int main(void)
-{{
-    int k, j;
-    for (k = 0; k < {rows}; k++) {{
-{derivatives}
-        for (j = 0; j < {rates}; j++) compare(rate[j], drawn_expected[k][j], drawn_sizes[j]);
-    }}
-    {{
-        {prefix}real state[{states}];
-        {{
-{start}
-        }}
-        for (k = 0; k < {steps}; k++) {{
-{step}
-            for (j = 0; j < {states}; j++) state[j] = after[j];
-            for (j = 0; j < 6; j++) compare(state[j], driven_expected[k][j], driven_sizes[j]);
-        }}
-    }}
-    printf("largest error: %.3g\\n", worst);
-    return worst <= (sizeof({prefix}real) == sizeof(float) ? 1e-4 : 1e-9) ? 0 : 1;
 }}
 """
 _ROWS, _SECONDS = 50, 10.0
@@ -203,6 +161,7 @@ def header(program: Program, name: str, facts: KnownFacts) -> str:
 
 def test_program(program: Program, name: str, envelope: Envelope, paths: tuple[str, str]) -> str:
     """A C program that compares a header with vectors of undertow's own simulation; paths of the header and of it."""
+    text = (resources.files(__package__ or "undertow.exports.formats") / "header_test.c").read_text("utf-8")
     states, (rolled,) = drawn(program, envelope, _ROWS), driven(program, envelope, _SECONDS)
     prefix = f"{name}_"
     arrays = {
@@ -214,7 +173,7 @@ def test_program(program: Program, name: str, envelope: Envelope, paths: tuple[s
         "driven_expected": rolled.expected[1:],
         "driven_sizes": _sizes(rolled.expected),
     }
-    return _TEST.format(
+    return Template(text).substitute(
         header=paths[0],
         test=paths[1],
         upper=name.upper(),

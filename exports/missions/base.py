@@ -2,11 +2,15 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
+from importlib import resources
 from math import ceil, inf
+from string import Template
 
 import numpy as np
 
 from ...physics.motion import Array
+from ...physics.registry_members import objects_in
 from ...physics.thrusters import Thruster, command_of, neutral_command
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.manoeuvres import COMMAND_STEP, hold, thruster_commands
@@ -119,3 +123,17 @@ class MissionFormat:
     about: str
     content: Callable[[Mission], str]
     needs_place: bool = False
+
+
+@cache
+def mission_formats() -> tuple[MissionFormat, ...]:
+    """Every format that a file of this folder offers, in the order of their files."""
+    from .. import missions
+
+    return objects_in(missions, MissionFormat)
+
+
+def filled(template: str, **values: object) -> str:
+    """A file of this folder with values in the place of its `$names`."""
+    text = (resources.files(__package__ or "undertow.exports.missions") / template).read_text("utf-8")
+    return Template(text).substitute(values)

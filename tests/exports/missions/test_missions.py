@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from fake_rover import AUTO, HOLD, MANUAL, FakeRover
 
-from undertow.exports.missions.base import Mission, Place
-from undertow.exports.missions.registry import mission_formats
+from undertow.exports.missions.base import Mission, Place, mission_formats
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.trials import REST, Step, Trial, drive
