@@ -264,7 +264,7 @@ class WorkerService:
 
     def formats(self) -> tuple[tuple[str, str], ...]:
         """The formats of exports, each with what it is."""
-        from ..exports.formats.registry import format_named, format_names
+        from ..exports.formats.base import format_named, format_names
 
         return tuple((name, format_named(name).about) for name in format_names())
 
@@ -343,7 +343,7 @@ class WorkerService:
 
 def _exported(to: str, model: Path, target: Path) -> Path:
     """A model in the format of another tool; of one that no run holds, without intervals and the run's audit."""
-    from ..exports.formats.registry import format_named
+    from ..exports.formats.base import format_named
     from ..workflows.export import export
 
     there = target / "exported"

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from undertow.physics.laws.audit.trial import possible_commands, reachable
+from undertow.physics.laws.audit.bounded import possible_commands, reachable
 from undertow.physics.laws.damping_power import damping_power
 from undertow.physics.laws.energy import full_force
 from undertow.physics.momentum_balance import mass_matrix

@@ -11,7 +11,7 @@ from .options import ForceOption, earlier_files
 
 def formats() -> str:
     """What `--to` takes; files are counted and none is loaded, as this stands below every help."""
-    from ..exports.formats.registry import names_with_aliases
+    from ..exports.formats.base import names_with_aliases
 
     return f"Formats: {names_with_aliases()}. docs/howto/export.md says what each is."
 

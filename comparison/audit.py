@@ -1,6 +1,6 @@
 """The auditor: any model before all laws, and what they say of it as `audit.json` has it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal
@@ -11,19 +11,28 @@ from ..discovery.lawful.certify import certify
 from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import Parts
 from ..physics.errors import expect
+from ..physics.laws import audit as law_files
 from ..physics.laws.audit.base import Answers, Law, Proof, Ruling, Scope, Witness
+from ..physics.laws.audit.bounded import possible_commands
 from ..physics.laws.audit.mass import PositiveMass
-from ..physics.laws.audit.registry import LAWS
-from ..physics.laws.audit.trial import possible_commands
 from ..physics.laws.damping_power import Envelope, envelope_of
 from ..physics.momentum_balance import coriolis_matrix
 from ..physics.motion import Array, Motion
 from ..physics.presentation import Card
 from ..physics.reading import Plain
+from ..physics.registry_members import classes_in
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel
 
 AUDIT_SCHEMA = "undertow.audit/1"
+
+
+def _in_order(kinds: Iterable[Callable[[], Law]]) -> tuple[Law, ...]:
+    return tuple(sorted((kind() for kind in kinds), key=lambda law: law.place))
+
+
+LAWS: tuple[Law, ...] = _in_order(classes_in(law_files, Law))
+"""All laws, in the order in which they are told: every `Law` that a file of their folder defines."""
 _MOST_COMMANDS = 2000
 """Commands of a log that are kept, evenly spread: a sweep over them costs a model a second or so."""
 _DENSE = (2**16, 2**14, 2**13)

@@ -9,12 +9,12 @@ import numpy as np
 from ..measurements.preparation.split import folds_of
 from ..measurements.statistics import processors as second_processor
 from ..measurements.statistics.processors import single_threaded
+from ..physics.effects import parse_form
 from ..physics.forces import through_water
 from ..physics.laws.damping_power import envelope_of
 from ..physics.motion import AXES, FORCE_UNITS, Array, Motion
 from ..physics.presentation import Card, listing
 from ..physics.stage import Say, trim_memory
-from ..physics.terms import parse_form
 from ..physics.vehicle import Vehicle
 from .basis import Basis, choose_balance
 from .calibration.before_calibration import with_calibration

@@ -4,11 +4,10 @@ from importlib import resources
 
 import numpy as np
 
-from ..physics.effects import PARAMETERS
+from ..physics.effects import PARAMETERS, parse_form
 from ..physics.momentum_balance import AROUND, DENSITY, FORCES, HYDRODYNAMIC, STRIPS
 from ..physics.motion import AXES
 from ..physics.reading import Plain
-from ..physics.terms import parse_form
 from ..physics.thrusters import GAINS, Thruster
 from ..physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 

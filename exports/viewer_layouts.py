@@ -12,8 +12,7 @@ from ..physics.files import write_json, write_text
 from ..physics.motion import AXES, FORCE_UNITS
 from ..physics.reading import Plain
 from ..residuals.series import SeriesTable
-from .mcap_schemas import EARTH
-from .mcap_series import effect_topic, log_prefixes
+from .mcap_series import EARTH, effect_topic, log_prefixes
 
 FOXGLOVE, PLOTJUGGLER = "series.foxglove.json", "series.plotjuggler.xml"
 _SPEEDS = {"u": "surge speed [m/s]", "v": "sway speed [m/s]", "r": "yaw rate [rad/s]"}

@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .effects import PARAMETERS
+from .effects import PARAMETERS, Form, parse_form
 from .motion import AXES, Array
-from .terms import Form, parse_form
 from .thrusters import Thruster
 from .vehicle import SHARED_THRUSTER_KEYS, Vehicle, hull_of
 

@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .effects import PARAMETERS
+from .effects import PARAMETERS, parse_form
 from .motion import AXES
-from .terms import parse_form
 from .thrusters import Thruster, side_named
 
 _WORDS = {

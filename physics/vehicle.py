@@ -20,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from .effects import COMMAND_OFFSET, EFFECTS, PARAMETERS, Effect, Parameter
+from .effects import COMMAND_OFFSET, EFFECTS, PARAMETERS, Effect, Parameter, parse_form
 from .errors import VehicleError, shown
 from .files import on_top, write_text, yaml_text
 from .motion import AXES
@@ -37,7 +37,6 @@ from .reading import (
     reason,
     unknown_key,
 )
-from .terms import parse_form
 from .thrusters import GAINS, Thruster
 
 _LONGEST_NAME = 200

@@ -13,7 +13,7 @@ from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import FOLDS, PathLike
 from ..physics.errors import RequestError, VehicleError
 from ..physics.forces import calm, held_thrust
-from ..physics.laws.audit.trial import possible_commands, reachable
+from ..physics.laws.audit.bounded import possible_commands, reachable
 from ..physics.laws.damping_power import Envelope, envelope_of, mass_margin
 from ..physics.motion import Array, Motion
 from ..physics.reading import read_json

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 from ..comparison.facts import AuditRecord, Comparison
 from ..comparison.models_by_name import MODEL_CURE, load_model
 from ..discovery.findings import Findings
-from ..exports.formats.base import Choices, Given
-from ..exports.formats.registry import format_named
+from ..exports.formats.base import Choices, Given, format_named
 from ..exports.known_facts import KnownFacts, KnownNumber
 from ..measurements.prepared_logs import PathLike
 from ..physics.errors import RequestError, expect, one_line

@@ -13,11 +13,10 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.effects import Effect, Parameter
+from ...physics.effects import Effect, Form, Parameter, monomials, parse_form
 from ...physics.forces import through_water
 from ...physics.momentum_balance import HYDRODYNAMIC
 from ...physics.motion import AXES, Array
-from ...physics.terms import Form, monomials, parse_form
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
 from ..factors.factors import Column, Factors, forward, triangular

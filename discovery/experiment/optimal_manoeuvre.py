@@ -12,7 +12,7 @@ from math import erfc, inf, sqrt
 
 import numpy as np
 
-from ...physics.worlds.trials import TRIALS, Step, Trial, in_words
+from ...physics.worlds.manoeuvres import TRIALS, Step, Trial, in_words
 from ..evidence.weighing import CERTAINLY, TELL_APART
 from .separation import OpenQuestion, Rehearsed
 

@@ -18,8 +18,7 @@ import numpy as np
 from ...physics.errors import RequestError, VehicleError
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
-from ...physics.worlds.manoeuvres import COMMAND_STEP
-from ...physics.worlds.trials import REST, Trial, drive
+from ...physics.worlds.manoeuvres import COMMAND_STEP, REST, Trial, drive
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Option
 from ..identifiability.identifiable_effects import column_moments

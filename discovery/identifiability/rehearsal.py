@@ -13,7 +13,7 @@ from ...physics.file_records import Number, Record
 from ...physics.motion import Array, Motion
 from ...physics.presentation import words
 from ...physics.vehicle import Vehicle
-from ...physics.worlds.trials import TRIALS, Trial, drive
+from ...physics.worlds.manoeuvres import TRIALS, Trial, drive
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Linearisation, Option

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...physics.effects import parse_form
 from ...physics.laws.damping_power import (
     Envelope,
     Exponents,
@@ -17,7 +18,6 @@ from ...physics.laws.damping_power import (
 )
 from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import Array
-from ...physics.terms import parse_form
 from ...physics.vehicle import Vehicle
 from .certify import least_eigenvalues, power_scale
 from .program_data import LawNumbers

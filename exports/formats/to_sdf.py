@@ -14,11 +14,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...physics.effects import PARAMETERS
+from ...physics.effects import PARAMETERS, parse_form
 from ...physics.errors import RequestError
 from ...physics.momentum_balance import active_terms, mass_rows
 from ...physics.motion import AXES, Array
-from ...physics.terms import parse_form
 from ...physics.vehicle import Vehicle
 from ..approximation import difference, missing_forces, total_thrust
 from ..program.printer import identifier

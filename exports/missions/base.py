@@ -13,8 +13,7 @@ from ...physics.motion import Array
 from ...physics.registry_members import objects_in
 from ...physics.thrusters import Thruster, command_of, neutral_command
 from ...physics.vehicle import Vehicle
-from ...physics.worlds.manoeuvres import COMMAND_STEP, hold, thruster_commands
-from ...physics.worlds.trials import REST, Step
+from ...physics.worlds.manoeuvres import COMMAND_STEP, REST, Step, hold, thruster_commands
 
 _DECIMALS = {"pwm": 0, "normalized": 3, "rad_s": 2, "newton": 2, "tau": 2}
 """To what commands are rounded: pulses are whole microseconds to every servo output."""

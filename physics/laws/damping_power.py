@@ -14,11 +14,11 @@ from math import comb, isfinite
 
 import numpy as np
 
+from ..effects import Form
 from ..errors import RequestError
 from ..forces import across_hull, through_water
 from ..momentum_balance import active_terms, mass_matrix
 from ..motion import Array, Motion
-from ..terms import Form
 from ..vehicle import Vehicle
 
 _LEAST = (1e-3, 1e-3, 1e-3)

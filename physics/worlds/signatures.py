@@ -15,8 +15,7 @@ from ..motion import AXES, Array, Motion
 from ..sampled_series import explained_share
 from ..vehicle import Vehicle, hull_of
 from .hidden_effects import apply_effects
-from .manoeuvres import COMMAND_STEP, programme
-from .trials import TRIALS, Trial, drive
+from .manoeuvres import COMMAND_STEP, TRIALS, Trial, drive, programme
 from .typical_effects import WIND, commanded_motion, typical_effect, with_hull
 
 ALIKE = 0.9

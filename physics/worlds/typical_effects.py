@@ -5,12 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..effects import Effect, Parameter, effect_named
+from ..effects import Effect, Parameter, effect_named, parse_form
 from ..errors import RequestError, VehicleError
 from ..integration import rollout, simulate_motion
 from ..momentum_balance import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
 from ..motion import Array, Motion
-from ..terms import parse_form
 from ..thrusters import Thruster, command_of
 from ..vehicle import Hull, Vehicle, lacking
 from .hidden_effects import apply_effects

@@ -10,7 +10,7 @@ from exported import facts
 from verbs import SCRIPT, done, process, refused
 
 import undertow
-from undertow.exports.formats.registry import format_named, format_names
+from undertow.exports.formats.base import format_named, format_names
 
 
 @pytest.fixture

@@ -8,19 +8,17 @@ import pytest
 from envelopes import encloses
 from judging import BOX, HULL, formula, half_a_minute, judged, pushed
 
-from undertow.comparison.audit import audit, witness_of
+from undertow.comparison.audit import LAWS, audit, witness_of
 from undertow.physics.errors import RequestError
 from undertow.physics.laws.audit.base import finite
-from undertow.physics.laws.audit.bounded import BoundedSpeed
+from undertow.physics.laws.audit.bounded import BoundedSpeed, possible_commands, reachable, rolled
 from undertow.physics.laws.audit.coriolis import CoriolisWork
 from undertow.physics.laws.audit.dissipation import Dissipation, Outside
 from undertow.physics.laws.audit.mass import PositiveMass
-from undertow.physics.laws.audit.registry import LAWS
 from undertow.physics.laws.audit.rest import Rest
 from undertow.physics.laws.audit.search import Box, climb, spread
 from undertow.physics.laws.audit.symmetry import mirror_pairs
 from undertow.physics.laws.audit.thrust import PowerUnderThrust
-from undertow.physics.laws.audit.trial import possible_commands, reachable, rolled
 from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.momentum_balance import coriolis_matrix, mass_matrix, thruster_matrix
 from undertow.physics.motion import Array

@@ -11,8 +11,7 @@ from networks import learnt
 from sample_run import edit, write_sample
 
 from undertow.comparison.models_by_name import load_model
-from undertow.exports.formats.base import Given
-from undertow.exports.formats.registry import format_named
+from undertow.exports.formats.base import Given, format_named
 from undertow.exports.known_facts import KnownNumber, remarks
 from undertow.physics.errors import RequestError
 from undertow.workflows.export import export, known_facts

@@ -7,8 +7,7 @@ import pytest
 from exported import facts
 
 from undertow.exports.approximation import missing_forces, total_thrust
-from undertow.exports.formats.base import Given
-from undertow.exports.formats.registry import format_named
+from undertow.exports.formats.base import Given, format_named
 from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.momentum_balance import stated
 from undertow.physics.vehicle import Vehicle, load_vehicle

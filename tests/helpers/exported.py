@@ -10,13 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from undertow.exports.formats.base import Choices, Given
-from undertow.exports.formats.registry import format_named
+from undertow.exports.formats.base import Choices, Given, format_named
 from undertow.exports.known_facts import KnownFacts, KnownNumber
 from undertow.exports.program.model_program import Program, program_of
 from undertow.exports.program.symbols import Function
 from undertow.exports.program.vectors import drawn, driven, error
-from undertow.physics.laws.audit.trial import possible_commands, reachable
+from undertow.physics.laws.audit.bounded import possible_commands, reachable
 from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from undertow.physics.worlds.typical_effects import with_hull

@@ -7,8 +7,7 @@ import numpy as np
 import torch
 from exported import EXACT, facts
 
-from undertow.exports.formats.base import Given
-from undertow.exports.formats.registry import format_named
+from undertow.exports.formats.base import Given, format_named
 from undertow.exports.network_operations import Built
 from undertow.exports.program.vectors import error
 from undertow.measurements.preparation.standardisation import Standardisation

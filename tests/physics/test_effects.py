@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 import yaml
 
-from undertow.physics.effects import BY_NAME, EFFECTS, PARAMETERS, Effect, Parameter, effect_named
+from undertow.physics.effects import BY_NAME, EFFECTS, PARAMETERS, Effect, Parameter, effect_named, parse_form
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.forces import modelled_acceleration, modelled_force
 from undertow.physics.momentum_balance import mass_matrix
 from undertow.physics.motion import Motion
-from undertow.physics.terms import parse_form
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles, vehicle_from_dict
 from undertow.physics.worlds.typical_effects import with_hull
 

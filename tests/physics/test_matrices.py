@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from undertow.physics.effects import canonical, monomials, parse_form
 from undertow.physics.errors import VehicleError
 from undertow.physics.forces import ForceEquation, modelled_force
 from undertow.physics.momentum_balance import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
 from undertow.physics.motion import Motion
-from undertow.physics.terms import canonical, monomials, parse_form
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles, vehicle_from_dict
 
 SETTINGS = settings(max_examples=60, deadline=None, derandomize=True, database=None)

@@ -9,7 +9,7 @@ from ...momentum_balance import thruster_matrix
 from ..damping_power import mass_margin
 from ..energy import TOLERANCE
 from .base import Law, Ruling, Witness
-from .trial import possible_commands
+from .bounded import possible_commands
 
 _FEW = 512
 """Commands with which a boat at rest is pushed, of those that are possible: nearly all of four thrusters (625)."""

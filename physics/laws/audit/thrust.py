@@ -11,7 +11,7 @@ from ...momentum_balance import thruster_matrix
 from ...motion import Array
 from ..energy import coasting_power, most_driven
 from .base import EXACT, TOLD, Law, Ruling, Witness, in_words
-from .gain import evaluate_gains, join_gains, search_gains
+from .dissipation import evaluate_gains, join_gains, search_gains
 from .search import Box
 
 _SLOW = 0.02

@@ -28,8 +28,7 @@ from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.physics.worlds.manoeuvres import hold, thruster_commands
-from undertow.physics.worlds.trials import REST, TRIALS, Trial, drive, in_words
+from undertow.physics.worlds.manoeuvres import REST, TRIALS, Trial, drive, hold, in_words, thruster_commands
 from undertow.physics.worlds.world import NOISE, Orders, World
 
 HULL = load_vehicle("blueboat_paper")

@@ -21,7 +21,7 @@ from undertow.physics.files import strict_json
 from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.trials import TRIALS, drive
+from undertow.physics.worlds.manoeuvres import TRIALS, drive
 from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")

@@ -7,6 +7,7 @@ import pytest
 from envelopes import encloses
 
 from undertow.discovery.lawful.certify import certify
+from undertow.physics.effects import monomials
 from undertow.physics.errors import RequestError
 from undertow.physics.laws.damping_power import (
     Envelope,
@@ -21,7 +22,6 @@ from undertow.physics.laws.damping_power import (
 )
 from undertow.physics.momentum_balance import damping_matrix
 from undertow.physics.motion import Motion
-from undertow.physics.terms import monomials
 from undertow.physics.vehicle import Hull, Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

@@ -8,8 +8,7 @@ from exported import facts
 
 from undertow.exports.approximation import sides_of
 from undertow.exports.formats import to_ardupilot
-from undertow.exports.formats.base import Given
-from undertow.exports.formats.registry import format_named
+from undertow.exports.formats.base import Given, format_named
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import calm
 from undertow.physics.integration import Legs, rollouts

@@ -15,7 +15,7 @@ from fake_rover import AUTO, HOLD, MANUAL, FakeRover
 from undertow.exports.missions.base import Mission, Place, mission_formats
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.trials import REST, Step, Trial, drive
+from undertow.physics.worlds.manoeuvres import REST, Step, Trial, drive
 from undertow.physics.worlds.world import NOISE, Orders, World
 
 STEPS: tuple[Step, ...] = ((4.0, 0.6, -0.25), (2.5, 0.0, 0.0), (3.0, -0.4, 0.3), (1.5, 0.0, 1.0))

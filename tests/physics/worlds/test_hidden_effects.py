@@ -7,10 +7,9 @@ import pytest
 
 from undertow.physics import effects
 from undertow.physics import momentum_balance as matrices
-from undertow.physics.effects import EFFECTS, Effect, Parameter
+from undertow.physics.effects import EFFECTS, Effect, Parameter, parse_form
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
-from undertow.physics.terms import parse_form
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from undertow.physics.worlds import typical_effects
 from undertow.physics.worlds.hidden_effects import apply_effects, parse_effect

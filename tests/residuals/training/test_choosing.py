@@ -13,8 +13,7 @@ from training_parts import HULL, fresh, parts_of
 from undertow.comparison.audit import audit, witness_of
 from undertow.measurements.preparation.split import Split
 from undertow.physics.errors import RequestError
-from undertow.physics.laws.audit.dissipation import Dissipation
-from undertow.physics.laws.audit.gain import Gains
+from undertow.physics.laws.audit.dissipation import Dissipation, Gains
 from undertow.physics.laws.audit.thrust import PowerUnderThrust, driven_power
 from undertow.physics.laws.damping_power import envelope_of
 from undertow.physics.laws.energy import INSIDE, coasting_power, full_force, let_pass

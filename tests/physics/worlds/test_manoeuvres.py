@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.manoeuvres import programme, thruster_commands
-from undertow.physics.worlds.trials import TRIALS, Trial, drive
+from undertow.physics.worlds.manoeuvres import TRIALS, Trial, drive, programme, thruster_commands
 
 HULL = load_vehicle("blueboat")
 EVERY_TRIAL = pytest.mark.parametrize("trial", TRIALS, ids=lambda trial: trial.name)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from undertow.exports.mcap_schemas import SCHEMAS, Schema
+from undertow.exports.mcap_series import SCHEMAS, Schema
 
 _TIME = {"timestamp": "object", "timestamp.sec": "integer", "timestamp.nsec": "integer"}
 _PLACE = {"": "object", **dict.fromkeys((".x", ".y", ".z"), "number")}
