@@ -37,7 +37,8 @@ from undertow.fleet.hull_factors import hull_factors
 from undertow.fleet.parameter_estimates import estimated, read_fleet
 from undertow.fleet.workers import Engine
 from undertow.physics.motion import Motion
-from undertow.physics.worlds.world import NOISE, World, random_hull, simulate_world
+from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.world import NOISE, World, simulate_world
 
 HULL = undertow.load_vehicle("blueboat")
 PIECE = 1500.0

@@ -40,7 +40,8 @@ from undertow.discovery.candidates.candidate import calibratable
 from undertow.physics.motion import Motion
 from undertow.physics.stage import collect_and_freeze, collect_seldom
 from undertow.physics.vehicle import Vehicle
-from undertow.physics.worlds.world import NOISE, World, random_hull
+from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.world import NOISE, World
 
 FIRST = {"tuning": 0, "reporting": 5000}
 RUN_IN, CHANGES, WATCHED = 60.0, 240.0, 120.0  # [s]

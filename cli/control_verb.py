@@ -38,7 +38,7 @@ def control(
 ) -> None:
     """Steer the true boat along tracks with each model, and with the truth itself."""
     with failing_clearly():
-        from ..physics.worlds.world import parse_effects
+        from ..physics.worlds.hidden_effects import parse_effects
         from ..reports.terminal.comparison_screen import control_tables
         from ..steering.closed_loop import Surroundings
         from ..workflows.control import Trial, check_figure

@@ -4,9 +4,8 @@ from importlib import resources
 
 import numpy as np
 
-from ..physics.effects import PARAMETERS, parse_form
-from ..physics.momentum_balance import AROUND, DENSITY, FORCES, HYDRODYNAMIC, STRIPS
-from ..physics.motion import AXES
+from ..physics.effects import PARAMETERS
+from ..physics.momentum_balance import AROUND, DENSITY, FORCES, STRIPS, terms_by_symbol
 from ..physics.reading import Plain
 from ..physics.thrusters import GAINS, Thruster
 from ..physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
@@ -26,16 +25,14 @@ def vehicle_data(vehicle: Vehicle) -> Plain:
     Parameters and the catalogue's products of speeds come along, so that the function builds the momentum balance anew
     for any values.
     """
-    named = [
-        [symbol, axis, list(form.factors), PARAMETERS[symbol].section == "damping"]
-        for symbol, axis, form in HYDRODYNAMIC
-    ]
-    unnamed = [[t.symbol, AXES.index(t.axis), list(parse_form(t.form).factors), False] for t in vehicle.terms]
     return {
         "name": vehicle.name,
         "values": dict(vehicle.values),
         "thrusters": [_thruster(thruster) for thruster in vehicle.thrusters],
-        "hydrodynamic": [*named, *unnamed],
+        "hydrodynamic": [
+            [symbol, axis, list(form.factors), symbol in PARAMETERS and PARAMETERS[symbol].section == "damping"]
+            for symbol, (_, axis, form) in terms_by_symbol(vehicle).items()
+        ],
         "hull": None if vehicle.hull is None else vehicle.hull.model_dump(),
         "cross_flow": {"forces": [[axis, name] for axis, name in FORCES], "strips": STRIPS, "density": DENSITY},
         "around": [[axis, sign, list(factors), symbol] for axis, sign, factors, symbol in AROUND],

@@ -8,6 +8,7 @@ from ..physics.errors import one_line
 from ..physics.forces import CURRENT
 from ..physics.laws.damping_power import Envelope
 from ..physics.momentum_balance import DENSITY, STRIPS, balances, factor_symbols, stated
+from ..physics.motion import AXES, FORCE_UNITS, SPEED_UNITS
 from ..physics.presentation import listing
 from ..physics.thrusters import Thruster
 from ..physics.vehicle import Vehicle, hull_of
@@ -86,7 +87,7 @@ class KnownFacts:
     @property
     def envelope_sentence(self) -> str:
         """The envelope in a sentence."""
-        ends = zip("uvr", self.envelope.lower, self.envelope.upper, ("m/s", "m/s", "rad/s"), strict=True)
+        ends = zip("uvr", self.envelope.lower, self.envelope.upper, SPEED_UNITS, strict=True)
         box = ", ".join(f"{name} {low:g} to {high:g} {unit}" for name, low, high, unit in ends)
         return f"Judged through the water for {box} ({self.envelope_from})."
 
@@ -124,7 +125,7 @@ def remarks(lines: Sequence[str], begin: str = "# ") -> str:
     return "".join(f"{line}{'.' * line.endswith((chr(92), '??/'))}\n" for line in told)
 
 
-UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
+UNITS: dict[str, str] = dict(zip(AXES, FORCE_UNITS, strict=True))
 WIDE = 3
 """Terms of an equation in a line."""
 _COMMANDS = {"pwm": " in us", "normalized": "", "rad_s": " in rad/s", "newton": " in N", "tau": " in N or N m"}

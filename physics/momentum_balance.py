@@ -151,9 +151,14 @@ def active_terms(vehicle: Vehicle) -> list[tuple[float, int, Form]]:
 
     Cross-flow drag is none of them.
     """
+    return [(value, axis, form) for value, axis, form in terms_by_symbol(vehicle).values() if value != 0.0]
+
+
+def terms_by_symbol(vehicle: Vehicle) -> dict[str, tuple[float, int, Form]]:
+    """Value, axis and monomial of every hydrodynamic parameter and unnamed term, those that are zero among them."""
     values = vehicle.values
-    named = [(values[symbol], axis, form) for symbol, axis, form in HYDRODYNAMIC if values[symbol] != 0.0]
-    return named + [(t.value, AXES.index(t.axis), parse_form(t.form)) for t in vehicle.terms if t.value != 0.0]
+    named = {symbol: (values[symbol], axis, form) for symbol, axis, form in HYDRODYNAMIC}
+    return named | {t.symbol: (t.value, AXES.index(t.axis), parse_form(t.form)) for t in vehicle.terms}
 
 
 def mass_matrix(vehicle: Vehicle) -> Array:

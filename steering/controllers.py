@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple, final
 
 import numpy as np
 
-from ..exports.formats.to_casadi import casadi_module
+from ..exports.formats.base import required
 from ..physics.forces import relative_velocity
 from ..physics.motion import Array, body_to_earth, earth_to_body, wrap_angle
 from .known_model import PERIOD, Belief, KnownModel, Observer, numbers
@@ -290,7 +290,7 @@ class PredictiveControl(Controller):
 
 def _solver(known: KnownModel, full: Array) -> tuple[Any, Array]:
     """The solver of a model, and by how much each constraint may differ from zero."""
-    casadi = casadi_module()
+    casadi = required("casadi")
     size, count = len(known.program.state), known.thrusters
     begin, minutes = casadi.SX.sym("begin", size), casadi.SX.sym("minutes", 1)
     added, wanted = casadi.SX.sym("added", 3, HORIZON), casadi.SX.sym("wanted", 4, HORIZON)

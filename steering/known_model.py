@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, final
 
 import numpy as np
 
-from ..exports.formats.to_casadi import casadi_function, casadi_module
+from ..exports.formats.base import required
+from ..exports.formats.to_casadi import casadi_function
 from ..exports.program.model_program import Program, network_inputs, program_of
 from ..exports.program.symbols import Function
 from ..physics.errors import RequestError
@@ -200,7 +201,7 @@ def known_model(model: Model) -> KnownModel:
             f"control: expected a vehicle file, a run folder or a network beside physics, got {model.name} "
             f"({model.kind}); a controller needs a formula to plan with"
         )
-    casadi, own = casadi_module(), in_newtons(model.vehicle)
+    casadi, own = required("casadi"), in_newtons(model.vehicle)
     parts = _parts(model.vehicle)
     program = program_of(own, PERIOD / parts, corrected="beside")
     count = len(own.thrusters)

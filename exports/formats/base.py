@@ -9,9 +9,11 @@ from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
+from types import ModuleType
 from typing import TYPE_CHECKING, Literal, cast
 
 from ...physics.errors import RequestError, shown
+from ...physics.registry_members import how_to_install
 
 if TYPE_CHECKING:
     from ...physics.vehicle import Vehicle
@@ -51,6 +53,20 @@ def chosen(time_step: float, gz: str, added_mass: str) -> Choices:
         if word not in known:
             raise RequestError(f"{option}: expected {' or '.join(known)}, got {shown(word)}")
     return Choices(time_step, cast("Gazebo", gz), cast("AddedMass", added_mass))
+
+
+def required(package: str) -> ModuleType:
+    """A package that a format is made with.
+
+    Raises
+    ------
+    RequestError
+        when it is not installed.
+    """
+    try:
+        return import_module(package)
+    except ImportError as error:
+        raise RequestError(f"{package} is not installed ({error}): {how_to_install('export')}") from None
 
 
 @dataclass(frozen=True, slots=True)

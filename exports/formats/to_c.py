@@ -204,28 +204,21 @@ def _numbers(name: str, values: Array) -> str:
 
 def _called(prefix: str, function: Function, row: str, there: tuple[str, ...]) -> str:
     """Lines that take the inputs of a function from a row of numbers and call it; groups that are `there` stay."""
-    lines, names, at = [], [], 0
+    real, declared, copied, at = f"{prefix}real", [], [], 0
     for group in function.inputs:
-        names.append(group.name)
         if group.name in there:
             continue
+        count = len(group.members)
         if group.single:
-            lines.append(f"const {prefix}real {group.name} = ({prefix}real){row}[{at}];")
+            declared.append(f"const {real} {group.name} = ({real}){row}[{at}];")
         else:
-            lines.append(f"{prefix}real {group.name}[{len(group.members)}];")
-        at += len(group.members)
-    at = 0
-    for group in function.inputs:
-        if group.name in there:
-            continue
-        if not group.single:
-            lines.append(f"copy({group.name}, {row} + {at}, {len(group.members)});")
-        at += len(group.members)
-    for group, _ in function.outputs:
-        names.append(group.name)
-        if group.name not in there:
-            lines.insert(0, f"{prefix}real {group.name}[{len(group.members)}];")
-    return "\n".join(f"            {line}" for line in [*lines, f"{prefix}{function.name}({', '.join(names)});"])
+            declared.append(f"{real} {group.name}[{count}];")
+            copied.append(f"copy({group.name}, {row} + {at}, {count});")
+        at += count
+    outputs = [group for group, _ in function.outputs]
+    filled = [f"{real} {group.name}[{len(group.members)}];" for group in outputs if group.name not in there]
+    call = f"{prefix}{function.name}({', '.join(group.name for group in (*function.inputs, *outputs))});"
+    return "\n".join(f"            {line}" for line in [*filled, *declared, *copied, call])
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:

@@ -8,45 +8,23 @@ import json
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from ...physics.errors import RequestError
 from ...physics.motion import Array
-from ...physics.registry_members import how_to_install
 from ..network_operations import Built, CorrectedProgram, Vector, VectorOperations
 from ..program.model_program import Program, program_of
 from ..program.printer import identifier
-from ..program.symbols import Function, evaluate
-from .base import Export, Given
+from ..program.symbols import ARITHMETIC, Function, evaluate
+from .base import Export, Given, required
 
 Operations = Mapping[str, Callable[..., Any]]
 
 
-def casadi_module() -> ModuleType:
-    """CasADi.
-
-    Raises
-    ------
-    RequestError
-        when it is not installed.
-    """
-    try:
-        return import_module("casadi")
-    except ImportError as error:
-        raise RequestError(f"casadi is not installed ({error}): {how_to_install('export')}") from None
-
-
 def operations(casadi: ModuleType) -> Operations:
     """What a program is made of, on CasADi's symbols."""
-    return {
-        "add": lambda a, b: a + b,
-        "sub": lambda a, b: a - b,
-        "mul": lambda a, b: a * b,
-        "div": lambda a, b: a / b,
-        "neg": lambda a: -a,
+    return ARITHMETIC | {
         "abs": casadi.fabs,
         "sign": casadi.sign,
         "min": casadi.fmin,
@@ -55,10 +33,6 @@ def operations(casadi: ModuleType) -> Operations:
         "sqrt": casadi.sqrt,
         "cos": casadi.cos,
         "sin": casadi.sin,
-        "lt": lambda a, b: a < b,
-        "le": lambda a, b: a <= b,
-        "gt": lambda a, b: a > b,
-        "ge": lambda a, b: a >= b,
         "select": casadi.if_else,
         "interp": partial(_interpolated, casadi),
         "constant": casadi.SX,
@@ -77,7 +51,7 @@ def _interpolated(casadi: ModuleType, x: Any, xs: tuple[float, ...], ys: tuple[f
 
 def casadi_function(asked: Function) -> Any:
     """A function of a program as a `casadi.Function` of the same groups."""
-    casadi = casadi_module()
+    casadi = required("casadi")
     groups = [casadi.SX.sym(group.name, len(group.members)) for group in asked.inputs]
     inputs = [group[k] for group in groups for k in range(group.numel())]
     values = iter(evaluate(asked, operations(casadi), inputs))
@@ -144,13 +118,13 @@ def _functions(given: Given) -> tuple[Program, list[Any]]:
     corrected = CorrectedProgram(given.network)
     program, seen = corrected.program, corrected.seen
     functions = {each.name: casadi_function(each) for each in (*program.functions, seen)}
-    on = _Vectors(casadi_module(), functions)
+    on = _Vectors(required("casadi"), functions)
     own = (program.thrust, seen) if given.network.pure else (*program.functions, seen)
     return program, [*(functions[each.name] for each in own), *(on.function(each) for each in corrected.built)]
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
-    casadi, name = casadi_module(), identifier(path.stem)
+    casadi, name = required("casadi"), identifier(path.stem)
     program, functions = _functions(given)
     told = {
         "written_by": "undertow export",

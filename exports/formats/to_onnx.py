@@ -5,20 +5,17 @@ beside physics or in its place, the step has what the network remembers among th
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any, final
 
 import numpy as np
 
-from ...physics.errors import RequestError
 from ...physics.motion import Array
-from ...physics.registry_members import how_to_install
 from ..network_operations import Built, CorrectedProgram, Vector, VectorOperations
 from ..program.model_program import program_of
 from ..program.symbols import Function, Group, evaluate
-from .base import Export, Given
+from .base import Export, Given, required
 
 _OPSET, _IR = 17, 8
 """Versions of the operators and of the file: of 2022 (ONNX 1.12), which every runtime of today reads."""
@@ -46,20 +43,6 @@ _NODES = {
 
 _BOATS = "boats"
 """Name of the number of rows, which is free."""
-
-
-def onnx_module() -> ModuleType:
-    """The package onnx.
-
-    Raises
-    ------
-    RequestError
-        when it is not installed.
-    """
-    try:
-        return import_module("onnx")
-    except ImportError as error:
-        raise RequestError(f"onnx is not installed ({error}): {how_to_install('export')}") from None
 
 
 @final
@@ -175,7 +158,7 @@ class _Graph(VectorOperations):
 
 def onnx_graph(asked: Function | Built, facts: Sequence[str]) -> bytes:
     """A function of a program, or one that is built of vectors, as an ONNX file."""
-    graph = _Graph(onnx_module())
+    graph = _Graph(required("onnx"))
     given = {group.name: group.name for group in asked.inputs}
     if isinstance(asked, Built):
         outputs, found = asked.outputs, asked.build(graph, given)

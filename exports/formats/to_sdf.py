@@ -14,10 +14,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...physics.effects import PARAMETERS, parse_form
+from ...physics.effects import PARAMETERS
 from ...physics.errors import RequestError
-from ...physics.momentum_balance import active_terms, mass_rows
-from ...physics.motion import AXES, Array
+from ...physics.momentum_balance import mass_rows, terms_by_symbol
+from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..approximation import difference, missing_forces, total_thrust
 from ..program.printer import identifier
@@ -53,12 +53,12 @@ def plugin_terms(vehicle: Vehicle, gz: str, rigid_only: bool) -> tuple[dict[str,
     p = vehicle.values
     terms: dict[str, float] = {}
     lost: dict[str, float] = {}
-    for symbol, axis, text, value in _products(vehicle):
-        name = _name(axis, parse_form(text).factors, gz)
-        if name is None:
+    for symbol, (value, axis, form) in terms_by_symbol(vehicle).items():
+        name = _name(axis, form.factors, gz)
+        if name is not None and value:
+            terms[name] = terms.get(name, 0.0) + _turned(axis, form.factors) * value
+        elif value:
             lost[symbol] = 0.0
-        else:
-            terms[name] = terms.get(name, 0.0) + _turned(axis, parse_form(text).factors) * value
     if gz == "garden" and not rigid_only:
         for axis, factors, value in added_coriolis(vehicle):
             name = _name(axis, factors, gz)
@@ -78,17 +78,6 @@ def plugin_terms(vehicle: Vehicle, gz: str, rigid_only: bool) -> tuple[dict[str,
         zeros = ("xDotU", "yDotV", "zDotW", "kDotP", "mDotQ", "nDotR", "xU", "yV", "nR", "xUU", "yVV", "zWW", "kPP")
         terms = dict.fromkeys((*zeros, "mQQ", "nRR"), 0.0) | terms
     return {name: x for name, x in (terms | heave).items() if gz == "fortress" or abs(x) > _LEAST}, lost
-
-
-def _products(vehicle: Vehicle) -> list[tuple[str, int, str, float]]:
-    """(symbol, axis, monomial, value) of damping, coupling and terms without a name."""
-    named = [
-        (symbol, parameter.axis, parameter.form, vehicle.values[symbol])
-        for symbol, parameter in PARAMETERS.items()
-        if parameter.axis is not None and parameter.form and vehicle.values[symbol]
-    ]
-    assert len(named) + sum(bool(t.value) for t in vehicle.terms) == len(active_terms(vehicle))
-    return named + [(t.symbol, AXES.index(t.axis), t.form, t.value) for t in vehicle.terms if t.value]
 
 
 def _name(axis: int, factors: Sequence[str], gz: str) -> str | None:

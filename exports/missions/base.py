@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from math import ceil, inf
+from math import inf
 from string import Template
 
 import numpy as np
@@ -99,11 +99,6 @@ class Mission:
             low, high = np.sort(np.round(command_of(thruster, np.array([-1.0, 1.0])), 6))
             columns.append(np.clip(np.round(column, _DECIMALS[thruster.command]), low, high) + 0.0)
         return np.column_stack(columns)
-
-    @property
-    def whole_seconds(self) -> int:
-        """Length in whole seconds, rounded up."""
-        return ceil(self.seconds - 1e-9)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ altitude [m], autocontinue (https://mavlink.io/en/file_formats/#mission_plain_te
 MAV_CMD_NAV_SCRIPT_TIME, which ArduPilot Rover has from 4.3 on.
 """
 
-from math import cos, pi, radians, sin
+from math import ceil, cos, pi, radians, sin
 
 from ...physics.errors import RequestError
 from .base import Mission, MissionFormat
@@ -37,7 +37,7 @@ def _waypoints(mission: Mission) -> str:
         start[0] + north / _METRES_A_DEGREE,
         start[1] + east / (_METRES_A_DEGREE * cos(radians(start[0]))),
     )
-    timeout = min(_MOST_TIMEOUT, mission.whole_seconds + _SPARE)
+    timeout = min(_MOST_TIMEOUT, ceil(mission.seconds - 1e-9) + _SPARE)
     items = [
         (_ABSOLUTE, _NAV_WAYPOINT, (0, 0), start),
         (_RELATIVE, _NAV_WAYPOINT, (0, 0), before),

@@ -5,9 +5,10 @@ NumPy hands its functions to an operand that asks for it (NEP 13 and NEP 18), so
 """
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, final
+from typing import Any, final
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -17,29 +18,31 @@ from ...physics.motion import Array
 
 INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">="}
-_CALCULATED: dict[str, Callable[..., float]] = {
-    "add": lambda a, b: a + b,
-    "sub": lambda a, b: a - b,
-    "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b,
-    "neg": lambda a: -a,
-    "abs": lambda a: abs(a),
-    "sign": lambda a: float((a > 0.0) - (a < 0.0)),
-    "min": lambda a, b: min(a, b),
-    "max": lambda a, b: max(a, b),
-    "pow": lambda a, b: a**b,
+ARITHMETIC: dict[str, Callable[..., Any]] = {
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "div": operator.truediv,
+    "neg": operator.neg,
+    "lt": operator.lt,
+    "le": operator.le,
+    "gt": operator.gt,
+    "ge": operator.ge,
+}
+"""Operations that Python has signs for."""
+OPERATIONS: dict[str, Callable[..., Any]] = ARITHMETIC | {
+    "abs": abs,
+    "sign": lambda a: (a > 0.0) - (a < 0.0),
+    "min": min,
+    "max": max,
+    "pow": operator.pow,
     "sqrt": math.sqrt,
     "cos": math.cos,
     "sin": math.sin,
-    "lt": lambda a, b: float(a < b),
-    "le": lambda a, b: float(a <= b),
-    "gt": lambda a, b: float(a > b),
-    "ge": lambda a, b: float(a >= b),
     "select": lambda chosen, a, b: a if chosen else b,
-    "interp": lambda x, xs, ys: float(np.interp(x, xs, ys)),
+    "interp": np.interp,
 }
 """Every operation on plain numbers, by its name; `interp` takes two tables, `select` a comparison."""
-OPERATIONS = frozenset(_CALCULATED)
 
 _UFUNCS = {
     np.add: "add",
@@ -60,15 +63,6 @@ _UFUNCS = {
     np.greater: "gt",
     np.greater_equal: "ge",
 }
-
-
-class Called(Protocol):
-    """What a symbol needs to know of a function that is called."""
-
-    @property
-    def name(self) -> str:
-        """What it is called."""
-        ...
 
 
 @final
@@ -143,7 +137,7 @@ def table(values: Sequence[float] | Array) -> Symbol:
     return _symbol("table", data=tuple(float(value) for value in values))
 
 
-def call(function: Called, operands: Sequence[Symbol]) -> Symbol:
+def call(function: "Function", operands: Sequence[Symbol]) -> Symbol:
     """What a function makes of operands, all its inputs one after the other; `item` has the parts."""
     return _symbol("call", tuple(operands), function)
 
@@ -162,7 +156,7 @@ def operation(name: str, *given: Any) -> Symbol:
     """An operation on symbols or numbers; what can be worked out or left out is."""
     operands = tuple(map(symbolic, given))
     if all(each.operation in ("constant", "table") for each in operands):
-        return constant(_CALCULATED[name](*(each.data for each in operands)))
+        return constant(OPERATIONS[name](*(each.data for each in operands)))
     simpler = _SIMPLER.get(name)
     found = simpler(*operands) if simpler else None
     return _symbol(name, operands) if found is None else found

@@ -133,9 +133,3 @@ def _water(vehicle: Vehicle, heading: Array | float, minutes: Array | float) -> 
     """Velocity of the water ahead and to starboard [m/s]."""
     north, east = current_at(vehicle, minutes) or (0.0, 0.0)
     return earth_to_body(np.asarray(heading), north, east)
-
-
-def error(found: Array, expected: Array) -> float:
-    """Largest difference, as a share of the largest size in its column; not finite where something is not."""
-    sizes = np.abs(expected).max(axis=0, initial=0.0)
-    return float((np.abs(found - expected) / np.where(sizes > 0.0, sizes, 1.0)).max())

@@ -17,10 +17,9 @@ from ..integration import SPEED_LIMIT, simulate_motion
 from ..motion import GRAVITY, Array, Motion, body_to_earth, earth_to_body
 from ..sampled_series import area_average
 from ..vehicle import Vehicle
-from .hidden_effects import Values, apply_effects, parse_effect, parse_effects
+from .hidden_effects import Values, apply_effects
 from .manoeuvres import COMMAND_STEP, programme
 from .simulated_log import SimulatedLog
-from .typical_effects import random_hull, typical_effect, with_hull
 
 BAND = (0.3, 0.8)
 """Lowest and highest frequency met [Hz]: of waves of 2.4 to 17 m where the boat lies still, longer than small boats and
@@ -70,21 +69,6 @@ def in_waves(motion: Motion, amplitude: float, rng: np.random.Generator) -> Moti
     position, velocity = motion.position + shift[:, None] * along, np.column_stack([ahead, starboard, rate])
     return replace(motion, position=position, heading=heading, velocity=velocity)
 
-
-__all__ = [
-    "NOISE",
-    "Orders",
-    "Sensors",
-    "SimulatedLog",
-    "World",
-    "apply_effects",
-    "parse_effect",
-    "parse_effects",
-    "random_hull",
-    "simulate_world",
-    "typical_effect",
-    "with_hull",
-]
 
 FINE_STEP = 0.02
 """Step of the simulation [s]; it divides the command step."""

@@ -14,9 +14,10 @@ from undertow.exports.formats.base import Choices, Given, format_named
 from undertow.exports.known_facts import KnownFacts, KnownNumber
 from undertow.exports.program.model_program import Program, program_of
 from undertow.exports.program.symbols import Function
-from undertow.exports.program.vectors import drawn, driven, error
+from undertow.exports.program.vectors import drawn, driven
 from undertow.physics.laws.audit.bounded import possible_commands, reachable
 from undertow.physics.laws.damping_power import Envelope
+from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from undertow.physics.worlds.typical_effects import with_hull
 
@@ -129,6 +130,12 @@ def trips(name: str) -> Trips:
     rolled = driven(program(name), envelope(name), _SECONDS, range(_ROLLOUTS))
     parts = [np.array([getattr(one, part) for one in rolled]) for part in ("start", "steps", "expected")]
     return Trips(parts[0], np.ascontiguousarray(parts[1].swapaxes(0, 1)), parts[2])
+
+
+def error(found: Array, expected: Array) -> float:
+    """Largest difference, as a share of the largest size in its column; not finite where something is not."""
+    sizes = np.abs(expected).max(axis=0, initial=0.0)
+    return float((np.abs(found - expected) / np.where(sizes > 0.0, sizes, 1.0)).max())
 
 
 def compare_states(name: str, answer: Answer, most: float = EXACT) -> None:

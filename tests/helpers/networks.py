@@ -5,11 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from exported import EXACT, facts
+from exported import EXACT, error, facts
 
 from undertow.exports.formats.base import Given, format_named
 from undertow.exports.network_operations import Built
-from undertow.exports.program.vectors import error
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.forces import actuation
 from undertow.physics.integration import Around, Driven, integrate

@@ -4,7 +4,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...motion import Array
+from ...motion import AXES, Array
 from .base import TOLD, Law, Ruling, Witness, in_words, let_pass
 
 _COUNT = 201
@@ -47,7 +47,7 @@ class PositiveDamping(Law):
         k = int(np.argmax(values))
         state = rest[0] if k == values.size - 1 else alone[k]
         at, worst = witness.place(state), float(values[k])
-        axis = "" if k == values.size - 1 else ("surge", "sway", "yaw")[axes[k]]
+        axis = "" if k == values.size - 1 else AXES[axes[k]]
         where = f"The {axis} drag drives the motion at {in_words(at)}" if axis else "Near rest some motion is pushed"
         kept_words = "Near rest drag opposes every motion, and along each axis it opposes the speed it meets."
         if worst > TOLD * witness.power_scale:

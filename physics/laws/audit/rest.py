@@ -5,6 +5,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from ...forces import calm
+from ...motion import ACCELERATION_UNITS, AXES
 from ..energy import TOLERANCE
 from .base import TOLD, Law, Ruling, Witness
 
@@ -31,7 +32,7 @@ class Rest(Law):
         full = witness.full_force / np.diag(witness.mass)
         ratio = np.abs(said) / full
         k, axis = (int(i) for i in np.unravel_index(int(np.argmax(ratio)), ratio.shape))
-        unit = ("m/s^2", "m/s^2", "rad/s^2")[axis]
+        unit = ACCELERATION_UNITS[axis]
         value, at = float(abs(said[k, axis])), witness.place(states[k])
         stated = [
             s.replace("_", " ")
@@ -39,7 +40,7 @@ class Rest(Law):
             if witness.vehicle.value(s) != calm(witness.vehicle).value(s)
         ]
         beside = f" beside what the vehicle file states ({', '.join(stated)})" if stated else ""
-        name, limit = ("surge", "sway", "yaw")[axis], TOLERANCE * float(full[axis])
+        name, limit = AXES[axis], TOLERANCE * float(full[axis])
         kept = f"A boat at rest without a command stays at rest{beside}."
         if value > TOLD * full[axis]:
             kept = (

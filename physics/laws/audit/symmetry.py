@@ -4,6 +4,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from ...motion import AXES
 from ...vehicle import Vehicle
 from .base import Law, Ruling, Witness, in_words
 
@@ -41,7 +42,7 @@ class MirrorSymmetry(Law):
             values = np.maximum(values, np.abs(coast[0] - coast[1] * _SIGNS) / witness.full_force)
         worst = values.max(axis=1)
         k = int(np.argmax(worst))
-        at, value, axis = witness.place(states[k]), float(worst[k]), ("surge", "sway", "yaw")[int(np.argmax(values[k]))]
+        at, value, axis = witness.place(states[k]), float(worst[k]), AXES[int(np.argmax(values[k]))]
         text = f"{100.0 * value:.2g} % of full thrust, in {axis}"
         return self.rule(
             value=value,

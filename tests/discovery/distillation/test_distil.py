@@ -21,7 +21,8 @@ from undertow.physics.momentum_balance import mass_matrix
 from undertow.physics.motion import Array, Motion
 from undertow.physics.sampled_series import first_order_lag
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.world import apply_effects, simulate_world
+from undertow.physics.worlds.hidden_effects import apply_effects
+from undertow.physics.worlds.world import simulate_world
 from undertow.reports.terminal.effects_screen import distilled_table
 from undertow.residuals.models.base import Model, VehicleModel
 

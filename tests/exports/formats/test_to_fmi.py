@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exported import BOATS, EXACT, compare_rollouts, needed, program, run, trips, written
+from exported import BOATS, EXACT, compare_rollouts, error, needed, program, run, trips, written
 
 from undertow.exports.program.model_program import Program
-from undertow.exports.program.vectors import error
 
 fmpy = pytest.importorskip("fmpy", reason="what runs an FMU: pip install '.[dev]'")
 

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exported import BOATS, EXACT, compare_rollouts, compare_states, program, stepped, trips, written
+from exported import BOATS, EXACT, compare_rollouts, compare_states, error, program, stepped, trips, written
 
 from undertow.exports.program.symbols import Function
-from undertow.exports.program.vectors import error
 
 
 def grouped(function: Function, columns: np.ndarray) -> list[np.ndarray]:
