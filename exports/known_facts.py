@@ -3,6 +3,8 @@
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from string import Template
 
 from ..physics.errors import one_line
 from ..physics.forces import CURRENT
@@ -123,6 +125,11 @@ def remarks(lines: Sequence[str], begin: str = "# ") -> str:
     """
     told = (f"{begin}{line}".rstrip() for line in lines)
     return "".join(f"{line}{'.' * line.endswith((chr(92), '??/'))}\n" for line in told)
+
+
+def filled(template: Path, **values: object) -> str:
+    """A file of another language, with values in the place of its `$names`."""
+    return Template(template.read_text("utf-8")).substitute(values)
 
 
 UNITS: dict[str, str] = dict(zip(AXES, FORCE_UNITS, strict=True))

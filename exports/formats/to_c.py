@@ -1,51 +1,20 @@
 """A C99 header without dependencies, heap or global state, in double or float, and a test of it with its vectors."""
 
 from collections.abc import Mapping, Sequence
-from importlib import resources
 from pathlib import Path
-from string import Template
 from typing import final
 
 import numpy as np
 
 from ...physics.laws.damping_power import Envelope
 from ...physics.motion import Array
-from ..known_facts import KnownFacts, remarks
+from ..known_facts import KnownFacts, filled, remarks
 from ..program.model_program import Program, program_of
 from ..program.printer import Language, identifier, wrapped
 from ..program.symbols import Function, Group
 from ..program.vectors import drawn, driven
 from .base import Export, Given
 
-_HEAD = """\
-#ifndef {guard}
-#define {guard}
-#include <math.h>
-#ifdef __cplusplus
-extern "C" {{
-#endif
-
-/* Define {upper}_FLOAT before this header for single precision. */
-#ifdef {upper}_FLOAT
-typedef float {prefix}real;
-#define UT_NUMBER(value) value##f
-#define UT_FUNCTION(name) name##f
-#else
-typedef double {prefix}real;
-#define UT_NUMBER(value) value
-#define UT_FUNCTION(name) name
-#endif
-
-#define {upper}_TIME_STEP {step!r} /* of {prefix}step [s] */
-"""
-_TAIL = """
-#undef UT_NUMBER
-#undef UT_FUNCTION
-#ifdef __cplusplus
-}}
-#endif
-#endif /* {guard} */
-"""
 _SIGN = """
 static inline {prefix}real {prefix}sign({prefix}real x)
 {{
@@ -151,17 +120,20 @@ static inline {self._real} {name}({self._real} x)
 def header(program: Program, name: str, facts: KnownFacts) -> str:
     """The header's text; a name is what all its names begin with."""
     prefix, upper = f"{name}_", name.upper()
-    guard = f"UNDERTOW_{upper}_H"
     printed = C99(prefix, program.functions).text()
-    sign = _SIGN.format(prefix=prefix)
-    text = _HEAD.format(guard=guard, upper=upper, prefix=prefix, step=program.time_step)
-    told = remarks(facts.lines(), "// ")
-    return told + text + sign * (f"{prefix}sign(" in printed) + printed + "\n" + _TAIL.format(guard=guard)
+    sign = _SIGN.format(prefix=prefix) * (f"{prefix}sign(" in printed)
+    return remarks(facts.lines(), "// ") + filled(
+        Path(__file__).with_name("header.h.in"),
+        guard=f"UNDERTOW_{upper}_H",
+        upper=upper,
+        prefix=prefix,
+        step=program.time_step,
+        functions=sign + printed,
+    )
 
 
 def test_program(program: Program, name: str, envelope: Envelope, paths: tuple[str, str]) -> str:
     """A C program that compares a header with vectors of undertow's own simulation; paths of the header and of it."""
-    text = (resources.files(__package__ or "undertow.exports.formats") / "header_test.c").read_text("utf-8")
     states, (rolled,) = drawn(program, envelope, _ROWS), driven(program, envelope, _SECONDS)
     prefix = f"{name}_"
     arrays = {
@@ -173,7 +145,8 @@ def test_program(program: Program, name: str, envelope: Envelope, paths: tuple[s
         "driven_expected": rolled.expected[1:],
         "driven_sizes": _sizes(rolled.expected),
     }
-    return Template(text).substitute(
+    return filled(
+        Path(__file__).with_name("header_test.c.in"),
         header=paths[0],
         test=paths[1],
         upper=name.upper(),

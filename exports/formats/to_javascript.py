@@ -8,27 +8,12 @@ from json import dumps
 from pathlib import Path
 from typing import final
 
-from ..known_facts import remarks
+from ..known_facts import filled, remarks
 from ..program.model_program import program_of
 from ..program.printer import ArrayLanguage, identifier, wrapped
 from ..program.symbols import Function
 from .base import Export, Given
 
-_HEAD = """\
-"use strict";
-
-// Arrays in, arrays out; `start` makes a state, `step` the next one, {step!r} s later.
-const {name} = (() => {{
-const timeStep = {step!r};
-const command = {command};
-const state = {state};
-{text}
-
-return {{ timeStep, command, state, thrust, rates, derivatives, start, step }};
-}})();
-
-if (typeof module !== "undefined") module.exports = {name};
-"""
 _TAKEN = """
 arguments await break case catch class const continue debugger default delete do else enum eval export extends false
 finally for function if implements import in instanceof interface let new null package private protected public return
@@ -78,12 +63,13 @@ function {name}(x) {{
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
     program = program_of(given.vehicle, given.choices.time_step)
     name = identifier(path.stem)
-    text = _HEAD.format(
+    text = filled(
+        Path(__file__).with_name("module.js.in"),
         name=f"{name}_model" if name in _TAKEN.split() else name,
         step=program.time_step,
         command=dumps(program.thrust.inputs[0].members),
         state=dumps(program.state),
-        text=JavaScript("", program.functions).text(),
+        functions=JavaScript("", program.functions).text(),
     )
     return {path: (remarks(given.facts.lines(), "// ") + text).encode()}
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ...physics.momentum_balance import Balance, BalanceTerm, balances
 from ...physics.vehicle import Vehicle
-from ..known_facts import UNITS, WIDE, KnownFacts, exact, judged, letters, remarks, thrust_curve, within_factors
+from ..known_facts import UNITS, WIDE, KnownFacts, exact, filled, judged, letters, remarks, thrust_curve, within_factors
 from .base import Export, Given
 
 _SPECIAL = {
@@ -20,27 +20,6 @@ _SPECIAL = {
     "|": r"\textbar{}",
     "\N{GREEK SMALL LETTER PSI}": r"$\psi$",
 }
-_HEAD = r"""\documentclass{{article}}
-\usepackage[T1]{{fontenc}}
-\usepackage[utf8]{{inputenc}}
-\usepackage{{amsmath}}
-\usepackage{{longtable}}
-\begin{{document}}
-\section*{{{name}}}
-{letters}
-{beside}
-{equations}
-
-{judged}
-\begin{{longtable}}{{p{{0.16\linewidth}}p{{0.26\linewidth}}p{{0.2\linewidth}}p{{0.28\linewidth}}}}
-\hline
-symbol & value & 95\,\% interval & source \\
-\hline
-{rows}
-\hline
-\end{{longtable}}
-\end{{document}}
-"""
 _BESIDE = " \\, "
 """Between a number and what it multiplies."""
 
@@ -99,7 +78,8 @@ def _rows(facts: KnownFacts, vehicle: Vehicle) -> str:
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
     vehicle, facts = given.vehicle, given.facts
-    text = _HEAD.format(
+    text = filled(
+        Path(__file__).with_name("equations.tex.in"),
         name=escaped(facts.name),
         letters=escaped(letters(vehicle)),
         beside=escaped(within_factors(vehicle)),

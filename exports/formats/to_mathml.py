@@ -18,33 +18,13 @@ from ..known_facts import (
     KnownFacts,
     KnownNumber,
     exact,
+    filled,
     judged,
     letters,
     thrust_curve,
     within_factors,
 )
 from .base import Export, Given
-
-_HEAD = """\
-<!DOCTYPE html>
-<html lang="en" xmlns="http://www.w3.org/1999/xhtml">
-<head><meta charset="utf-8"/><meta name="viewport" content="width=device-width, initial-scale=1"/>
-<title>{title}</title>
-<style>
-body {{ font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }}
-p, li {{ overflow-wrap: anywhere; }}
-math {{ font-size: 1.15rem; display: block math; margin: 1rem 0; }}
-td math {{ display: inline math; font-size: 1rem; margin: 0; }}
-mtd {{ text-align: left; padding: .25em .2em; }}
-mtd:first-child {{ text-align: right; }}
-.scroll {{ overflow-x: auto; }}
-table {{ border-collapse: collapse; }}
-th, td:nth-child(-n + 3) {{ white-space: nowrap; }}
-td:last-child {{ min-width: 14rem; }}
-th, td {{ text-align: left; vertical-align: top; padding: .25rem 1rem .25rem 0; border-bottom: 1px solid #8885; }}
-@media (prefers-color-scheme: dark) {{ html {{ color-scheme: dark; }} }}
-</style></head>
-"""
 
 
 def number(value: float) -> Html:
@@ -109,7 +89,7 @@ def page(vehicle: Vehicle, facts: KnownFacts) -> str:
         element("h2", "About this file"),
         *(element("p", line) for line in (facts.origin, CONVENTIONS)),
     )
-    return f"{_HEAD.format(title=escaped(facts.name))}{body}\n</html>\n"
+    return filled(Path(__file__).with_name("equations.html.in"), title=escaped(facts.name), body=body)
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:

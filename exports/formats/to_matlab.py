@@ -6,35 +6,12 @@ from pathlib import Path
 from typing import final
 
 from ...physics.errors import RequestError, shown
-from ..known_facts import remarks
+from ..known_facts import filled, remarks
 from ..program.model_program import program_of
 from ..program.printer import ArrayLanguage, wrapped
 from ..program.symbols import COMPARED, INFIX, Function
 from .base import Export, Given
 
-_HEAD = """\
-function model = {name}()
-% {NAME}  The motion of a surface vehicle in the plane, in the style of the Marine Systems Simulator (MSS).
-%
-%   model = {name}();
-%   xdot  = model.derivatives(x, ui{rest});      % xdot = f(x, ui), for ode45 and Simulink
-%   state = model.start(x(1:6), ui{begun});
-%   state = model.step(state, ui{rest});         % {step!r} s later
-%
-%   x  = [{state}]'
-%   ui = [{command}]'
-%   Several boats stand side by side, a column each.
-%   model.state, model.command and model.time_step tell the same.
-%
-% SI units, earth NED, body FRD. Where an argument is the velocity of the air (air) or the time since the beginning of
-% the log in minutes (minutes), it is a column [north east]' in m/s, or a number.
-{facts}\
-model = struct('thrust', @thrust, 'rates', @rates, 'derivatives', @derivatives, 'start', @start, 'step', @step);
-model.time_step = {step!r};
-model.command = {{{commands}}};
-model.state = {{{states}}};
-end
-"""
 _TAKEN = """
 break case catch classdef continue do else elseif end endfunction endif endwhile enumeration events for function global
 if methods otherwise parfor persistent properties return spmd switch try unwind_protect until while
@@ -121,7 +98,8 @@ def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
         "".join(f", {group.name}" for group in function.inputs if group.name in ("air", "minutes"))
         for function in (program.step, program.start)
     )
-    head = _HEAD.format(
+    content = filled(
+        Path(__file__).with_name("model.m.in"),
         name=name,
         NAME=name.upper(),
         rest=rest,
@@ -132,8 +110,9 @@ def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
         facts=remarks(["", *given.facts.lines()], "% "),
         commands=", ".join(f"'{member}'" for member in program.thrust.inputs[0].members),
         states=", ".join(f"'{member}'" for member in program.state),
+        functions=text + "\n" + _ROWS * ("rows(" in text) + _PICK * ("pick(" in text),
     )
-    return {path: (head + text + "\n" + _ROWS * ("rows(" in text) + _PICK * ("pick(" in text)).encode()}
+    return {path: content.encode()}
 
 
 EXPORT = Export("MATLAB and Octave functions in the style of MSS", ".m", _files, ("% ", ""))

@@ -4,45 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import final
 
-from ..known_facts import remarks
+from ..known_facts import filled, remarks
 from ..program.model_program import Program, program_of
 from ..program.printer import ArrayLanguage, wrapped
 from ..program.symbols import Function
 from .base import Export, Given
 
-_HEAD = '''\
-"""The motion of a surface vehicle under commands.
-
-Arrays hold a number a row; each row may be an array itself, so that many boats are worked out side by side.
-"""
-
-import numpy as np
-
-TIME_STEP = {step!r}
-"""Of `step` [s]."""
-COMMAND = {command}
-"""The commands, in their order."""
-STATE = {state}
-"""The state of `step`, in its order."""
-
-
-def _rows(*numbers):
-    return np.array(np.broadcast_arrays(*numbers), dtype=float)
-'''
-_TAIL = '''
-
-def simulate(motion, command{parameters}):
-    """Motions (6, steps + 1) from a first one, under commands (thrusters, steps + 1) at times TIME_STEP apart.
-{told}
-    """
-    command = np.asarray(command, dtype=float)
-    state = start(motion, {started})
-    found = [state[:6]]
-    for k in range(command.shape[1] - 1):
-        state = step(state, {stepped})
-        found.append(state[:6])
-    return np.stack(found, axis=1)
-'''
 _SPELLING = {
     "sqrt": "np.sqrt({})",
     "cos": "np.cos({})",
@@ -83,22 +50,21 @@ class PythonModule(ArrayLanguage):
 
 def module(program: Program) -> str:
     """The file's text without remarks."""
-    head = _HEAD.format(
-        step=program.time_step,
-        command=repr(program.thrust.inputs[0].members),
-        state=repr(program.state),
-    )
     beside = [group for group in program.step.inputs if group.name in ("air", "minutes")]
     begun = [group.name for group in program.start.inputs if group.name in ("air", "minutes")]
     first = {"air": "air[:, 0]", "minutes": "minutes"}
     later = {"air": "air[:, k + 1]", "minutes": "minutes + k * TIME_STEP / 60.0"}
-    tail = _TAIL.format(
+    return filled(
+        Path(__file__).with_name("module.py.in"),
+        step=program.time_step,
+        command=program.thrust.inputs[0].members,
+        state=program.state,
+        functions=PythonModule("", program.functions).text(),
         parameters="".join(f", {group.name}" for group in beside),
         started=", ".join(["command[:, 0]", *(first[name] for name in begun)]),
         stepped=", ".join(["command[:, k + 1]", *(later[group.name] for group in beside)]),
         told="".join(f"\n    {group.name}: {group.about}{_SHAPES[group.name]}" for group in beside),
     )
-    return head + PythonModule("", program.functions).text() + "\n" + tail
 
 
 _SHAPES = {"air": ", (2, steps + 1)", "minutes": ", of the first step"}

@@ -3,9 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from math import inf
-from string import Template
 
 import numpy as np
 
@@ -125,9 +123,3 @@ def mission_formats() -> tuple[MissionFormat, ...]:
     from .. import missions
 
     return objects_in(missions, MissionFormat)
-
-
-def filled(template: str, **values: object) -> str:
-    """A file of this folder with values in the place of its `$names`."""
-    text = (resources.files(__package__ or "undertow.exports.missions") / template).read_text("utf-8")
-    return Template(text).substitute(values)

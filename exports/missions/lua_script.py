@@ -7,11 +7,12 @@ to the autopilot. Functions are those of ArduPilot's scripting documentation (li
 
 from collections.abc import Sequence
 from math import cos, isfinite
+from pathlib import Path
 
 from ...physics.thrusters import Thruster
 from ...physics.worlds.manoeuvres import side
-from ..known_facts import remarks
-from .base import Mission, MissionFormat, filled
+from ..known_facts import filled, remarks
+from .base import Mission, MissionFormat
 from .waypoint_file import SCRIPT_COMMAND
 
 _FUNCTIONS = {-1: 73, 1: 74, 0: 70}
@@ -44,7 +45,7 @@ def _script(mission: Mission) -> str:
 
     rows = [f"  {{ from = {begin:g}, commands = {{ {commands(row)} }} }}," for begin, row in mission.held]
     return remarks(mission.about, "-- ") + filled(
-        "mission.lua",
+        Path(__file__).with_name("mission.lua.in"),
         command=SCRIPT_COMMAND,
         fence=f"{mission.fence:g}",
         speed=f"{mission.speed:g}" if isfinite(mission.speed) else "math.huge",
