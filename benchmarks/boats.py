@@ -11,7 +11,7 @@ from undertow.physics.momentum_balance import mass_matrix
 from undertow.physics.motion import Array
 from undertow.physics.thrusters import TableCurve, Thruster, command_of
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.hidden_effects import random_hull
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.foreign import FunctionModel
 

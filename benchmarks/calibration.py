@@ -22,7 +22,7 @@ from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.hidden_effects import random_hull
 from undertow.physics.worlds.world import simulate_world
 
 WORLDS = (

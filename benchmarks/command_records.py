@@ -23,9 +23,8 @@ from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Array, Motion
 from undertow.physics.sampled_series import area_average
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.hidden_effects import apply_effects
+from undertow.physics.worlds.hidden_effects import apply_effects, random_hull, typical_effect
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP, programme
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect
 from undertow.physics.worlds.world import NOISE
 
 STEP, FINE = 0.05, 0.01

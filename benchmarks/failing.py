@@ -22,7 +22,7 @@ import numpy as np
 from undertow.physics.effects import EFFECTS
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect, with_hull
+from undertow.physics.worlds.hidden_effects import random_hull, typical_effect, with_hull
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.discover_and_add import discover
 from undertow.workflows.inputs import read_inputs

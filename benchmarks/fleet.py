@@ -37,7 +37,7 @@ from undertow.fleet.hull_factors import hull_factors
 from undertow.fleet.parameter_estimates import estimated, read_fleet
 from undertow.fleet.workers import Engine
 from undertow.physics.motion import Motion
-from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.hidden_effects import random_hull
 from undertow.physics.worlds.world import NOISE, World, simulate_world
 
 HULL = undertow.load_vehicle("blueboat")

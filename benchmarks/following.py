@@ -40,7 +40,7 @@ from undertow.discovery.candidates.candidate import calibratable
 from undertow.physics.motion import Motion
 from undertow.physics.stage import collect_and_freeze, collect_seldom
 from undertow.physics.vehicle import Vehicle
-from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.hidden_effects import random_hull
 from undertow.physics.worlds.world import NOISE, World
 
 FIRST = {"tuning": 0, "reporting": 5000}

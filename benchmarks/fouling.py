@@ -15,7 +15,7 @@ import numpy as np
 
 import undertow
 from undertow.discovery.candidates.candidate import calibratable
-from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.hidden_effects import random_hull
 from undertow.physics.worlds.world import NOISE, World
 
 DURATION, HALF = 300.0, 150.0

@@ -29,8 +29,7 @@ from reading import INSPECT
 
 from undertow.physics.motion import body_to_earth
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.simulated_log import SimulatedLog
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.worlds.world import SimulatedLog, simulate_world
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
 _HEAD = "## Large logs\n`inspect` is made to take less than 60 s and 600 MB for 200 MB of DataFlash and 1 GB of MCAP."

@@ -16,7 +16,7 @@ from undertow.discovery.discover import find_missing
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.effects import effect_named
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect
+from undertow.physics.worlds.hidden_effects import random_hull, typical_effect
 from undertow.physics.worlds.world import simulate_world
 
 WORLDS = (("blueboat", "field", "rich"), ("blueboat", "field", "gentle"), ("blueboat", "rough", "rich"))

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.typical_effects import typical_effect
+from undertow.physics.worlds.hidden_effects import typical_effect
 from undertow.physics.worlds.world import simulate_world
 
 Array = NDArray[np.float64]

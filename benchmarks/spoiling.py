@@ -26,7 +26,7 @@ from undertow.measurements.log import Log, read_log
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.files import write_text
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
-from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.hidden_effects import random_hull
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.discover_and_add import discover
 from undertow.workflows.inputs import read_inputs

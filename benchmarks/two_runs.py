@@ -34,7 +34,7 @@ from undertow.measurements.log_options import AS_GUESSED
 from undertow.measurements.prepared_logs import write_clean
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
-from undertow.physics.worlds.typical_effects import typical_effect
+from undertow.physics.worlds.hidden_effects import typical_effect
 from undertow.physics.worlds.world import NOISE, simulate_world
 from undertow.reports.page.fleet import Relation, SharedNumber, shared_numbers
 from undertow.reports.run_contents import RunFolder

@@ -26,8 +26,8 @@ from undertow.comparison.comparison import coverage
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.motion import AXES
 from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds.hidden_effects import random_hull
 from undertow.physics.worlds.manoeuvres import PROGRAMMES
-from undertow.physics.worlds.typical_effects import random_hull
 from undertow.physics.worlds.world import NOISE, World
 from undertow.residuals.learnable_residual import measure_learnable_residual
 from undertow.residuals.models.base import Model, VehicleModel

@@ -44,8 +44,7 @@ def simulate(
         from ..measurements.activity import excitation_of
         from ..physics.vehicle import load_vehicle
         from ..physics.worlds.hidden_effects import parse_effects
-        from ..physics.worlds.simulated_log import check_ending
-        from ..physics.worlds.world import simulate_world
+        from ..physics.worlds.world import check_ending, simulate_world
 
         earlier = earlier_files((("--out", "simulate", out),), (vehicle,), force=force)
         check_ending(out)

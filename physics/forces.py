@@ -116,7 +116,7 @@ def apparent_wind(heading: Array, velocity: tuple[Array, Array], air: tuple[Arra
 
 
 def across_hull(vehicle: Vehicle, sway_speed: Any, yaw_rate: Any) -> tuple[Any, Any]:
-    """F_Y [N] and F_N [N m] of a vehicle's hull of C_d = 1, see `cross_flow.cross_flow_forces`.
+    """F_Y [N] and F_N [N m] of a vehicle's hull of C_d = 1, see `momentum_balance.cross_flow_forces`.
 
     Parameters
     ----------

@@ -330,26 +330,23 @@ def _added(vehicle: Vehicle) -> list[list[BalanceTerm]]:
     """Damping, coupling, terms without a name, wind, wake and trim, by axis."""
     p = vehicle.values
     force: list[list[BalanceTerm]] = [[], [], []]
-    fouling = p["fouling_rate"]
+
+    def add(axis: int, value: float, factors: tuple[str, ...], symbol: str, *, damping: bool) -> None:
+        force[axis].append(BalanceTerm(value, factors, (symbol,)))
+        if damping and p["fouling_rate"]:
+            grown = (symbol, "fouling_rate")
+            force[axis].append(BalanceTerm(value * p["fouling_rate"], (*factors, "t"), grown))
+
     for symbol, axis, form in HYDRODYNAMIC:
-        value = p[symbol]
-        if not value:
-            continue
-        force[axis].append(BalanceTerm(value, form.factors, (symbol,)))
-        if fouling and PARAMETERS[symbol].section == "damping":
-            grown = BalanceTerm(value * fouling, (*form.factors, "t"), (symbol, "fouling_rate"))
-            force[axis].append(grown)
+        if p[symbol]:
+            add(axis, p[symbol], form.factors, symbol, damping=PARAMETERS[symbol].section == "damping")
     for axis, name in FORCES if p["cross_flow"] else ():
-        force[axis].append(BalanceTerm(-p["cross_flow"], (name,), ("cross_flow",)))
-        if fouling:
-            grown = BalanceTerm(-p["cross_flow"] * fouling, (name, "t"), ("cross_flow", "fouling_rate"))
-            force[axis].append(grown)
+        add(axis, -p["cross_flow"], (name,), "cross_flow", damping=True)
     for term in vehicle.terms:
         force[AXES.index(term.axis)].append(BalanceTerm(term.value, parse_form(term.form).factors, (term.symbol,)))
     for axis, sign, factors, symbol in AROUND:
-        value = p[symbol]
-        if value:
-            force[axis].append(BalanceTerm(sign * value, factors, (symbol,)))
+        if p[symbol]:
+            force[axis].append(BalanceTerm(sign * p[symbol], factors, (symbol,)))
     return force
 
 

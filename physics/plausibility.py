@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .effects import PARAMETERS, parse_form
+from .effects import PARAMETERS, Form, parse_form
 from .motion import AXES
 from .thrusters import Thruster, side_named
 
@@ -62,15 +62,18 @@ def _terms(values: Mapping[str, float]) -> dict[str, str]:
     A term may drive where the rest of the drag outweighs it.
     """
     result = {}
-    for symbol in [s for s in values if ":" in s]:
-        axis = AXES.index(symbol.split(":")[0])
-        own = [s for s in values if _of_own_speed(s, axis)]
-        if symbol not in own or values[symbol] == 0.0:
-            continue
-        for way in (1.0, -1.0):
-            drag = np.sum([values[s] * _form(s, axis, way) for s in own], axis=0)
-            here = values[symbol] * _form(symbol, axis, way)
-            if (way * drag > 0.0).all() and (way * here > 0.0).all():
+    drags: dict[int, dict[str, Form]] = {axis: {} for axis in range(3)}
+    for symbol in values:
+        axis, form = _monomial(symbol)
+        if form is not None and {factor.strip("|") for factor in form.factors} == {"uvr"[axis]}:
+            drags[axis][symbol] = form
+    for symbol in [s for s in values if ":" in s and values[s] != 0.0]:
+        own = drags[_monomial(symbol)[0]]
+        for way in (1.0, -1.0) if symbol in own else ():
+            speeds = way * _SPEEDS
+            force = {s: values[s] * form(speeds, speeds, speeds) for s, form in own.items()}
+            drag = np.sum(list(force.values()), axis=0)
+            if (way * drag > 0.0).all() and (way * force[symbol] > 0.0).all():
                 result[symbol] = (
                     f"term {symbol} = {values[symbol]:+g} would drive the boat at every speed: drag opposes "
                     f"the motion; write {-values[symbol]:g}"
@@ -78,28 +81,13 @@ def _terms(values: Mapping[str, float]) -> dict[str, str]:
     return result
 
 
-def _of_own_speed(symbol: str, axis: int) -> bool:
-    """True when a symbol is drag of an axis by its own speed alone."""
-    text = _text(symbol)
-    if text is None or text[0] != axis:
-        return False
-    return {factor.strip("|") for factor in parse_form(text[1]).factors} == {"uvr"[axis]}
-
-
-def _text(symbol: str) -> tuple[int, str] | None:
-    """Axis and monomial of a symbol, None where it has none."""
+def _monomial(symbol: str) -> tuple[int, Form | None]:
+    """Axis and monomial of a symbol; no monomial where it has none."""
     if ":" in symbol:
         axis, form = symbol.split(":", 1)
-        return AXES.index(axis), form
+        return AXES.index(axis), parse_form(form)
     known = PARAMETERS.get(symbol)
-    return (known.axis, known.form) if known is not None and known.form and known.axis is not None else None
-
-
-def _form(symbol: str, axis: int, way: float) -> np.ndarray:
-    text = _text(symbol)
-    speeds = [np.zeros(_SPEEDS.size)] * 3
-    speeds[axis] = way * _SPEEDS
-    return parse_form(text[1] if text else "")(*speeds)
+    return (0, None) if known is None or known.axis is None or not known.form else (known.axis, parse_form(known.form))
 
 
 def _places(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[str, str]:

@@ -13,7 +13,7 @@ from undertow.physics.effects import BY_NAME, EFFECTS
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect
+from undertow.physics.worlds.hidden_effects import random_hull, typical_effect
 from undertow.physics.worlds.world import NOISE, Sensors, World, simulate_world
 
 from .foreign_forces import FOLLOWS, SECONDS, Foreign, causes

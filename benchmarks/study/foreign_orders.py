@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from undertow.physics.thrusters import Thruster, command_of
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
-from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.hidden_effects import random_hull
 
 Array = NDArray[np.float64]
 SLOT = 0.1

@@ -15,10 +15,8 @@ from undertow.physics.momentum_balance import mass_matrix, thruster_matrix
 from undertow.physics.motion import Array, Motion, wrap_angle
 from undertow.physics.thrusters import command_of, neutral_command
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.physics.worlds.simulated_log import SimulatedLog
-from undertow.physics.worlds.typical_effects import materiality, random_hull
-from undertow.physics.worlds.world import FINE_STEP, Sensors, World
+from undertow.physics.worlds.hidden_effects import apply_effects, materiality, random_hull
+from undertow.physics.worlds.world import FINE_STEP, Sensors, SimulatedLog, World
 
 from .oracle import in_words, rivals, search_of
 from .scoring import MATERIAL

@@ -27,10 +27,9 @@ from undertow.physics.momentum_balance import mass_matrix, thruster_matrix
 from undertow.physics.motion import Array, body_to_earth
 from undertow.physics.thrusters import resting_commands
 from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds.hidden_effects import random_hull
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP, programme, thruster_commands
-from undertow.physics.worlds.simulated_log import ODOMETRY_FIELDS, SimulatedLog
-from undertow.physics.worlds.typical_effects import random_hull
-from undertow.physics.worlds.world import NOISE, Orders, Sensors, World
+from undertow.physics.worlds.world import NOISE, ODOMETRY_FIELDS, Orders, Sensors, SimulatedLog, World
 
 from . import field_logs, foreign_kinds, foreign_logs
 from .other_simulators import KINDS as OTHERS

@@ -13,8 +13,7 @@ import undertow
 from undertow.physics.effects import EFFECTS, effect_named
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect, with_hull
+from undertow.physics.worlds.hidden_effects import apply_effects, random_hull, typical_effect, with_hull
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.steering.closed_loop import PERFECT, Surroundings, drive, merit

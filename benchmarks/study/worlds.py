@@ -12,10 +12,8 @@ from undertow.physics.errors import RequestError
 from undertow.physics.integration import rollout
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.physics.worlds.simulated_log import SimulatedLog
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect, with_hull
-from undertow.physics.worlds.world import NOISE, Sensors, World
+from undertow.physics.worlds.hidden_effects import apply_effects, random_hull, typical_effect, with_hull
+from undertow.physics.worlds.world import NOISE, Sensors, SimulatedLog, World
 
 SEEDS = {"tuning": (0, 110), "reporting": (60_000, 1_000)}
 """First seed, and how many each part has: settings are chosen on seeds 0 to 1,099, results are reported on others.

@@ -9,9 +9,8 @@ import pandas as pd
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import body_to_earth, earth_to_body, wrap_angle
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.simulated_log import ODOMETRY_FIELDS
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.worlds.hidden_effects import random_hull, typical_effect
+from undertow.physics.worlds.world import ODOMETRY_FIELDS, simulate_world
 
 from .verb import Logged
 from .worlds import label, with_each

@@ -49,7 +49,7 @@ class LateCommands(NamedTuple):
         return [symbolic(a * before[0] + b0 * before[-1] + b1 * command), *before[:-2], command]
 
     def force(self, kept: Sequence[Symbol]) -> tuple[Symbol, Symbol]:
-        """Force and loss of the thruster: between two samples, as `delays_and_lags.shift` has it."""
+        """Force and loss of the thruster: between two samples, as `sampled_series.shift` has it."""
         force, load = lasting(self.thruster, kept[self.whole])
         if not self.part:
             return force, load

@@ -14,9 +14,8 @@ from ..momentum_balance import mass_matrix
 from ..motion import AXES, Array, Motion
 from ..sampled_series import explained_share
 from ..vehicle import Vehicle, hull_of
-from .hidden_effects import apply_effects
+from .hidden_effects import WIND, apply_effects, commanded_motion, typical_effect, with_hull
 from .manoeuvres import COMMAND_STEP, TRIALS, Trial, drive, programme
-from .typical_effects import WIND, commanded_motion, typical_effect, with_hull
 
 ALIKE = 0.9
 """Cosine between the forces of two effects along gentle driving from which one may be taken for the other."""

@@ -17,7 +17,7 @@ from ...physics.laws.damping_power import damping_power
 from ...physics.laws.energy import INSIDE, allowed_power, thrust_power
 from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
-from ...physics.worlds.typical_effects import random_hull
+from ...physics.worlds.hidden_effects import random_hull
 from ..models.network_inputs import network_inputs
 from ..scores import target_acceleration
 from .training_settings import Augmentation, TrainingSettings

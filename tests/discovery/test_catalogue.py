@@ -8,7 +8,7 @@ import pytest
 from undertow.discovery.discover import find_missing
 from undertow.physics.effects import EFFECTS
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.typical_effects import typical_effect, with_hull
+from undertow.physics.worlds.hidden_effects import typical_effect, with_hull
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.inputs import read_inputs
 

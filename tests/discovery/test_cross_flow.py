@@ -8,7 +8,7 @@ import pytest
 import undertow
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.typical_effects import with_hull
+from undertow.physics.worlds.hidden_effects import with_hull
 from undertow.physics.worlds.world import simulate_world
 
 C_D = 0.7

@@ -23,7 +23,7 @@ from undertow.physics.effects import PARAMETERS
 from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect
+from undertow.physics.worlds.hidden_effects import random_hull, typical_effect
 from undertow.physics.worlds.world import NOISE, World, simulate_world
 
 HULL = load_vehicle("blueboat")

@@ -13,7 +13,7 @@ from undertow.discovery.sensor_error_search import HiddenErrors
 from undertow.measurements.log import read_log
 from undertow.physics.motion import Motion, body_to_earth, earth_to_body
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull, typical_effect
+from undertow.physics.worlds.hidden_effects import random_hull, typical_effect
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.inputs import read_inputs
 

@@ -14,7 +14,7 @@ from dataflash_files import SERVOS
 from mcap.writer import CompressionType, Writer
 
 from undertow.physics.motion import body_to_earth, wrap_angle
-from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import SimulatedLog
 
 BOOT = 1_780_000_000_000_000_000
 """When the vehicle was switched on [ns since 1970]."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from undertow.physics.motion import body_to_earth
-from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import SimulatedLog
 
 CODES = {"B": "B", "b": "b", "h": "h", "H": "H", "i": "i", "I": "I", "f": "f", "d": "d", "Q": "Q", "q": "q"} | {
     "n": "4s",

@@ -19,7 +19,7 @@ from undertow.physics.laws.audit.bounded import possible_commands, reachable
 from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
-from undertow.physics.worlds.typical_effects import with_hull
+from undertow.physics.worlds.hidden_effects import with_hull
 
 EVERYTHING = {
     "fouling_rate": 0.02,

@@ -9,7 +9,7 @@ from typing import Any
 from bags import nanoseconds
 from mcap.writer import Writer
 
-from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import SimulatedLog
 
 
 @dataclass(frozen=True)

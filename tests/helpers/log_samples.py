@@ -17,8 +17,7 @@ from telemetry_files import telemetry_of
 from ulog_files import ulog_of
 
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.simulated_log import SimulatedLog
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.worlds.world import SimulatedLog, simulate_world
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log
 from undertow.measurements.preparation.prepare import WEAK, prepare
-from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import SimulatedLog
 
 
 def without_a_file(world: SimulatedLog) -> Log:

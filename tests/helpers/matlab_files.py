@@ -5,7 +5,7 @@ from typing import Any
 
 from scipy.io import savemat
 
-from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import SimulatedLog
 
 _TEXT = 116
 """Bytes of free text at the start, where scipy writes the date."""

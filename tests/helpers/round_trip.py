@@ -9,8 +9,7 @@ from undertow.measurements.log import read_log
 from undertow.measurements.preparation.prepare import WEAK, prepare
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.simulated_log import SimulatedLog
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.worlds.world import SimulatedLog, simulate_world
 
 
 @cache

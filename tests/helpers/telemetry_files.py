@@ -8,7 +8,7 @@ from dataflash_files import SERVOS
 from pymavlink.dialects.v20 import ardupilotmega
 
 from undertow.physics.motion import body_to_earth, wrap_angle
-from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import SimulatedLog
 
 BOOT = 1_700_000_000_000_000
 """When the vehicle was switched on [us since 1970]."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from undertow.physics.motion import body_to_earth
-from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import SimulatedLog
 
 FORMATS = {
     "vehicle_local_position": "uint64_t timestamp;uint64_t timestamp_sample;float x;float y;float vx;float vy;"

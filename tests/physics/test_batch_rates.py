@@ -8,7 +8,7 @@ from undertow.physics.effects import EFFECTS
 from undertow.physics.forces import ForceEquation, relative_velocity
 from undertow.physics.motion import body_to_earth
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.typical_effects import with_hull
+from undertow.physics.worlds.hidden_effects import with_hull
 
 CURRENT = {"current_north": 0.3, "current_east": -0.2}
 

@@ -23,8 +23,7 @@ from undertow.physics.momentum_balance import (
 )
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, hull_of, load_vehicle, vehicle_from_dict
-from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.physics.worlds.typical_effects import typical_effect, with_hull
+from undertow.physics.worlds.hidden_effects import apply_effects, typical_effect, with_hull
 
 LENGTH, DRAUGHT, C_D = 1.4, 0.12, 0.9
 SIZE = {"length": LENGTH, "draught": DRAUGHT}

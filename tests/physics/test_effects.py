@@ -14,7 +14,7 @@ from undertow.physics.forces import modelled_acceleration, modelled_force
 from undertow.physics.momentum_balance import mass_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles, vehicle_from_dict
-from undertow.physics.worlds.typical_effects import with_hull
+from undertow.physics.worlds.hidden_effects import with_hull
 
 
 def lively(seed: int = 3, n: int = 60) -> Motion:

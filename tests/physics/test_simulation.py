@@ -12,7 +12,7 @@ from undertow.physics.forces import modelled_acceleration
 from undertow.physics.integration import SPEED_LIMIT, Driven, Legs, integrate, rollout, rollouts, simulate_motion
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.typical_effects import with_hull
+from undertow.physics.worlds.hidden_effects import with_hull
 
 
 def commanded(vehicle: Vehicle, seconds: float, step: float) -> Motion:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from ....exports.javascript import force_equation, vehicle_data
+from ....exports.formats.to_javascript import force_equation, vehicle_data
 from ....physics.effects import COMMAND_OFFSET, EFFECTS
 from ....physics.presentation import unit_text, words
 from ....physics.vehicle import Vehicle

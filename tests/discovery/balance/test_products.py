@@ -11,7 +11,7 @@ from undertow.physics.forces import modelled_acceleration, modelled_force, relat
 from undertow.physics.momentum_balance import mass_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Hull, load_vehicle
-from undertow.physics.worlds.typical_effects import with_hull
+from undertow.physics.worlds.hidden_effects import with_hull
 from undertow.physics.worlds.world import simulate_world
 
 HULL = with_hull(load_vehicle("blueboat"), np.random.default_rng(1))

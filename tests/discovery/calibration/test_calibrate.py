@@ -22,7 +22,7 @@ from undertow.physics.integration import simulate_motion
 from undertow.physics.laws.damping_power import envelope_of, mass_margin, worst_dissipation
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.hidden_effects import random_hull
 from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")

@@ -4,7 +4,7 @@ import numpy as np
 
 from undertow.discovery.discover import find_missing
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.hidden_effects import random_hull
 from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")

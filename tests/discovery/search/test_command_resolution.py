@@ -13,7 +13,7 @@ from undertow.discovery.search.record_errors_in_search import coarse_records
 from undertow.discovery.sensor_error_search import HiddenErrors
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.typical_effects import typical_effect
+from undertow.physics.worlds.hidden_effects import typical_effect
 from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")

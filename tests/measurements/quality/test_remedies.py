@@ -23,8 +23,7 @@ from undertow.physics.errors import LogError, VehicleError
 from undertow.physics.thrusters import resting_commands
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.physics.worlds.simulated_log import SimulatedLog
-from undertow.physics.worlds.world import simulate_world
+from undertow.physics.worlds.world import SimulatedLog, simulate_world
 from undertow.workflows.inputs import read_inputs, refuse_broken_logs
 
 BENCHMARKS = ROOT / "benchmarks"

@@ -11,16 +11,17 @@ from undertow.physics.effects import EFFECTS, Effect, Parameter, parse_form
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
-from undertow.physics.worlds import typical_effects
-from undertow.physics.worlds.hidden_effects import apply_effects, parse_effect
-from undertow.physics.worlds.manoeuvres import programme
-from undertow.physics.worlds.typical_effects import (
+from undertow.physics.worlds import hidden_effects
+from undertow.physics.worlds.hidden_effects import (
+    apply_effects,
     commanded_motion,
     materiality,
+    parse_effect,
     random_hull,
     typical_effect,
     with_hull,
 )
+from undertow.physics.worlds.manoeuvres import programme
 
 
 @pytest.fixture(scope="module")
@@ -192,7 +193,7 @@ def test_default_sizes_serve_the_whole_catalogue(
     boat: Vehicle, effect: Effect, rich_motion: Motion, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Factors, shapes, winds and masses too: what the catalogue says of a parameter is enough."""
-    monkeypatch.setattr(typical_effects, "_draws", lambda *_: {})
+    monkeypatch.setattr(hidden_effects, "_draws", lambda *_: {})
     values = typical_effect(effect.name, boat, np.random.default_rng(7))
     share = materiality(boat, apply_effects(boat, values), rich_motion)
     assert 0.01 < share.max() < 5.0

@@ -13,8 +13,7 @@ from undertow.physics.motion import body_to_earth
 from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from undertow.physics.worlds.manoeuvres import MANOEUVRES, PROGRAMMES, draw_programme, programme, side
-from undertow.physics.worlds.simulated_log import SimulatedLog
-from undertow.physics.worlds.world import NOISE, Sensors, World, simulate_world
+from undertow.physics.worlds.world import NOISE, Sensors, SimulatedLog, World, simulate_world
 
 
 @pytest.fixture(scope="module")

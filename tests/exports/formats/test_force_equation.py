@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from node import run_script
 
-from undertow.exports.javascript import FUNCTION, force_equation, vehicle_data
+from undertow.exports.formats.to_javascript import FUNCTION, force_equation, vehicle_data
 from undertow.physics.effects import EFFECTS
 from undertow.physics.integration import rollout
 from undertow.physics.motion import Motion
 from undertow.physics.thrusters import neutral_command
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.hidden_effects import apply_effects
-from undertow.physics.worlds.typical_effects import typical_effect, with_hull
+from undertow.physics.worlds.hidden_effects import apply_effects, typical_effect, with_hull
 from undertow.physics.worlds.world import simulate_world
 
 EVERY = 100
