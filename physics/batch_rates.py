@@ -12,7 +12,7 @@ from operator import attrgetter
 import numpy as np
 
 from .forces import CURRENT, apparent_wind
-from .momentum_balance import SHARES, balances, mass_matrix, pair_forces, pressure_width
+from .momentum_balance import SHARES, coefficients_by_product, mass_matrix, pair_forces, pressure_width
 from .motion import Array
 from .vehicle import Vehicle
 
@@ -42,15 +42,9 @@ class Terms:
 
     def __init__(self, vehicle: Vehicle) -> None:
         self.vehicle = vehicle
-        self.columns: dict[tuple[str, ...], list[float]] = {}
-        thrusters = {f"T:{thruster.name}": n for n, thruster in enumerate(vehicle.thrusters)}
-        self._thrust: list[list[tuple[int, float]]] = [[], [], []]
-        for axis, line in enumerate(balances(vehicle)):
-            for term in line.force:
-                if term.factors and term.factors[0] in thrusters:
-                    self._thrust[axis].append((thrusters[term.factors[0]], term.coefficient))
-                else:
-                    self.columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
+        self.columns = coefficients_by_product(vehicle)
+        pushes = [self.columns.pop((f"T:{thruster.name}",), _NONE) for thruster in vehicle.thrusters]
+        self._thrust = [[(n, push[axis]) for n, push in enumerate(pushes) if push[axis]] for axis in range(3)]
         self.inverse = np.linalg.inv(mass_matrix(vehicle))
         self._beside = vehicle.y_g != 0.0
         if not self._beside:

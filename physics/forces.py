@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .effects import PARAMETERS
-from .momentum_balance import FORCES, balances, cross_flow_forces, mass_matrix
+from .momentum_balance import FORCES, coefficients_by_product, cross_flow_forces, mass_matrix
 from .motion import Array, Motion, earth_to_body
 from .sampled_series import first_order_lag
 from .thrusters import Thruster
@@ -190,10 +190,7 @@ class ForceEquation:
         self.has_memory = any(self.memory)
         growing = tuple(vehicle.values[symbol] / 60.0 for symbol in CURRENT[2:])
         self._growing = growing if any(growing) else None
-        columns: dict[tuple[str, ...], list[float]] = {}
-        for axis, line in enumerate(balances(vehicle)):
-            for term in line.force:
-                columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
+        columns = coefficients_by_product(vehicle)
         self._constant = columns.pop((), [0.0, 0.0, 0.0])
         self._products = tuple(columns)
         self.turns = any(vehicle.values[symbol] for symbol in CURRENT) or any(

@@ -326,6 +326,15 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
     return found[0], found[1], found[2]
 
 
+def coefficients_by_product(vehicle: Vehicle) -> dict[tuple[str, ...], list[float]]:
+    """Coefficient on each axis [N, N, N m] of each product of factors, which are sorted, in the order of the terms."""
+    result: dict[tuple[str, ...], list[float]] = {}
+    for axis, line in enumerate(balances(vehicle)):
+        for term in line.force:
+            result.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
+    return result
+
+
 def _added(vehicle: Vehicle) -> list[list[BalanceTerm]]:
     """Damping, coupling, terms without a name, wind, wake and trim, by axis."""
     p = vehicle.values

@@ -167,10 +167,9 @@ class Motion(Card):
                 raise LogError(f"motion: {name} holds values that are not finite; drop those rows first")
         if n < 2:
             raise LogError(f"motion: expected at least 2 rows, got {n}")
-        if self.run_up is not None and (self.run_up.ndim != 2 or self.run_up.shape[1] != len(self.thrusters)):
-            raise LogError(f"motion: expected run_up of shape (m, {len(self.thrusters)}), got {self.run_up.shape}")
-        if self.past is not None and (self.past.ndim != 2 or self.past.shape[1] != 4):
-            raise LogError(f"motion: expected past of shape (m, 4), got {self.past.shape}")
+        for name, earlier, columns in (("run_up", self.run_up, len(self.thrusters)), ("past", self.past, 4)):
+            if earlier is not None and (earlier.ndim != 2 or earlier.shape[1] != columns):
+                raise LogError(f"motion: expected {name} of shape (m, {columns}), got {earlier.shape}")
         steps = np.diff(self.time)
         if steps.min() <= 0 or np.ptp(steps) > 1e-6 * max(1.0, abs(self.time[-1])):
             raise LogError("motion: the time base is not even; resample the log first (undertow.prepare)")

@@ -45,7 +45,8 @@ _MOST_THRUSTERS = 64
 """Thrusters of a vehicle: twice the outputs of an autopilot (ArduPilot has 32)."""
 _MOST_TERMS = 1000
 """Terms that nobody has named: more than three times all monomials up to degree three, on three axes."""
-_SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
+SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
+"""Parts of a vehicle file that hold symbols of the catalogue."""
 _FAULTS = (
     *("thrust_scale", "arm_scale", "thrust_rate", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay"),
     "advance_loss",
@@ -151,7 +152,7 @@ class Vehicle(BaseModel):
 
     @model_validator(mode="after")
     def _sound(self, info: ValidationInfo) -> "Vehicle":
-        for section in _SECTIONS:
+        for section in SECTIONS:
             for key in getattr(self, section):
                 if key not in _keys(section):
                     raise ValueError(unknown_key(key, _keys(section), section))
@@ -204,7 +205,7 @@ class Vehicle(BaseModel):
         """Every parameter by symbol, null values included; shared thruster parameters from the first thruster."""
         flat = {p.symbol: p.null for p in PARAMETERS.values() if "{" not in p.symbol}
         flat |= {"mass": self.mass, "inertia_z": self.inertia_z, "x_g": self.x_g, "y_g": self.y_g}
-        for section in _SECTIONS:
+        for section in SECTIONS:
             flat |= getattr(self, section)
         flat |= {key: getattr(self.thrusters[0], key) for key in SHARED_THRUSTER_KEYS}
         flat |= {f"{t.name}_scale": t.scale for t in self.thrusters}

@@ -79,11 +79,6 @@ class Given:
     network: "NetworkModel | None" = None
 
 
-def _nothing(given: Given) -> Sequence[str]:
-    """What a format leaves out that expresses everything."""
-    return ()
-
-
 @dataclass(frozen=True, slots=True)
 class Export:
     """A format.
@@ -94,7 +89,7 @@ class Export:
     suffix : of the file's name
     files : content of each file, by path; the first is the one asked for
     remark : how a remark begins and ends; empty where a file has no place for one
-    left_out : what of a vehicle it does not express, in newtons
+    left_out : what of a vehicle it does not express, in newtons; nothing of a format that expresses everything
     networks : it takes a network beside the physics or in its place, too
     """
 
@@ -102,7 +97,7 @@ class Export:
     suffix: str
     files: Callable[[Given, Path], Mapping[Path, bytes]]
     remark: tuple[str, str] = ("# ", "")
-    left_out: Callable[[Given], Sequence[str]] = _nothing
+    left_out: Callable[[Given], Sequence[str]] = lambda given: ()
     networks: bool = False
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ...physics.forces import calm, held_acceleration
-from ...physics.motion import Array
+from ...physics.vehicle import Vehicle
 from ..approximation import Sides, missing_surroundings, sides_of
 from ..known_facts import remarks
 from ..program.vectors import commands_of
@@ -35,15 +35,17 @@ def thrust_map(sides: Sides) -> list[tuple[int, float]]:
     return sorted(kept)
 
 
+def _ahead(vehicle: Vehicle, share: float, speed: float = 0.0) -> float:
+    """Acceleration ahead in calm water [m/s^2], at a share of full thrust and a speed [m/s]."""
+    vehicle = calm(vehicle)
+    commands = commands_of(vehicle, np.full((1, len(vehicle.thrusters)), share))
+    return float(held_acceleration(vehicle, np.array([[speed, 0.0, 0.0]]), np.zeros(1), commands)[0, 0])
+
+
 def _accelerations(sides: Sides) -> tuple[float, float]:
     """At full thrust from rest, and without any at top speed [m/s^2]."""
-    vehicle = calm(sides.vehicle)
     top = float(sides.steady(np.ones(1), np.ones(1))[0, 0])
-    share = np.zeros((2, len(vehicle.thrusters)))
-    share[0] = 1.0
-    velocity: Array = np.array([[0.0, 0.0, 0.0], [top, 0.0, 0.0]])
-    found = held_acceleration(vehicle, velocity, np.zeros(2), commands_of(vehicle, share))
-    return float(found[0, 0]), float(-found[1, 0])
+    return _ahead(sides.vehicle, 1.0), -_ahead(sides.vehicle, 0.0, top)
 
 
 def _left_out(given: Given) -> list[str]:
@@ -51,9 +53,7 @@ def _left_out(given: Given) -> list[str]:
     faster, slower = _accelerations(sides)
     mass = given.vehicle.mass - given.vehicle.value("X_udot")
     half = sides.steady(np.array([0.5]), np.array([0.5]))[0, 0]
-    vehicle = calm(given.vehicle)
-    share = np.full((1, len(vehicle.thrusters)), 0.5)
-    rest = held_acceleration(vehicle, np.zeros((1, 3)), np.zeros(1), commands_of(vehicle, share))[0, 0]
+    rest = _ahead(given.vehicle, 0.5)
     return [
         f"Acceleration is one number: at half thrust from rest the model has {mass * rest:.3g} N, uSimMarine has "
         f"{mass * faster:.3g} N until {half:.3g} m/s is reached, and {mass * slower:.3g} N where it slows down.",

@@ -19,28 +19,16 @@ from .base import Export, Given, required
 
 _OPSET, _IR = 17, 8
 """Versions of the operators and of the file: of 2022 (ONNX 1.12), which every runtime of today reads."""
+_SAME = ("add", "sub", "mul", "div", "neg", "abs", "sign", "min", "max", "pow", "sqrt", "cos", "sin")
+"""Operations that bear the same names there, but for the capital."""
 _NODES = {
-    "add": "Add",
-    "sub": "Sub",
-    "mul": "Mul",
-    "div": "Div",
-    "neg": "Neg",
-    "abs": "Abs",
-    "sign": "Sign",
-    "min": "Min",
-    "max": "Max",
-    "pow": "Pow",
-    "sqrt": "Sqrt",
-    "cos": "Cos",
-    "sin": "Sin",
+    **{name: name.capitalize() for name in _SAME},
     "select": "Where",
     "lt": "Less",
     "le": "LessOrEqual",
     "gt": "Greater",
     "ge": "GreaterOrEqual",
 }
-
-
 _BOATS = "boats"
 """Name of the number of rows, which is free."""
 

@@ -11,11 +11,7 @@ from ..program.symbols import Function
 from .base import Export, Given
 
 _SPELLING = {
-    "sqrt": "np.sqrt({})",
-    "cos": "np.cos({})",
-    "sin": "np.sin({})",
-    "abs": "np.abs({})",
-    "sign": "np.sign({})",
+    **{name: f"np.{name}({{}})" for name in ("sqrt", "cos", "sin", "abs", "sign")},
     "min": "np.minimum({}, {})",
     "max": "np.maximum({}, {})",
     "pow": "np.power({}, {})",

@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from ...physics.files import yaml_text
-from ...physics.vehicle import Vehicle
+from ...physics.vehicle import SECTIONS, Vehicle
 from ..known_facts import remarks
 from ..program.printer import identifier
 from .base import Export, Given
-
-_SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
 
 
 def ros_parameters(vehicle: Vehicle) -> dict[str, Any]:
@@ -23,7 +21,7 @@ def ros_parameters(vehicle: Vehicle) -> dict[str, Any]:
     result |= {name: float(vehicle.values[name]) for name in ("mass", "inertia_z", "x_g", "y_g")}
     if vehicle.hull is not None:
         result["hull"] = {"length": float(vehicle.hull.length), "draught": float(vehicle.hull.draught)}
-    for section in _SECTIONS:
+    for section in SECTIONS:
         numbers = {symbol: float(value) for symbol, value in getattr(vehicle, section).items()}
         if numbers:
             result[section] = numbers

@@ -18,6 +18,7 @@ from ...physics.effects import PARAMETERS
 from ...physics.errors import RequestError
 from ...physics.momentum_balance import mass_rows, terms_by_symbol
 from ...physics.motion import Array
+from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from ..approximation import difference, missing_forces, total_thrust
 from ..program.printer import identifier
@@ -36,6 +37,8 @@ _ROLL, _PITCH = 0.2, 1.0
 """Ixx and Iyy as a share of Izz: those of this box."""
 _PROPELLER = 0.001
 """Mass of a propeller's link [kg], which the hull has less: a link without any is unlawful."""
+_BLADE = 0.4 * _PROPELLER * 0.05**2
+"""Inertia of a propeller about its own axes [kg m^2]: of a ball of 0.1 m."""
 _DECAY = 2.0
 """Damping of heave, roll and pitch, which the model does not have, over mass and inertia [1/s]: they die out."""
 _NAMESPACES = {"garden": ("gz-sim", "gz::sim::systems"), "fortress": ("ignition-gazebo", "ignition::gazebo::systems")}
@@ -229,7 +232,7 @@ def _document(given: Given, name: str, inertial: bool) -> ElementTree.Element:
     _hull_inertia(hull, vehicle, inertial)
     _hull_seen(hull, vehicle)
     for thruster in vehicle.thrusters:
-        _propeller(model, thruster.name, _place(vehicle, thruster.name), thruster.angle)
+        _propeller(model, thruster.name, _place(thruster), thruster.angle)
     water = _plugin(model, f"{library}-hydrodynamics-system", f"{namespace}::Hydrodynamics")
     _texts(water, {"link_name": "base_link"})
     terms, _ = plugin_terms(vehicle, choices.gz, inertial)
@@ -249,19 +252,18 @@ def _document(given: Given, name: str, inertial: bool) -> ElementTree.Element:
     return root
 
 
-def _place(vehicle: Vehicle, name: str) -> tuple[float, float]:
+def _place(thruster: Thruster) -> tuple[float, float]:
     """Where a thruster sits, in Gazebo's axes [m]; farther out where its arm counts more."""
-    thruster = next(t for t in vehicle.thrusters if t.name == name)
     return thruster.arm_scale * thruster.x, -thruster.arm_scale * thruster.y
 
 
 def _hull_inertia(hull: ElementTree.Element, vehicle: Vehicle, inertial: bool) -> None:
     """Mass, centre and inertia of the hull, so that hull and propellers together have those of the vehicle."""
-    p, places = vehicle.values, [_place(vehicle, t.name) for t in vehicle.thrusters]
+    p, places = vehicle.values, [_place(t) for t in vehicle.thrusters]
     mass = p["mass"] - _PROPELLER * len(places)
     x = (p["mass"] * p["x_g"] - _PROPELLER * sum(a for a, _ in places)) / mass
     y = (0.0 - p["mass"] * p["y_g"] - _PROPELLER * sum(b for _, b in places)) / mass
-    beside = sum(_PROPELLER * (a * a + b * b) + _blade() for a, b in places)
+    beside = sum(_PROPELLER * (a * a + b * b) + _BLADE for a, b in places)
     izz = p["inertia_z"] - beside - mass * (x * x + y * y)
     if izz <= 0.0 or mass <= 0.0:
         raise RequestError(
@@ -296,18 +298,13 @@ def _floating(link: ElementTree.Element) -> ElementTree.Element:
     return link
 
 
-def _blade() -> float:
-    """Inertia of a propeller about its own axes [kg m^2]: of a ball of 0.1 m."""
-    return 0.4 * _PROPELLER * 0.05**2
-
-
 def _propeller(model: ElementTree.Element, name: str, place: tuple[float, float], angle: float) -> None:
     link = _floating(ElementTree.SubElement(model, "link", name=f"{name}_propeller"))
     _texts(link, {"pose": f"{place[0]!r} {place[1]!r} 0 0 0 {0.0 - angle!r}"})
     inside = ElementTree.SubElement(link, "inertial")
     _texts(inside, {"mass": repr(_PROPELLER)})
     inertia = ElementTree.SubElement(inside, "inertia")
-    _texts(inertia, dict.fromkeys(("ixx", "iyy", "izz"), repr(_blade())))
+    _texts(inertia, dict.fromkeys(("ixx", "iyy", "izz"), repr(_BLADE)))
     joint = ElementTree.SubElement(model, "joint", name=f"{name}_joint", type="revolute")
     _texts(joint, {"parent": "base_link", "child": f"{name}_propeller"})
     axis = ElementTree.SubElement(joint, "axis")

@@ -8,6 +8,7 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import count, islice
 from typing import Any, final
 from weakref import WeakValueDictionary
 
@@ -135,16 +136,6 @@ def variable(name: str) -> Symbol:
 def table(values: Sequence[float] | Array) -> Symbol:
     """Numbers that are known, in a row."""
     return _symbol("table", data=tuple(float(value) for value in values))
-
-
-def call(function: "Function", operands: Sequence[Symbol]) -> Symbol:
-    """What a function makes of operands, all its inputs one after the other; `item` has the parts."""
-    return _symbol("call", tuple(operands), function)
-
-
-def item(called: Symbol, place: int) -> Symbol:
-    """One of the numbers that a call gives."""
-    return _symbol("item", (called,), place)
 
 
 def symbolic(value: Any) -> Symbol:
@@ -305,20 +296,14 @@ class Function:
 
     def __call__(self, **groups: Sequence[Symbol]) -> tuple[tuple[Symbol, ...], ...]:
         """Symbols of a call with symbols for each group, by group of the results; groups it lacks are passed over."""
-        called = call(self, [symbol for group in self.inputs for symbol in groups[group.name]])
-        found, at = [], 0
-        for _, symbols in self.outputs:
-            found.append(tuple(item(called, at + k) for k in range(len(symbols))))
-            at += len(symbols)
-        return tuple(found)
+        called = _symbol("call", tuple(symbol for group in self.inputs for symbol in groups[group.name]), self)
+        items = (_symbol("item", (called,), place) for place in count())
+        return tuple(tuple(islice(items, len(symbols))) for _, symbols in self.outputs)
 
-    def split(self, values: Sequence[Any]) -> list[Sequence[Any]]:
+    def split(self, values: Sequence[Any]) -> list[list[Any]]:
         """Values of all inputs, one after the other, by group."""
-        result, at = [], 0
-        for group in self.inputs:
-            result.append(values[at : at + len(group.members)])
-            at += len(group.members)
-        return result
+        remaining = iter(values)
+        return [list(islice(remaining, len(group.members))) for group in self.inputs]
 
 
 def function(

@@ -274,21 +274,19 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
     def drag(axis: int, power: float) -> Callable[[], tuple[float, ...]]:
         return lambda: (-uniform(0.3, 1.0) * s.drag[axis] / power,)
 
-    def linear(axis: int, symbol: str) -> Callable[[], tuple[float, ...]]:
-        def draw() -> tuple[float, ...]:
-            size = uniform(0.25, 0.7) * s.drag[axis] / s.speed[axis]
-            weaker = size < -0.9 * vehicle.value(symbol) and rng.random() < 0.5
-            return (size if weaker else -size,)
+    def either_way(symbol: str, size: float) -> tuple[float, ...]:
+        """Less of what the vehicle has, where it has enough of it, or more."""
+        less = size < -0.9 * vehicle.value(symbol) and rng.random() < 0.5
+        return (size if less else -size,)
 
-        return draw
+    def linear(axis: int, symbol: str) -> Callable[[], tuple[float, ...]]:
+        return lambda: either_way(symbol, uniform(0.25, 0.7) * s.drag[axis] / s.speed[axis])
 
     def added_mass(axis: int, symbol: str) -> Callable[[], tuple[float, ...]]:
-        def draw() -> tuple[float, ...]:
-            size = uniform(0.2, 0.6) * s.mass[axis]
-            lighter = size < -0.9 * vehicle.value(symbol) and rng.random() < 0.5
-            return (size if lighter else -size,)
+        return lambda: either_way(symbol, uniform(0.2, 0.6) * s.mass[axis])
 
-        return draw
+    def factor(weaker: tuple[float, float], stronger: tuple[float, float]) -> Callable[[], tuple[float, ...]]:
+        return lambda: (uniform(*weaker) if rng.random() < 0.5 else uniform(*stronger),)
 
     def turned(low: float, high: float) -> tuple[float, ...]:
         size, angle = uniform(low, high), uniform(-np.pi, np.pi)
@@ -338,8 +336,8 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
         "lateral_cg": lambda: (sign() * uniform(0.03, 0.08),),
         "mass_offset": lambda: (sign() * uniform(0.1, 0.3) * vehicle.mass,),
         "cg_offset": lambda: (sign() * uniform(0.05, 0.15),),
-        "thrust_scale": lambda: (uniform(0.6, 0.85) if rng.random() < 0.5 else uniform(1.15, 1.4),),
-        "thruster_arm": lambda: (uniform(0.6, 0.85) if rng.random() < 0.5 else uniform(1.15, 1.4),),
+        "thrust_scale": factor((0.6, 0.85), (1.15, 1.4)),
+        "thruster_arm": factor((0.6, 0.85), (1.15, 1.4)),
         "battery_sag": lambda: (-uniform(0.04, 0.1),),
         "thruster_asymmetry": lambda: (uniform(0.6, 0.9),),
         "reverse_thrust_loss": lambda: (uniform(0.4, 0.8),),
@@ -347,7 +345,7 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
         "thruster_lag": lambda: (uniform(0.2, 0.8),),
         "input_delay": lambda: (uniform(0.2, 0.6),),
         "advance_loss": lambda: (uniform(0.1, 0.3) * float(s.thrusts.max()) / u,),
-        "thrust_exponent": lambda: (uniform(0.55, 0.8) if rng.random() < 0.5 else uniform(1.3, 1.8),),
+        "thrust_exponent": factor((0.55, 0.8), (1.3, 1.8)),
         "thrust_curve": bend,
         "cross_flow_drag": lambda: (uniform(0.5, 1.2),),
         "steady_current": lambda: turned(0.15, 0.4),

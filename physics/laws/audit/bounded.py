@@ -205,12 +205,8 @@ def _settles(velocity: Array) -> bool:
 
 def _sides(count: int) -> list[Array]:
     """Directions among commands in which extremes are sought: all ahead, all astern, each against the rest."""
-    result = [np.ones(count), -np.ones(count)]
-    for k in range(count if count > 1 else 0):
-        side = -np.ones(count)
-        side[k] = 1.0
-        result.append(side)
-    return result
+    alone = 2.0 * np.eye(count) - 1.0 if count > 1 else ()
+    return [np.ones(count), -np.ones(count), *alone]
 
 
 MOST = 3.0
