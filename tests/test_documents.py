@@ -23,7 +23,7 @@ ELSEWHERE = {
 """Blocks whose first line names a file below these folders are put into a copy of the package by test_extending.py."""
 QUICKSTART = "README.md"
 """Its Python is examples/quickstart.py, which test_examples.py runs, with what it prints."""
-LANGUAGES = {"sh", "python", "yaml", "text", "xml", "math"}
+LANGUAGES = {"sh", "python", "yaml", "toml", "text", "xml", "math"}
 MOST_WORDS = 60_000
 """Of the whole site, docstrings apart: what an engineer could read in a week of evenings."""
 MOST_OF_METHOD = 2_600

@@ -10,7 +10,7 @@ from places import ROOT
 
 _FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
-_NAMED = re.compile(r"# ([\w./-]+\.(?:py|yaml))\n")
+_NAMED = re.compile(r"# ([\w./-]+\.(?:py|toml|yaml))\n")
 
 
 @dataclass(frozen=True, slots=True)
