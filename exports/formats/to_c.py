@@ -66,10 +66,8 @@ class C99(Language):
         lines = [
             f"{self._real} {name}[{len(results)}];" for name, (_, results) in zip(names, function.outputs, strict=True)
         ]
-        return [*lines, "{", *(f"    {x}" for x in inside), f"    {self._call(function, [*arguments, *names])}", "}"]
-
-    def _call(self, function: Function, arguments: Sequence[str]) -> str:
-        return f"{self.prefix}{function.name}({', '.join(arguments)});"
+        call = f"{self.prefix}{function.name}({', '.join([*arguments, *names])});"
+        return [*lines, "{", *(f"    {x}" for x in inside), f"    {call}", "}"]
 
     def _array(self, name: str, texts: Sequence[str]) -> list[str]:
         first, *more = wrapped(texts)

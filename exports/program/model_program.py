@@ -18,7 +18,7 @@ from ...physics.motion import body_to_earth
 from ...physics.sampled_series import lag_weights, lags
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .symbols import Function, Group, Symbol, function, symbolic
+from .symbols import Function, Group, Symbol, function, is_known, symbolic
 
 _MOST_KEPT = 1000
 """Commands that a state keeps for thrusters with a delay: eight thrusters, 2 s late, in steps of 20 ms."""
@@ -190,13 +190,9 @@ def _thrust(vehicle: Vehicle) -> Function:
     force = Group("force", "of each thruster at rest [N]", names)
     load = Group("load", "what it loses per metre a second ahead [N s/m]", names)
     outputs = [(force, [pair[0] for pair in pairs])]
-    if any(not _is_zero(pair[1]) for pair in pairs):
+    if any(not is_known(pair[1], 0.0) for pair in pairs):
         outputs.append((load, [pair[1] for pair in pairs]))
     return function("thrust", "Forces of commands that have lasted.", [command], outputs)
-
-
-def _is_zero(symbol: Symbol) -> bool:
-    return symbol.operation == "constant" and symbol.data == 0.0
 
 
 def _rates(equation: ForceEquation) -> Function:
@@ -340,7 +336,8 @@ def _step(
     found = runge_kutta(slope, motion, (begin, middle, end), time_step)
     about = f"The state {time_step!r} s later, by one step of the classical Runge-Kutta method."
     changed = [*found.tolist(), *_AIR.symbols * air, *kept]
-    return function("step", about, [state, command, _AIR, _MINUTES, _ADDED], [(_after(state), changed)])
+    after = Group("after", f"the next {state.about}", state.members)
+    return function("step", about, [state, command, _AIR, _MINUTES, _ADDED], [(after, changed)])
 
 
 def network_inputs(vehicle: Vehicle, time_step: float, heading: bool) -> Function:
@@ -369,7 +366,3 @@ def _outside(vehicle: Vehicle, pairs: Sequence[tuple[Symbol, Symbol]], winds: Se
 
 def _between(before: Sequence[Symbol], after: Sequence[Symbol]) -> list[Symbol]:
     return [symbolic(0.5 * (a + b)) for a, b in zip(before, after, strict=True)]
-
-
-def _after(state: Group) -> Group:
-    return Group("after", f"the next {state.about}", state.members)

@@ -371,8 +371,7 @@ def corner_state(envelope: Envelope, orthant: int, point: int, degree: Exponents
     orthant, point : numbers of the orthant and of the control point in it
     degree : of S in each velocity
     """
-    u, v, r = np.array(envelope.orthants[orthant]) * basis(degree).points[point] + 0.0
-    return float(u), float(v), float(r)
+    return _state(np.array(envelope.orthants[orthant]) * basis(degree).points[point] + 0.0)
 
 
 def _pair(i: int, j: int) -> Exponents:

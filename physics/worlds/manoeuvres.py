@@ -405,7 +405,8 @@ def drive(
     time = COMMAND_STEP * np.arange(longest, dtype=float)
     still: list[Motion] = []
     for trial in trials:
-        level = _padded(hold(*trial.steps), longest)
+        steps = hold(*trial.steps)
+        level = np.pad(steps, ((0, longest - len(steps)), (0, 0)), mode="edge")
         commands = thruster_commands(vehicle, level[:, 0], level[:, 1])
         rest = np.zeros((longest, 3))
         name, now = f"rehearsed: {trial.name}", np.full(longest, minutes)
@@ -425,7 +426,3 @@ def drive(
             )
             driven[k].append(whole.slice(0, rows[k]))
     return tuple(map(tuple, driven))
-
-
-def _padded(series: Array, rows: int) -> Array:
-    return np.concatenate([series, np.tile(series[-1], (rows - len(series), 1))])
