@@ -187,9 +187,9 @@ def _called(prefix: str, function: Function, row: str, there: tuple[str, ...]) -
             copied.append(f"copy({group.name}, {row} + {at}, {count});")
         at += count
     outputs = [group for group, _ in function.outputs]
-    filled = [f"{real} {group.name}[{len(group.members)}];" for group in outputs if group.name not in there]
+    results = [f"{real} {group.name}[{len(group.members)}];" for group in outputs if group.name not in there]
     call = f"{prefix}{function.name}({', '.join(group.name for group in (*function.inputs, *outputs))});"
-    return "\n".join(f"            {line}" for line in [*filled, *declared, *copied, call])
+    return "\n".join(f"            {line}" for line in [*results, *declared, *copied, call])
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
