@@ -32,7 +32,7 @@ from telemetry_files import telemetry_of
 
 from undertow.measurements.formats.autopilots.autopilot import silenced
 from undertow.measurements.formats.autopilots.dataflash import DataFlash
-from undertow.measurements.formats.autopilots.mavlink import Telemetry
+from undertow.measurements.formats.autopilots.mavlink import Telemetry, definition_of
 from undertow.measurements.formats.base import Request
 from undertow.measurements.formats.ros import ros1_bag
 from undertow.measurements.formats.ros.mcap import McapWalk
@@ -181,7 +181,7 @@ def _tlog(path: Path) -> str:
     found = Telemetry(path, Request())
     ours = Counter[str]()
     for key in found.messages():
-        ours[found.definition(key[2]).name] += len(found.rows(key)[0])
+        ours[definition_of(key[2]).name] += len(found.rows(key)[0])
     wrong = [f"{n}: {ours[n]} of {c}" for n, c in theirs.items() if n in ours and abs(ours[n] - c) > max(2, c // 50)]
     return ", ".join(wrong[:5])
 

@@ -20,9 +20,8 @@ from ..physics.vehicle import Vehicle
 from .channels.channel_map import TIME, Entry, read_channel_map, time_of
 from .channels.mapping import map_channels
 from .formats.base import EXPECTED, Stream
+from .formats.headers import EPOCH, TimeColumn, find_time, read_header
 from .formats.tables.tables import LONG, is_long, is_wide
-from .formats.text_header import read_header
-from .formats.time_columns import EPOCH, TimeColumn, find_time
 from .log import Log
 from .log_options import Reading
 from .preparation.needs import require

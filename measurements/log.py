@@ -20,8 +20,8 @@ from .channels.channel_map import TIME, Entry, entries_of, entry_of, map_dict, r
 from .channels.mapping import map_channels, some
 from .channels.recognition import check_namespace, is_under, is_vertical_acceleration, lacks, recognise
 from .formats.base import Name, Request, Stream
+from .formats.headers import TimeColumn, find_time
 from .formats.registry import read_recording
-from .formats.time_columns import TimeColumn, find_time
 from .log_options import AS_GUESSED, Reading
 from .vehicle_types import CraftEvidence
 

@@ -17,8 +17,7 @@ from ...physics.thrusters import side_named
 from ..canonical import PLACE, QUATERNION, RATES, TRACK, UNITS, Channel, Lost, check_limits, command_kind, local_metres
 from ..clock import APART, Clock
 from ..formats.base import Stream
-from .channel_map import Entry
-from .mixing import mixed
+from .channel_map import Entry, mixed
 
 
 class Cleaner:

@@ -13,8 +13,7 @@ from ..canonical import PLACE, QUATERNION, RATES, TRACK, Channel, command_kind, 
 from ..formats.base import Name, Stream
 from .channel_map import Entry
 from .conversion import Source, channels_of
-from .message_types import NOT_MEASURED, PREDICTED, is_earth_velocity
-from .owners import colours, others, unneeded
+from .message_types import NOT_MEASURED, PREDICTED, colours, is_earth_velocity, others, unneeded
 from .recognition import Guess, is_under, is_vertical_acceleration, recognise, says_command
 
 _GROUPS = (

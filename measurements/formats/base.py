@@ -15,8 +15,7 @@ from ...physics.errors import LogError
 from ...physics.motion import Array
 from ..canonical import Output
 from ..vehicle_types import CraftEvidence
-from .text_header import TextHeader, read_header
-from .time_columns import TimeColumn, find_time
+from .headers import TextHeader, TimeColumn, find_time, read_header
 
 EXPECTED = (
     "expected a CSV or Parquet table with the header 'time,topic,field,value' (or timestamp_ns for time), "

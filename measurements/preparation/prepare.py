@@ -12,7 +12,6 @@ from ...physics.sampled_series import area_average, understated_noise
 from ...physics.vehicle import Vehicle
 from ..canonical import Channel
 from ..log import Log
-from .jumps import holes_of, in_words, jumps_of
 from .needs import command_channels, require
 from .resampling import (
     Span,
@@ -21,7 +20,10 @@ from .resampling import (
     even_grid,
     gap_limit,
     gaps,
+    holes_of,
     is_logged_on_change,
+    jumps_in_words,
+    jumps_of,
     samples,
     segments,
     smooth,
@@ -239,7 +241,7 @@ def usable_spans(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> tuple[lis
         end = min(end, float(channel.time[-1]) + (channel.period if command else 0.0))
     jumps = jumps_of(log.channels)
     if jumps:
-        notes.append(f"{in_words(jumps)}; the log is cut there")
+        notes.append(f"{jumps_in_words(jumps)}; the log is cut there")
         holes += holes_of(jumps)
     spans = segments(start, end, holes) if start < end else []
     kept = [span for span in spans if span[1] - span[0] >= LEAST_SEGMENT]

@@ -27,7 +27,7 @@ from .autopilot import (
     raw_names,
     servo_commands,
 )
-from .mavlink import MOTION, Key, Messages, Telemetry, message_at
+from .mavlink import MOTION, Key, Messages, Telemetry, definition_of, message_at
 
 _CLOCKS = {"time_boot_ms": 1e3, "time_usec": 1e6}
 """Field of the vehicle's own clock -> ticks per second."""
@@ -62,7 +62,7 @@ def recording(log: Messages, request: Request, where: str, others: Recording | N
     LogError
         when no vehicle tells its attitude or position.
     """
-    numbers = {log.definition(key[2]).name: key[2] for key in log.messages()}
+    numbers = {definition_of(key[2]).name: key[2] for key in log.messages()}
     vehicles = _vehicles(log.messages(), [numbers[name] for name in MOTION if name in numbers])
     if not vehicles:
         raise LogError(
@@ -80,7 +80,7 @@ def recording(log: Messages, request: Request, where: str, others: Recording | N
         )
     names: list[Name] = []
     for key in log.messages():
-        told = log.definition(key[2])
+        told = definition_of(key[2])
         owner = owners.get(key[:2])
         topic = f"{owner.prefix if owner else f'sys{key[0]}/comp{key[1]}/'}{told.name}"
         fields = [field for field in told.fields if told.body[field].kind != "S" and field not in _CLOCKS]
@@ -163,7 +163,7 @@ class _Reader:
 
     def table(self, key: Key, topic: str | None = None) -> Table | None:
         """Unpack the messages of a key; None where the log has none whose checksum holds."""
-        told = self._log.definition(key[2])
+        told = definition_of(key[2])
         body, received = self._log.rows(key)
         if not received.size:
             return None

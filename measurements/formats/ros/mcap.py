@@ -7,10 +7,10 @@ messages, and a recorder that died has not written it.
 import struct
 from collections.abc import Callable
 from dataclasses import replace
-from typing import BinaryIO, Protocol
+from typing import BinaryIO
 from zlib import crc32
 
-from ..autopilots.mavlink_json import JsonTelemetry
+from ..autopilots.mavlink import JsonTelemetry
 from ..autopilots.telemetry import recording
 from ..base import BrokenError, Format, Head, Recording, Request, in_file, torn
 from ..unpacking import LARGEST_PART, unpack, unpacked_message
@@ -23,22 +23,6 @@ _RECORD = struct.Struct("<BQ")
 _MESSAGE_START = struct.Struct("<HIQQ")
 _CHUNK_START = struct.Struct("<QQQII")
 _LANGUAGES = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl", "jsonschema": "jsonschema", "": ""}
-
-
-class Taker(Protocol):
-    """What takes the messages of a file."""
-
-    def connect(self, number: int, topic: str, kind: str, definition: str, language: str, encoding: str) -> bool:
-        """See `Collector.connect`."""
-        ...
-
-    def unpacked(self, size: int) -> None:
-        """See `Collector.unpacked`."""
-        ...
-
-    def message(self, number: int, received: int, raw: bytes | memoryview) -> None:
-        """See `Collector.message`."""
-        ...
 
 
 class _WithMavlink:
@@ -85,7 +69,7 @@ class McapWalk:
     packed : whether every message is a zstd frame of its own (a ROS 2 bag compressed by message)
     """
 
-    def __init__(self, collector: Taker, packed: bool = False) -> None:
+    def __init__(self, collector: Collector | _WithMavlink, packed: bool = False) -> None:
         self._collector = collector
         self._packed = packed
         self._schemas: dict[int, tuple[str, str, str]] = {}

@@ -4,7 +4,7 @@ import numpy as np
 
 from ....physics.errors import LogError
 from ..base import Format, Head, Recording, Request, in_file
-from ..time_columns import find_time
+from ..headers import find_time
 from .tables import check_columns, is_long, is_wide, wide_recording, without_names
 from .text_tables import FramePart
 

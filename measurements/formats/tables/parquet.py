@@ -8,7 +8,7 @@ import numpy as np
 from ....physics.errors import LogError, listed
 from ....physics.motion import Array
 from ..base import EXPECTED, Format, Head, Name, Recording, Request, in_file
-from ..time_columns import find_time
+from ..headers import find_time
 from ..unpacking import check_unpacked, most_held
 from .tables import (
     LONG,

@@ -13,7 +13,7 @@ from ....physics.errors import LogError
 from ....physics.files import yaml_text
 from ....physics.motion import Array
 from ..base import Name, Recording, Stream
-from ..time_columns import EPOCH, TimeColumn
+from ..headers import EPOCH, TimeColumn
 
 LONG = ("topic", "field", "value")
 """Columns of a long table beside the time."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import ClassVar, final
 
-from ...preparation.jumps import in_words, jumps_of, without
+from ...preparation.resampling import jumps_in_words, jumps_of, without_jumps
 from ..finding import Check, Finding, Fix, Reach
 from ..record import Record
 
@@ -26,19 +26,19 @@ class Jumps(Check):
         fix = None
         if len(records) == 1:
             words = "no position is kept where they jump, so that the log is cut into stretches"
-            fix = Fix(words, partial(without, jumps=every))
+            fix = Fix(words, partial(without_jumps, jumps=every))
         return [
             Finding(
                 check=self.name,
                 verdict="warning",
-                sentence=in_words(every),
+                sentence=jumps_in_words(every),
                 value=max(jump.size for jump in every),
                 unit="m",
                 channels=("x", "y"),
                 consequence="no boat does so: a receiver changed its solution, or an origin was set anew. The log is "
                 "cut there into stretches, and no motion goes across",
                 fix=fix,
-                short=in_words(every[:1]),
+                short=jumps_in_words(every[:1]),
                 reach=Reach.SECONDS,
             )
         ]

@@ -15,8 +15,7 @@ import numpy as np
 from ....physics.motion import Motion
 from ....physics.vehicle import Vehicle
 from ...canonical import Channel, command_kind
-from ...channels.channel_map import Entry, map_text
-from ...channels.mixing import mixed
+from ...channels.channel_map import Entry, map_text, mixed
 from ..expected_answers import SIDE, called, expected_of
 from ..faults import Fault, Kind, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix

@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 from ...canonical import Channel
 from ...channels.channel_map import TIME, Entry, map_text
-from ...formats.time_columns import PER_SECOND
+from ...formats.headers import PER_SECOND
 from ...log import Log
 from ..axes import track_of
 from ..faults import Fault, Kind

@@ -15,8 +15,7 @@ from ....physics.motion import Array
 from ...canonical import Channel
 from ...log import Log
 from ...statistics.blocks import robust_fit
-from ..axes import LENGTHS, SPEEDS, Track, mixed_up, surveyed, track_of
-from ..course import course_of, off_course
+from ..axes import LENGTHS, SPEEDS, Track, course_of, mixed_up, off_course, surveyed, track_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
 from ..finding import Channels, Check, Finding, Fix
 from ..lags import Turns, blocks_of_pieces, turns, unexplained_turning

@@ -9,7 +9,7 @@ from places import shared
 
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.preparation.jumps import jumps_of
+from undertow.measurements.preparation.resampling import jumps_of
 from undertow.measurements.quality.checks import sensors
 from undertow.measurements.quality.checks.compass_deviation import Deviation
 from undertow.measurements.quality.checks.limited import _beyond
