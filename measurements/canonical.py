@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..physics.errors import LogError
 from ..physics.motion import Array
@@ -162,6 +163,10 @@ class Channel:
         usual = steps[(steps > 0.5 * middle) & (steps < 1.5 * middle)]
         return float(usual.mean()) if usual.size else middle
 
+    def rows(self, keep: NDArray[np.bool_]) -> "Channel":
+        """The same channel with some of its rows (n,)."""
+        return replace(self, time=self.time[keep], value=self.value[keep])
+
     @property
     def unit(self) -> str:
         """The unit of the values."""
@@ -176,6 +181,15 @@ def command_kind(name: str) -> tuple[str, str] | None:
     """
     found = _COMMAND.fullmatch(name)
     return (found.group(1), found.group(2)) if found else None
+
+
+def kind_of(name: str) -> str:
+    """The kind of a command channel, empty for any other name.
+
+    >>> kind_of("pwm_port"), kind_of("psi")
+    ('pwm', '')
+    """
+    return (command_kind(name) or ("", name))[0]
 
 
 def auxiliary_unit(name: str) -> str | None:

@@ -308,5 +308,4 @@ def without_jumps(channels: Mapping[str, Channel], jumps: Sequence[Jump]) -> dic
         reach = max(half, middle - jump.before)
         keep &= np.abs(x.time - middle) >= reach
         keep &= ~((x.time > jump.before) & (x.time < jump.after))
-    thinned = {name: replace(channels[name], time=x.time[keep], value=channels[name].value[keep]) for name in "xy"}
-    return {**channels, **thinned}
+    return {**channels, "x": x.rows(keep), "y": channels["y"].rows(keep)}

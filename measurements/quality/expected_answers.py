@@ -4,11 +4,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ...physics.thrusters import Thruster, push_and_turn, side_named
-from ..canonical import command_kind
+from ..canonical import command_kind, kind_of
 from ..statistics.blocks import BY_CHANCE, chance_of_no_more
 from .finding import Finding
 from .quick_motion import neutral_of
-from .record import Record
+from .record import Record, command_names
 from .response import Answer, Trials, answers, trials
 
 SIDE = {"port": 1, "starboard": -1}
@@ -97,7 +97,7 @@ def _likely(one: Trials, expected: Mapping[str, Expected]) -> Likely | None:
 
 def explained_as_expected(records: Sequence[Record]) -> bool:
     """True when what explains the log best, sure or not, lets every thruster push and turn as it should."""
-    expected = expected_of(records, sorted({name for record in records for name in record.commands}))
+    expected = expected_of(records, command_names(records))
     return all(as_expected(one.best.answers, expected) for one in trials(records))
 
 
@@ -122,7 +122,7 @@ def called(records: Sequence[Record], name: str) -> str:
 
 def _turned(records: Sequence[Record], name: str) -> str:
     """Scale and offset that turn a command round about its neutral."""
-    if (command_kind(name) or ("", ""))[0] != "pwm":
+    if kind_of(name) != "pwm":
         return "scale: -1"
     neutral = neutral_of(records, name)
     return f"scale: -1, offset: {2.0 * (1500.0 if neutral is None else neutral):g}"
@@ -173,11 +173,14 @@ def likely_reversed(records: Sequence[Record], expected: Mapping[str, Expected],
     if not turned:
         return None
     text = f"{all_of([called(records, name) for name in turned])} {are(turned)} likely reversed ({_sure(likely)})"
-    why = "more of that command pushes astern, as the motion is explained best"
-    follows = "a model drives ahead where the boat goes astern; no thrust can be fitted"
-    cure = _to_try(records, expected, turned, moved)
-    return _warned(
-        "direction", turned, f"{text}: {why}", follows, cure, f"{all_of(turned)} {are(turned)} likely reversed"
+    return Finding(
+        check="direction",
+        verdict="warning",
+        sentence=f"{text}: more of that command pushes astern, as the motion is explained best",
+        channels=turned,
+        consequence="a model drives ahead where the boat goes astern; no thrust can be fitted",
+        remedy=_to_try(records, expected, turned, moved),
+        short=f"{all_of(turned)} {are(turned)} likely reversed",
     )
 
 
@@ -187,9 +190,14 @@ def likely_swapped(records: Sequence[Record], expected: Mapping[str, Expected], 
     if not moved:
         return None
     short = "port and starboard are likely swapped"
-    cure = _to_try(records, expected, turned, moved)
-    return _warned(
-        "sides", moved, f"{short} ({_sure(likely)})", "every turn is predicted to the wrong side", cure, short
+    return Finding(
+        check="sides",
+        verdict="warning",
+        sentence=f"{short} ({_sure(likely)})",
+        channels=moved,
+        consequence="every turn is predicted to the wrong side",
+        remedy=_to_try(records, expected, turned, moved),
+        short=short,
     )
 
 
@@ -210,15 +218,3 @@ def _to_try(
     maps = [map_line(records, name, name in turned, name in moved) for name in expected if name in (*turned, *moved)]
     what = "curve, the angle or the place"
     return f"try it in a channel map: {', '.join(maps)}{or_vehicle((*turned, *moved), expected, what)}"
-
-
-def _warned(check: str, names: tuple[str, ...], sentence: str, follows: str, cure: str, short: str) -> Finding:
-    return Finding(
-        check=check,
-        verdict="warning",
-        sentence=sentence,
-        channels=names,
-        consequence=follows,
-        remedy=cure,
-        short=short,
-    )

@@ -1,7 +1,7 @@
 """A finding of a check: a verdict, a number with its unit, what follows from it, and what to do."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Annotated, ClassVar, Literal
@@ -19,6 +19,11 @@ SEVERITY: tuple[Verdict, ...] = ("defect", "warning", "cannot tell", "note", "ok
 """The verdicts, worst first. A defect makes results wrong; a warning makes them worse; a note is good to know."""
 
 Channels = Mapping[str, Channel]
+
+
+def altered(channels: Channels, names: Collection[str], change: Callable[[Channel], Channel]) -> dict[str, Channel]:
+    """All channels of a log, those of some names changed; for `Fix`."""
+    return {name: change(channel) if name in names else channel for name, channel in channels.items()}
 
 
 class Reach(Enum):

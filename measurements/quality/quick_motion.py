@@ -14,7 +14,7 @@ from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
 from ..clock import band_passed
 from ..statistics.signals import noise_level
-from .record import RATE, Record, Stretch, computed_once
+from .record import RATE, Record, Stretch, channels_called, command_names, computed_once
 
 _SLOW = 0.1
 """Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
@@ -52,13 +52,13 @@ def centre_of(records: Sequence[Record], name: str) -> float:
     neutral = neutral_of(records, name)
     if neutral is not None:
         return neutral
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    values = [channel.value for channel in channels_called(records, name)]
     return float(np.median(np.concatenate(values)))
 
 
 def stands_still(records: Sequence[Record], name: str) -> bool:
     """True when a command has one value in all rows of all logs."""
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    values = [channel.value for channel in channels_called(records, name)]
     ends = max(float(value.max()) for value in values) - min(float(value.min()) for value in values)
     return ends <= _rounding(records, name)
 
@@ -139,7 +139,7 @@ def parts_of(
     records: Sequence[Record], band: tuple[float, float] = QUICK
 ) -> tuple[list[Record], list[str], list[Part]]:
     """The records that have all commands and no rudder, those commands, and the stretches that are long enough."""
-    names = sorted({name for record in records for name in record.commands})
+    names = command_names(records)
     # What a rudder does, thrusters that stand still do not explain.
     having = [record for record in records if set(names) <= set(record.commands) and not record.steered]
     names = _judged(having, names)

@@ -239,6 +239,16 @@ class Record:
         return sum(stretch.portion.weight * stretch.motion.duration for stretch in self.stretches)
 
 
+def command_names(records: Sequence[Record]) -> list[str]:
+    """All commands that some logs have, sorted."""
+    return sorted({name for record in records for name in record.commands})
+
+
+def channels_called(records: Sequence[Record], name: str) -> list[Channel]:
+    """The channels of a name, of the logs that have one."""
+    return [record.log.channels[name] for record in records if name in record.log.channels]
+
+
 def computed_once(records: Sequence[Record], name: Hashable, make: Callable[[], _T]) -> _T:
     """Compute something of some records once, whichever check asks for it first.
 

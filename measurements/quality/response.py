@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from ...physics.effects import EFFECTS
 from ...physics.motion import Array, earth_to_body
-from ..canonical import command_kind
+from ..canonical import kind_of
 from ..clock import band_passed
 from ..preparation.resampling import command_step
 from ..statistics.blocks import CI, Fit, robust_fit, surely_more
 from .faults import Size, size_of
 from .lags import FOLLOWS, Response, lag_anywhere
 from .quick_motion import centre_of, stands_still
-from .record import RATE, Record, Stretch, computed_once
+from .record import RATE, Record, Stretch, channels_called, command_names, computed_once
 
 _STEP = 1.0 / RATE
 """Of the even time base [s]."""
@@ -203,10 +203,10 @@ def trials(records: Sequence[Record]) -> list[Trials]:
 
 
 def _trials(records: Sequence[Record]) -> list[Trials]:
-    names = sorted({name for record in records for name in record.commands})
+    names = command_names(records)
     names = [name for name in names if not stands_still(records, name)]
-    kinds = sorted({(command_kind(name) or ("",))[0] for name in names})
-    found = [_of_kind(records, [name for name in names if (command_kind(name) or ("",))[0] == kind]) for kind in kinds]
+    kinds = sorted({kind_of(name) for name in names})
+    found = [_of_kind(records, [name for name in names if kind_of(name) == kind]) for kind in kinds]
     return [one for one in found if one is not None]
 
 
@@ -384,7 +384,7 @@ def _trial(
 
 
 def _full(records: Sequence[Record], name: str, centre: float) -> float:
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    values = [channel.value for channel in channels_called(records, name)]
     return max(float(np.abs(value - centre).max()) for value in values)
 
 

@@ -1,10 +1,11 @@
 """Check for a command of a thruster, and for nothing else that steers."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import ClassVar, final
 
 from ..finding import Check, Finding
-from ..record import Record
+from ..record import Record, command_names
 
 
 @final
@@ -15,18 +16,16 @@ class Commands(Check):
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`."""
-        names = tuple(sorted({name for record in records for name in record.commands}))
+        names = tuple(command_names(records))
         rudders = sorted({name for record in records for name in record.steered})
+        warning = partial(Finding, check=self.name, verdict="warning", unit="1")
         found = []
         if rudders:
             found.append(
-                Finding(
-                    check=self.name,
-                    verdict="warning",
+                warning(
                     sentence=f"the log has a rudder or its like ({', '.join(rudders)}); the vehicles and effects of "
                     "undertow have none",
                     value=float(len(rudders)),
-                    unit="1",
                     consequence="what it does would be laid at the door of hull, current or thrusters",
                     remedy="if it turns a rudder or a nozzle, fit no vehicle to the log; if it is the difference of "
                     "two sides, mix it into them ('mix: skid' in a channel map)",
@@ -35,12 +34,9 @@ class Commands(Check):
             )
         if not names:
             found.append(
-                Finding(
-                    check=self.name,
-                    verdict="warning",
+                warning(
                     sentence="no command of a thruster is recognised",
                     value=0.0,
-                    unit="1",
                     consequence="no vehicle can be judged; only the motion can be looked at",
                     remedy="map the commands with a channel map (--map), for example 'pwm_port: COLUMN'",
                     short="no thruster command is recognised",
@@ -48,12 +44,9 @@ class Commands(Check):
             )
         for source, fed in sorted(_shared(records).items()):
             found.append(
-                Finding(
-                    check=self.name,
-                    verdict="warning",
+                warning(
                     sentence=f"{source} is the command of {len(fed)} thrusters: {', '.join(fed)}",
                     value=float(len(fed)),
-                    unit="1",
                     channels=fed,
                     consequence="the thrusters cannot be told apart, and a command that the boat had may be missing",
                     remedy="if each thruster has its own, name each in the channel map (--map); keep it if one "

@@ -1,6 +1,7 @@
 """Check of the compass: its deviation against the course over ground."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import ClassVar, final
 
 import numpy as np
@@ -35,44 +36,24 @@ class Deviation(Check):
         every = [stretch.motion for record in having for stretch in record.stretches]
         motions = [smooth(motion, _SLOW) for motion in every if motion.duration > _SETTLES]
         compass = compass_of(motions)
-        channels = ("psi",)
+        finding = partial(Finding, check=self.name, unit="deg", channels=("psi",))
         if not np.isfinite(compass.error) or compass.lazy:
-            return [
-                Finding(
-                    check=self.name, verdict="cannot tell", sentence=compass.sentence, unit="deg", channels=channels
-                )
-            ]
+            return [finding(verdict="cannot tell", sentence=compass.sentence)]
         size, error = float(np.degrees(compass.size)), float(np.degrees(compass.error))
         ends = max(0.0, size - CI * error), size + CI * error
-        names = ("constant", "sin", "cos")
-        values = (compass.constant, compass.sine, compass.cosine)
-        parts = {name: float(np.degrees(value)) for name, value in zip(names, values, strict=True)}
+        coefficients = {"constant": compass.constant, "sin": compass.sine, "cos": compass.cosine}
+        parts = {name: float(np.degrees(value)) for name, value in coefficients.items()}
+        measured = partial(finding, value=size, ci95=ends)
         beside = _beside_drift(motions, compass)
         if not compass.plain or ends[0] < _LEAST or not (beside.share.warns and beside.weight.warns):
-            verdict = "ok" if compass.sound else "cannot tell"
-            return [
-                Finding(
-                    check=self.name,
-                    verdict=verdict,
-                    sentence=compass.doubt if compass.plain else compass.sentence,
-                    value=size,
-                    unit="deg",
-                    ci95=ends,
-                    channels=channels,
-                    parts=parts,
-                )
-            ]
+            text = compass.doubt if compass.plain else compass.sentence
+            return [measured(verdict="ok" if compass.sound else "cannot tell", sentence=text, parts=parts)]
         by = "this curve" if compass.curve_known else "the curve through these headings"
         fast = max(float(np.abs(s.motion.velocity[:, 0]).max()) for record in having for s in record.stretches)
         return [
-            Finding(
-                check=self.name,
+            measured(
                 verdict="defect",
                 sentence=compass.sentence,
-                value=size,
-                unit="deg",
-                ci95=ends,
-                channels=channels,
                 consequence=f"false sway of up to {fast * np.sin(compass.size):.2f} m/s at {fast:.1f} m/s; no "
                 "force in sway can be learned",
                 remedy=f"calibrate the compass; discover corrects the heading by {by} and judges no sway force",

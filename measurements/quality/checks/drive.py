@@ -287,18 +287,15 @@ def _turn(records: Sequence[Record], name: str) -> int:
 def _sound(parts: Sequence[Part], names: list[str]) -> Finding:
     still = [name for k, name in enumerate(names) if all(part.stands[:, k].all() for part in parts)]
     if still:
-        text = f"{' and '.join(still)} never changes; whether the thruster worked, the log cannot tell"
-        remedy = "make sure that this thruster was idle or held"
         short = f"{' and '.join(still)} never changes"
         return Finding(
             check="drive",
             verdict="note",
-            sentence=text,
+            sentence=f"{short}; whether the thruster worked, the log cannot tell",
             channels=tuple(still),
             consequence=_HELD,
-            remedy=remedy,
+            remedy="make sure that this thruster was idle or held",
             short=short,
         )
-    return Finding(
-        check="drive", verdict="ok", sentence="no thruster works while its record stands still", channels=tuple(names)
-    )
+    text = "no thruster works while its record stands still"
+    return Finding(check="drive", verdict="ok", sentence=text, channels=tuple(names))

@@ -1,6 +1,7 @@
 """Check of the excitation: what the boat did, and what the log can therefore identify."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import ClassVar, final
 
 from ...activity import excitation_of
@@ -26,42 +27,26 @@ class Excitation(Check):
             text = f"no motion can be made of the log: {why}"
             return [Finding(check=self.name, verdict="cannot tell", sentence=text, value=0.0, unit="s")]
         seen = excitation_of(motions, [stretch.portion.weight for stretch in stretches])
-        parts = {
-            "astern": seen.astern,
-            "turning_to_starboard": seen.turning_to_starboard,
-            "turning_to_port": seen.turning_to_port,
-        }
+        parts = {name: getattr(seen, name) for name in ("astern", "turning_to_starboard", "turning_to_port")}
+        finding = partial(Finding, check=self.name, value=seen.seconds, unit="s", parts=parts)
         found = [
-            Finding(
-                check=self.name,
+            finding(
                 verdict="note",
                 sentence=sentence.rstrip("."),
-                value=seen.seconds,
-                unit="s",
                 channels=("u",) if "astern" in sentence else ("r",),
                 consequence="what a model fitted to this log says of it is not sure",
                 remedy="record it, or give a log in which the boat does it",
-                parts=parts,
             )
             for sentence in seen.sentences
         ]
         if seen.seconds < _LITTLE:
-            text = f"only {seen.seconds:.0f} s of usable motion"
-            remedy = "give several logs together, or record five minutes"
-            wrong = "few effects can be told apart"
             found.append(
-                Finding(
-                    check=self.name,
+                finding(
                     verdict="note",
-                    sentence=text,
-                    value=seen.seconds,
-                    unit="s",
-                    consequence=wrong,
-                    remedy=remedy,
-                    parts=parts,
+                    sentence=f"only {seen.seconds:.0f} s of usable motion",
+                    consequence="few effects can be told apart",
+                    remedy="give several logs together, or record five minutes",
                 )
             )
         text = f"{seen.seconds:.0f} s ahead and astern, turning to both sides"
-        return found or [
-            Finding(check=self.name, verdict="ok", sentence=text, value=seen.seconds, unit="s", parts=parts)
-        ]
+        return found or [finding(verdict="ok", sentence=text)]

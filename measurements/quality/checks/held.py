@@ -1,6 +1,7 @@
 """Check of held positions: a receiver of 5 Hz on a grid of 10 Hz repeats itself."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import ClassVar, final
 
 import numpy as np
@@ -21,44 +22,34 @@ class HeldFixes(Check):
         """See `Check`."""
         if not any({"x", "y"} <= set(record.log.channels) for record in records):
             return []
+        finding = partial(Finding, check=self.name, channels=("x", "y"))
         every = [fixes_of(record.log.channels) for record in records]
         found = [fixes for fixes in every if fixes is not None and np.count_nonzero(fixes.moving) >= LEAST]
         if not found:
             text = "the boat moves too little to tell how often its position is measured"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=("x", "y"))]
+            return [finding(verdict="cannot tell", sentence=text)]
         digit = max(fixes.digit for fixes in found)
         if digit > 0.0:
             text = f"positions are rounded to {digit:.2g} m, as far as the boat goes from one new position to the next"
             return [
-                Finding(
-                    check=self.name,
+                finding(
                     verdict="note",
                     sentence=f"{text}: how often they are measured cannot be told",
                     value=digit,
                     unit="m",
-                    channels=("x", "y"),
                     consequence="a speed made of them is as coarse",
                     remedy="log positions to the centimetre, or log speeds",
                 )
             ]
-        beat, step, rows = (
-            float(np.median([part(fixes) for fixes in found]))
-            for part in (lambda f: f.beat, lambda f: f.step, lambda f: f.rows)
-        )
+        beat, step, rows = np.median([(fixes.beat, fixes.step, fixes.rows) for fixes in found], axis=0).tolist()
+        finding = partial(finding, value=1.0 / beat, unit="Hz")
         if rows < 2:
-            text = f"positions are new in every row, {1.0 / beat:.3g} a second"
-            return [
-                Finding(check=self.name, verdict="ok", sentence=text, value=1.0 / beat, unit="Hz", channels=("x", "y"))
-            ]
+            return [finding(verdict="ok", sentence=f"positions are new in every row, {1.0 / beat:.3g} a second")]
         return [
-            Finding(
-                check=self.name,
+            finding(
                 verdict="warning",
                 sentence=f"positions are measured {1.0 / beat:.3g} times a second and held in between, over "
                 f"{rows:.0f} rows of {step:.3g} s",
-                value=1.0 / beat,
-                unit="Hz",
-                channels=("x", "y"),
                 consequence="a speed taken from row to row is zero, then too large",
                 remedy="use a position only where it is new",
                 fix=Fix("rows that repeat a position dropped from x and y", _fresh),

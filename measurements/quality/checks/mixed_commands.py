@@ -14,12 +14,12 @@ import numpy as np
 
 from ....physics.motion import Motion
 from ....physics.vehicle import Vehicle
-from ...canonical import Channel, command_kind
+from ...canonical import Channel, kind_of
 from ...channels.channel_map import Entry, map_text, mixed
 from ..expected_answers import SIDE, called, expected_of
 from ..faults import Fault, Kind, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix
-from ..record import Record
+from ..record import Record, command_names
 from ..response import trials
 
 _SCALES = (1.0, 0.5)
@@ -99,12 +99,12 @@ def _found(
 
 def _sides(records: Sequence[Record]) -> tuple[str, str] | None:
     """Two commands of one kind, port first, that should be of two sides; None where there are others, or not these."""
-    expected = expected_of(records, sorted({name for record in records for name in record.commands}))
+    expected = expected_of(records, command_names(records))
     sided = {one.side: name for name, one in expected.items()}
     if len(expected) != 2 or set(sided) != set(SIDE.values()):
         return None
     names = sided[SIDE["port"]], sided[SIDE["starboard"]]
-    kinds = {(command_kind(name) or ("",))[0] for name in names}
+    kinds = {kind_of(name) for name in names}
     return names if len(kinds) == 1 else None
 
 

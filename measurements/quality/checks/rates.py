@@ -1,6 +1,7 @@
 """Check of the sampling: rates of the channels, their jitter, and gaps."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import ClassVar, final
 
 import numpy as np
@@ -34,13 +35,10 @@ class Rates(Check):
                 rates[channel.name] = min(rates.get(channel.name, np.inf), 1.0 / channel.period)
                 jitter[channel.name] = max(jitter.get(channel.name, 0.0), _strays(channel))
         if not rates:
-            return [
-                Finding(
-                    check=self.name, verdict="cannot tell", sentence="no channel of motion has two samples", unit="Hz"
-                )
-            ]
+            text = "no channel of motion has two samples"
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, unit="Hz")]
         slowest, fastest = min(rates, key=lambda n: rates[n]), max(rates, key=lambda n: rates[n])
-        value, parts = float(rates[slowest]), {name: float(rate) for name, rate in rates.items()}
+        value = float(rates[slowest])
         told = f"motion is sampled at {value:.3g} Hz" + (
             f" ({slowest}) to {rates[fastest]:.3g} Hz ({fastest})" if rates[fastest] > 1.05 * value else ""
         )
@@ -66,7 +64,7 @@ class Rates(Check):
                 channels=channels,
                 consequence=wrong,
                 remedy=remedy,
-                parts=parts,
+                parts={name: float(rate) for name, rate in rates.items()},
             )
         ]
 
@@ -91,26 +89,22 @@ class Gaps(Check):
                 here += found
             lost += _union(here)
             whole += max((c.time[-1] - c.time[0] for c in record.log.channels.values()), default=0.0)
+        finding = partial(Finding, check=self.name, unit="1")
         names = tuple(name for name, found in holes.items() if found)
         if not names:
-            return [Finding(check=self.name, verdict="ok", sentence="no gaps", value=0.0, unit="1")]
+            return [finding(verdict="ok", sentence="no gaps", value=0.0)]
         share = lost / whole if whole > 0.0 else 1.0
         longest = max(high - low for found in holes.values() for low, high in found)
         count = max(len(found) for found in holes.values())
         text = f"{count} gaps in {', '.join(names)}, the longest {longest:.2g} s: {100.0 * share:.2g} % of the time"
-        wrong = "the log falls into stretches there; those under 5 s are lost"
-        remedy = "find out what stopped the logger; nothing is interpolated across a gap"
-        verdict = "warning" if share > _MUCH else "note"
         return [
-            Finding(
-                check=self.name,
-                verdict=verdict,
+            finding(
+                verdict="warning" if share > _MUCH else "note",
                 sentence=text,
                 value=share,
-                unit="1",
                 channels=names,
-                consequence=wrong,
-                remedy=remedy,
+                consequence="the log falls into stretches there; those under 5 s are lost",
+                remedy="find out what stopped the logger; nothing is interpolated across a gap",
                 parts={"longest": longest},
             )
         ]

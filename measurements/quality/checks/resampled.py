@@ -1,15 +1,15 @@
 """Check of a log put on a finer grid than it was measured on: rows that repeat, or lie on lines between others."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from functools import partial
 from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.motion import Array
-from ...canonical import Channel, command_kind
-from ..finding import Channels, Check, Finding, Fix
+from ...canonical import Channel
+from ..finding import Channels, Check, Finding, Fix, altered
 from ..record import Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r", "ax", "ay")
@@ -45,37 +45,22 @@ def _sentence(channels: Channels) -> list[Finding]:
         return []
     time, values, names = table
     fresh = _new(values)
-    result = []
+    note, result = partial(Finding, check="resampled", verdict="note", channels=names), []
     padded = _padding(time, values, fresh)
     if padded:
         text = f"the log repeats one row for {padded:.2g} s at its end or start: it was filled up there"
         fix = Fix(f"{padded:.2g} s of one repeated row at the ends of the log dropped", _unpadded)
-        result.append(
-            Finding(check="resampled", verdict="note", sentence=text, value=padded, unit="s", channels=names, fix=fix)
-        )
+        result.append(note(sentence=text, value=padded, unit="s", fix=fix))
     rate = float((time.size - 1) / (time[-1] - time[0]))
     rows = _held_over(fresh)
     if rows > 1:
         text = f"all channels of motion are held: measured {rate / rows:.3g} times a second, written {rate:.3g} times"
         fix = Fix(f"rows that repeat the one before dropped: {rate / rows:.3g} rows a second kept", _fresh)
         wrong = "rows that repeat hold no new measurement"
-        result.append(
-            Finding(
-                check="resampled",
-                verdict="note",
-                sentence=text,
-                value=rate / rows,
-                unit="Hz",
-                channels=names,
-                consequence=wrong,
-                fix=fix,
-            )
-        )
+        result.append(note(sentence=text, value=rate / rows, unit="Hz", consequence=wrong, fix=fix))
     elif rows := _interpolated(values):
         text = f"the log is interpolated to {rate:.3g} Hz from about {rate / rows:.3g} Hz"
-        result.append(
-            Finding(check="resampled", verdict="note", sentence=text, value=rate / rows, unit="Hz", channels=names)
-        )
+        result.append(note(sentence=text, value=rate / rows, unit="Hz"))
     return result
 
 
@@ -165,10 +150,7 @@ def _fresh(channels: Channels) -> dict[str, Channel]:
 
 def _thinned(channels: Channels, names: tuple[str, ...], keep: NDArray[np.bool_]) -> dict[str, Channel]:
     """The channels of motion with some of their rows; commands stay, since what is held is what was commanded."""
-    return {
-        name: replace(c, time=c.time[keep], value=c.value[keep]) if name in names and command_kind(name) is None else c
-        for name, c in channels.items()
-    }
+    return altered(channels, names, lambda channel: channel.rows(keep))
 
 
 def _interpolated(values: Sequence[Array]) -> int:

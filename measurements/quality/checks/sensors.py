@@ -32,13 +32,12 @@ class Sensors(Check):
             result += [self._wrong(seen, name, log + sentence) for name, sentence in seen.sentences.items()]
         if result:
             return result
+        text = "the sensors tell of one motion"
         if apart:
             text = "the records contradict each other by more than sensors do: units, signs or axes, or a record"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text)]
-        if not known:
+        elif not known:
             text = "too few records are of one motion, or it turns too little, to hold the sensors to each other"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text)]
-        return [Finding(check=self.name, verdict="ok", sentence="the sensors tell of one motion")]
+        return [Finding(check=self.name, verdict="ok" if known and not apart else "cannot tell", sentence=text)]
 
     def _wrong(self, seen: Kinematics, name: str, sentence: str) -> Finding:
         return Finding(

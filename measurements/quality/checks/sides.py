@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar, final
 
 import numpy as np
 
-from ...canonical import command_kind
+from ...canonical import kind_of
 from ...clock import LEAST_CORRELATION, band_passed
 from ...statistics.blocks import CI
 from ..axes import surveyed
@@ -27,7 +28,7 @@ from ..expected_answers import (
 )
 from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
 from ..finding import Check, Finding
-from ..record import RATE, Record
+from ..record import RATE, Record, channels_called, command_names
 from ..response import Answer, Trials, trials
 from .swapped_channels import may_be_exchanged
 
@@ -50,7 +51,7 @@ class Placed:
 
 def placed(records: Sequence[Record]) -> dict[str, Placed]:
     """What logs of one boat show of their commands, whatever the commands are called; only what is certain."""
-    expected = expected_of(records, sorted({name for record in records for name in record.commands}))
+    expected = expected_of(records, command_names(records))
     told = classify_answers(records, expected)[0] if records else {}
     if told and not as_expected(told, expected) and may_be_exchanged(records):
         return {}
@@ -70,7 +71,7 @@ class Sides(Check):
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`: a finding "direction" where there is a command, and "sides" where there are two."""
-        names = sorted({name for record in records for name in record.commands})
+        names = command_names(records)
         expected = expected_of(records, names)
         names = list(expected)
         if not names:
@@ -156,13 +157,14 @@ def _direction(
     size: Size | None,
 ) -> Finding:
     names = list(expected)
+    finding = partial(Finding, check="direction")
     found = {name: answer for name, answer in told.items() if answer.ahead and expected[name].push}
     wrong = {name: answer for name, answer in found.items() if answer.ahead != expected[name].push}
     if not found:
         text = "the thrusters are not used one by one enough to tell whether one is reversed"
         if unsure:
             text = f"whether a thruster is reversed cannot be told: {_either(unsure, expected)}"
-        return Finding(check="direction", verdict="cannot tell", sentence=text, channels=tuple(names))
+        return finding(verdict="cannot tell", sentence=text, channels=tuple(names))
     parts = {name: answer.surge for name, answer in found.items()}
     if not wrong or size is None:
         least = min(found.values(), key=lambda answer: abs(answer.surge))
@@ -170,8 +172,7 @@ def _direction(
         text = f"more command pushes {as_told} on {all_of(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
         ends = least.surge - CI * least.surge_error, least.surge + CI * least.surge_error
         untold = [name for name in names if name not in found]
-        return Finding(
-            check="direction",
+        return finding(
             verdict="cannot tell" if untold else "ok",
             sentence=f"{text}; of {all_of(untold)} the log does not tell" if untold else text,
             value=least.surge,
@@ -221,17 +222,15 @@ def _sides(
         known = all(expected[name].side for name in found)
         words = "in the vehicle file" if any(expected[name].thruster for name in found) else "named"
         text = f"the sides of {all_of(tuple(found))} are as {words}" if known else "; ".join(lies)
-        remedy = "" if known else "name the commands by their sides in a channel map"
-        verdict = "ok" if known else "note"
         return Finding(
             check="sides",
-            verdict=verdict,
+            verdict="ok" if known else "note",
             sentence=text,
             value=value,
             unit="rad/s^2",
             ci95=ends,
             channels=tuple(found),
-            remedy=remedy,
+            remedy="" if known else "name the commands by their sides in a channel map",
             parts=parts,
         )
     moved = swapped(expected, told)
@@ -285,8 +284,8 @@ def _lies(records: Sequence[Record], name: str, answer: Answer, expected: Expect
 
 
 def _reversed(records: Sequence[Record], name: str, expected: Expected) -> str:
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    values = [channel.value for channel in channels_called(records, name)]
     low = min(float(value.min()) for value in values)
-    kind = (command_kind(name) or ("", ""))[0]
+    kind = kind_of(name)
     full = f", {low:.0f} us is the most ahead" if kind == "pwm" and expected.push > 0 else ""
     return f"{called(records, name)} is reversed{full}"

@@ -1,7 +1,7 @@
 """Check for spikes: single values that stand out of a record, and jumps across its range, as of short counters."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from functools import partial
 from typing import ClassVar, final
 
 import numpy as np
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ....physics.motion import Array
 from ...canonical import Channel
 from ..faults import BLOCK, Fault, Kind, Size, size_of
-from ..finding import Channels, Check, Finding, Fix
-from ..record import QUICK_ROW, Record
+from ..finding import Check, Finding, Fix, altered
+from ..record import QUICK_ROW, Record, channels_called
 
 _MOTION = ("x", "y", "psi", "u", "v", "r")
 _LEAST_ROWS = 50
@@ -40,7 +40,7 @@ class Spikes(Check):
         """See `Check`: a finding for each channel at fault, or one that says that none is."""
         found = []
         for name in _MOTION:
-            channels = [record.log.channels[name] for record in records if name in record.log.channels]
+            channels = channels_called(records, name)
             found += _sentence(name, [channel for channel in channels if channel.time.size >= _LEAST_ROWS])
         return found or [
             Finding(check=self.name, verdict="ok", sentence="no value stands out of its record", value=0.0, unit="1")
@@ -64,7 +64,8 @@ def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
     if row > QUICK_ROW and name not in ("x", "y"):
         text = f"{out} values of {name} stand far out of their record: spikes, or turns quicker than {1.0 / row:.2g} Hz"
         return [Finding(check="spikes", verdict="note", sentence=text, value=share, unit="1", channels=(name,))]
-    fix = Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name))
+    drop = partial(altered, names=(name,), change=lambda channel: channel.rows(~_spiked(_values(channel))))
+    fix = Fix(f"{out} values of {name} that stand far out of the record dropped", drop)
     fault = Fault(Kind.SPIKES, (name,), size, {"count": out, "part": 100.0 * share}, share, fix=fix)
     return [fault.in_words("defect" if size.refuses else "warning")]
 
@@ -117,13 +118,3 @@ def _jumps(values: Array) -> Array:
     return (
         steps[np.abs(steps) > max(whole, 2.0 * _STEPS * float(np.median(np.abs(steps))))] if whole > 0.0 else steps[:0]
     )
-
-
-def _without(name: str) -> Callable[[Channels], dict[str, Channel]]:
-    def apply(channels: Channels) -> dict[str, Channel]:
-        channel = channels[name]
-        keep = ~_spiked(_values(channel))
-        thinned = replace(channel, time=channel.time[keep], value=channel.value[keep])
-        return {**channels, name: thinned}
-
-    return apply

@@ -1,6 +1,7 @@
 """Check of the time stamps: repeated ones, and ones that go back."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import ClassVar, final
 
 from ...canonical import Channel
@@ -26,17 +27,16 @@ class Stamps(Check):
         rows = sum(channel.time.size for channel in channels)
         repeated = sum(channel.lost.repeated for channel in channels)
         backward = sum(channel.lost.backward for channel in channels)
+        finding = partial(Finding, check=self.name, unit="1")
         found = [*_set(channels), *_astray(channels, rows)]
         if backward:
             names = _names([c.name for c in channels if c.lost.backward])
             share = backward / rows
             found.append(
-                Finding(
-                    check=self.name,
+                finding(
                     verdict="defect",
                     sentence=f"time runs backwards: {backward} values stand after later ones ({100.0 * share:.2g} %)",
                     value=share,
-                    unit="1",
                     channels=names,
                     consequence="derivatives change sign there; other verbs refuse the log",
                     remedy="sort the rows by time",
@@ -47,27 +47,17 @@ class Stamps(Check):
             names = _names([c.name for c in channels if c.lost.repeated])
             share = repeated / (rows + repeated)
             found.append(
-                Finding(
-                    check=self.name,
+                finding(
                     verdict="warning" if share > _MANY else "note",
                     sentence=f"{100.0 * share:.2g} % of the values repeat the stamp of another ({repeated} values)",
                     value=share,
-                    unit="1",
                     channels=names,
                     consequence="two values at one instant have no derivative; the last of them is taken",
                     remedy="find out why the logger wrote them, or whether its stamps are rounded",
                     fix=Fix(f"{repeated} values with a repeated stamp dropped, the last of each kept", _as_read),
                 )
             )
-        return found or [
-            Finding(
-                check=self.name,
-                verdict="ok",
-                sentence="every time stamp is later than the one before",
-                value=0.0,
-                unit="1",
-            )
-        ]
+        return found or [finding(verdict="ok", sentence="every time stamp is later than the one before", value=0.0)]
 
 
 def _set(channels: Sequence[Channel]) -> list[Finding]:

@@ -38,27 +38,22 @@ class Exchanged(Check):
         having = [record for record in records if set(_SPEEDS) <= set(record.log.channels) and record.stretches]
         if not having:
             return []
+        finding = partial(Finding, check=self.name, channels=_SPEEDS)
         way, thrust = _by_way(having), _by_thrust(having)
         u, v = (having[0].log.entries.get(name) for name in _SPEEDS)
         mends = {"u": v, "v": u} if u and v else {}
         fault = partial(Fault, Kind.EXCHANGED, _SPEEDS, fix=Fix("u and v exchanged", _exchange), mends=mends)
         said = [None if size is None else fault(size=size).ruled() for size in (way, thrust)]
         if way is None and (thrust is None or (said[1] is None and thrust.share.value > 0.0)):
-            text = "too little motion to tell u from v"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=_SPEEDS)]
+            return [finding(verdict="cannot tell", sentence="too little motion to tell u from v")]
         if said[0] is not None and thrust is not None and thrust.share.high < 0.0:
             text = (
                 "the way made good asks for u and v to be exchanged, and the thrusters ask for the contrary: another "
                 "axis is turned, or the heading is a quarter turn off"
             )
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=_SPEEDS)]
+            return [finding(verdict="cannot tell", sentence=text)]
         told = said[0] if way is not None else said[1]
-        return [
-            told
-            or Finding(
-                check=self.name, verdict="ok", sentence="u is ahead and v to starboard, as named", channels=_SPEEDS
-            )
-        ]
+        return [told or finding(verdict="ok", sentence="u is ahead and v to starboard, as named")]
 
 
 def may_be_exchanged(records: Sequence[Record]) -> bool:

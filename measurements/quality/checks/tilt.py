@@ -1,6 +1,7 @@
 """Check of gravity in the accelerometer: a boat that trims with speed tilts its sensor."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import ClassVar, final
 
 import numpy as np
@@ -32,13 +33,13 @@ class Tilt(Check):
         having = [record for record in records if "ax" in record.log.channels]
         if not having:
             return []
-        channels = ("ax",)
+        finding = partial(Finding, check=self.name, unit="m/s^2", channels=("ax",))
         stretches = [(record, stretch) for record in having for stretch in record.stretches]
         speeds = [np.abs(stretch.motion.velocity[:, 0]) for _, stretch in stretches]
         fast = float(np.quantile(np.concatenate(speeds), 0.99)) if speeds else 0.0
         if fast < 0.1:
             text = "the boat moves too little to tell whether gravity leaks into the accelerometer"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text, unit="m/s^2", channels=channels)]
+            return [finding(verdict="cannot tell", sentence=text)]
         rest, columns, blocks, begun = [], [], [], 0
         for record, stretch in stretches:
             motion = stretch.motion
@@ -52,43 +53,26 @@ class Tilt(Check):
         leak, ends = float(fit.values[0]), fit.interval(0)
         if ends is None:
             text = "the log is too short to tell whether gravity leaks into the accelerometer"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text, unit="m/s^2", channels=channels)]
+            return [finding(verdict="cannot tell", sentence=text)]
         parts = {"at_speed": fast, "offset": float(fit.values[1])}
-        text = ""
-        if small := max(abs(ends[0]), abs(ends[1])) <= _SMALL:
+        measured = partial(finding, value=leak, ci95=ends, parts=parts)
+        if max(abs(ends[0]), abs(ends[1])) <= _SMALL:
             text = f"the accelerometer shows accelerations only (a leak of {leak:+.2f} m/s² at {fast:.1f} m/s)"
-        elif abs(leak) <= _SMALL or not fit.certain(0, _TIMES):
+            return [measured(verdict="ok", sentence=text)]
+        if abs(leak) <= _SMALL or not fit.certain(0, _TIMES):
             text = (
                 f"too little to tell whether gravity leaks into the accelerometer ({ends[0]:.2f} to {ends[1]:.2f} m/s²)"
             )
-        if text:
-            return [
-                Finding(
-                    check=self.name,
-                    verdict="ok" if small else "cannot tell",
-                    sentence=text,
-                    value=leak,
-                    unit="m/s^2",
-                    ci95=ends,
-                    channels=channels,
-                    parts=parts,
-                )
-            ]
+            return [measured(verdict="cannot tell", sentence=text)]
         angle = float(np.degrees(np.arcsin(np.clip(abs(leak) / GRAVITY, 0.0, 1.0))))
         trim = "bow up" if leak > 0.0 else "bow down"
         return [
-            Finding(
-                check=self.name,
+            measured(
                 verdict="warning" if abs(leak) > _MUCH else "note",
                 sentence=f"ax holds {leak:+.2g} m/s² of gravity at {fast:.1f} m/s: it trims {trim} by "
                 f"{angle:.0f} degrees",
-                value=leak,
-                unit="m/s^2",
-                ci95=ends,
-                channels=channels,
                 consequence="ax is no acceleration at speed; undertow does not use it",
                 remedy="take accelerations from speeds, or correct ax for the pitch angle",
-                parts=parts,
                 short="gravity leaks into the accelerometer",
             )
         ]

@@ -6,6 +6,7 @@ much better; another than the log's own is a fault, weighed by its size; see `fa
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import ClassVar, NamedTuple, final
 
 import numpy as np
@@ -17,7 +18,7 @@ from ...log import Log
 from ...statistics.blocks import robust_fit
 from ..axes import LENGTHS, SPEEDS, Track, course_of, mixed_up, off_course, surveyed, track_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
-from ..finding import Channels, Check, Finding, Fix
+from ..finding import Channels, Check, Finding, Fix, altered
 from ..lags import Turns, blocks_of_pieces, turns, unexplained_turning
 from ..record import RATE, Record, Stretch
 
@@ -391,13 +392,7 @@ _EITHER = "find out which of the two is in another unit, and map it with a scale
 
 
 def _scale(names: Sequence[str], factor: float, sentence: str) -> Fix:
-    def apply(channels: Channels) -> dict[str, Channel]:
-        return {
-            name: replace(channel, value=factor * channel.value) if name in names else channel
-            for name, channel in channels.items()
-        }
-
-    return Fix(sentence, apply)
+    return Fix(sentence, partial(altered, names=names, change=lambda c: replace(c, value=factor * c.value)))
 
 
 def _with(log: Log, change: Callable[[Channels], dict[str, Channel]]) -> Log:
