@@ -84,7 +84,7 @@ class Family:
 def _mcap_ours(path: Path) -> Read:
     taken = Taken()
     with path.open("rb") as file:
-        McapWalk(taken).read(file, path.stat().st_size, lambda share: None)
+        McapWalk(taken).read(file, path.stat().st_size, lambda share: None)  # type: ignore[arg-type]
     return taken.messages
 
 

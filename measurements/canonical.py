@@ -47,18 +47,11 @@ COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"
 `tau_surge`, `tau_sway` [N] and `tau_yaw` [N m]."""
 
 LIMITS = {
-    "x": (-1e8, 1e8),
-    "y": (-1e8, 1e8),
-    "u": (-100.0, 100.0),
-    "v": (-100.0, 100.0),
+    **dict.fromkeys(("x", "y"), (-1e8, 1e8)),
+    **dict.fromkeys(("u", "v", "x_dot", "y_dot", "sog"), (-100.0, 100.0)),
     "r": (-50.0, 50.0),
-    "x_dot": (-100.0, 100.0),
-    "y_dot": (-100.0, 100.0),
-    "sog": (-100.0, 100.0),
-    "ax": (-1e4, 1e4),
-    "ay": (-1e4, 1e4),
-    "wind_u": (-150.0, 150.0),
-    "wind_v": (-150.0, 150.0),
+    **dict.fromkeys(("ax", "ay"), (-1e4, 1e4)),
+    **dict.fromkeys(("wind_u", "wind_v"), (-150.0, 150.0)),
     **dict.fromkeys(("qx", "qy", "qz", "qw"), (-1e6, 1e6)),
     "lat": (-90.0, 90.0),
     "lon": (-180.0, 360.0),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...physics.errors import LogError
 from ...physics.motion import Array, earth_to_body, heading_from_enu, heading_from_quaternion
+from ...physics.presentation import listing
 from ...physics.thrusters import side_named
 from ..canonical import PLACE, QUATERNION, RATES, TRACK, UNITS, Channel, Lost, check_limits, command_kind, local_metres
 from ..clock import APART, Clock
@@ -211,13 +212,9 @@ def _frame_notes(sources: Mapping[str, Source]) -> list[str]:
     done += ["psi = pi/2 - yaw"] * ("psi" in turned)
     negative = [name for name in names if _FROM_ENU.get(name, ("", 1.0))[1] < 0.0]
     if negative:
-        done.append(f"{_listed(negative)} change{'s' * (len(negative) == 1)} sign")
+        done.append(f"{listing(negative)} change{'s' * (len(negative) == 1)} sign")
     how = ", ".join(done) or "the same in both"
     return [f"{' '.join(names)}: converted from ENU/FLU (REP-103) to NED/FRD: {how}"]
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _in_degrees(source: Source, notes: list[str]) -> Source:

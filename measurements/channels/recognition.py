@@ -60,21 +60,8 @@ _PACES = {"mps": 1.0, "m_s": 1.0} | dict.fromkeys(("kn", "kt", "kts", "knots"), 
 _ANGLES = {"_deg": _DEGREES, "_rad": 1.0}
 """What one of each unit is in those of the channels."""
 
-_SIDES = {
-    "port": "port",
-    "left": "port",
-    "stbd": "stbd",
-    "starboard": "stbd",
-    "right": "stbd",
-    "front": "front",
-    "rear": "rear",
-    "fore": "fore",
-    "aft": "aft",
-    "bow": "bow",
-    "stern": "stern",
-    "middle": "middle",
-    "lateral": "lateral",
-}
+_SIDES = {side: side for side in ("port", "stbd", "front", "rear", "fore", "aft", "bow", "stern", "middle", "lateral")}
+_SIDES |= {"left": "port", "starboard": "stbd", "right": "stbd"}
 _KINDS = (
     ("pwm", {"pwm", "servo", "rcou", "us"}),
     ("newton", {"thrust", "force", "newton", "newtons"}),

@@ -138,10 +138,6 @@ class Head:
         return find_time(self.text.columns, self.time)
 
 
-def _all(names: Sequence[Name]) -> frozenset[Name]:
-    return frozenset(names)
-
-
 def _silent(done: int, total: int) -> None:
     """Tell nobody."""
 
@@ -159,7 +155,7 @@ class Request:
     time : the column of a table that holds its time, as a channel map says it
     """
 
-    choose: Callable[[Sequence[Name]], frozenset[Name]] = _all
+    choose: Callable[[Sequence[Name]], frozenset[Name]] = frozenset
     progress: Callable[[int, int], None] = _silent
     time: TimeColumn | None = None
 
@@ -187,6 +183,11 @@ class Format:
     library: str = ""
     marked: bool = True
     table: bool = False
+
+
+def begins_with(*marks: bytes) -> Callable[[Head], bool]:
+    """Recognise the files that begin with one of some bytes, unless these were packed."""
+    return lambda head: head.start.startswith(marks) and not head.gzipped
 
 
 def read_head(path: Path, time: TimeColumn | None = None) -> Head:

@@ -185,10 +185,15 @@ def prepare(logs: Log | Sequence[Log], vehicle: Vehicle | None, recipe: Recipe =
         notes += [f"{log.name}: {note}" for note in found] if len(logs) > 1 else found
     if recipe.rate is None and max(rates) > 1.01 * rate:
         notes.append(f"the logs differ in rate, all are resampled to the slowest, {rate:.4g} Hz")
+    return filtered(tuple(raw), tuple(notes), recipe)
+
+
+def filtered(motions: tuple[Motion, ...], notes: tuple[str, ...], recipe: Recipe) -> DataSet:
+    """Motions with the filter that a recipe asks for, each on its own."""
     if recipe.cutoff is None:
-        return DataSet(tuple(raw), tuple(notes), recipe)
-    filtered = tuple(smooth(motion, recipe.cutoff, recipe.order) for motion in raw)
-    return DataSet(filtered, tuple(notes), recipe, tuple(raw))
+        return DataSet(motions, notes, recipe)
+    smoothed = tuple(smooth(motion, recipe.cutoff, recipe.order) for motion in motions)
+    return DataSet(smoothed, notes, recipe, motions)
 
 
 def motions_within(log: Log, recipe: Recipe, choose: Callable[[list[Span]], list[Span]]) -> tuple[Motion, ...]:

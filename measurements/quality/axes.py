@@ -9,7 +9,7 @@ heading alone is half that of the squared ways (Mardia and Jupp, Directional Sta
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -398,10 +398,8 @@ def _joined(found: Sequence[_Ways]) -> _Ways | None:
     if not found:
         return None
     begun = np.cumsum([0, *(int(one.piece[-1]) + 1 for one in found)])
-    piece = np.concatenate([one.piece + first for one, first in zip(found, begun, strict=False)])
-    columns = zip(*((one.heading, one.turning, one.span, one.push) for one in found), strict=True)
-    heading, turning, span, push = (np.concatenate(column) for column in columns)
-    return _Ways(np.concatenate([one.way for one in found]), heading, turning, span, push, piece)
+    moved = [replace(one, piece=one.piece + first) for one, first in zip(found, begun, strict=False)]
+    return _Ways(*(np.concatenate([getattr(one, part.name) for one in moved]) for part in fields(_Ways)))
 
 
 def _ways(log: Log) -> _Ways | None:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from ...physics.presentation import listing
 from ...physics.thrusters import Thruster, push_and_turn, side_named
 from ..canonical import command_kind, kind_of
 from ..statistics.blocks import BY_CHANCE, chance_of_no_more
@@ -153,13 +154,8 @@ def or_vehicle(names: Iterable[str], expected: Mapping[str, Expected], what: str
     own = [t for name in names if (t := expected[name].thruster) is not None]
     if not own:
         return ""
-    named = all_of(list(dict.fromkeys(t.name for t in own)))
+    named = listing(list(dict.fromkeys(t.name for t in own)))
     return f", if the log is wrong; if the vehicle file is, change the {what} of {named} there"
-
-
-def all_of(names: Sequence[str]) -> str:
-    """Names in a sentence, with "and" before the last."""
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def are(names: Sequence[str]) -> str:
@@ -172,7 +168,7 @@ def likely_reversed(records: Sequence[Record], expected: Mapping[str, Expected],
     turned, moved = _faults(expected, likely)
     if not turned:
         return None
-    text = f"{all_of([called(records, name) for name in turned])} {are(turned)} likely reversed ({_sure(likely)})"
+    text = f"{listing([called(records, name) for name in turned])} {are(turned)} likely reversed ({_sure(likely)})"
     return Finding(
         check="direction",
         verdict="warning",
@@ -180,7 +176,7 @@ def likely_reversed(records: Sequence[Record], expected: Mapping[str, Expected],
         channels=turned,
         consequence="a model drives ahead where the boat goes astern; no thrust can be fitted",
         remedy=_to_try(records, expected, turned, moved),
-        short=f"{all_of(turned)} {are(turned)} likely reversed",
+        short=f"{listing(turned)} {are(turned)} likely reversed",
     )
 
 

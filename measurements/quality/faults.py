@@ -237,11 +237,7 @@ class Kind(Enum):
     ANGLE_UNIT = Words("units", "{told}", "", _FACTOR, "{cure}")
     OPPOSED = Words("units", "{told}", "", "which side is port is lost", "{cure}")
     TIME_UNIT = Words(
-        "time unit",
-        "{told}: heading and track both say so",
-        "{told}",
-        "every rate and acceleration is wrong",
-        "{cure}",
+        "time unit", "{told}: heading and track both say so", "{told}", "every rate and acceleration is wrong", "{cure}"
     )
     AXES = Words(
         "units",

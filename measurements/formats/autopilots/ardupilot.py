@@ -211,9 +211,8 @@ def _satellite(log: Messages) -> tuple[list[Stream], list[str]]:
     latitude, longitude = (np.where(has, fix.columns[name], np.nan) for name in ("Lat", "Lng"))
     north, east, origin = local_metres(latitude, longitude)
     course, speed = np.radians(fix.columns["GCrs"]), np.where(has, fix.columns["Spd"], np.nan)
-    turned = heading_at(fix.time, attitude, heading) if attitude is not None else np.full(fix.time.size, np.nan)
-    found = planar(fix, (north, east), (speed * np.cos(course), speed * np.sin(course)), turned)
-    streams += found if attitude is not None else found[:2]
+    turned = heading_at(fix.time, attitude, heading)
+    streams += planar(fix, (north, east), (speed * np.cos(course), speed * np.sin(course)), turned)
     notes.append(
         f"x y u v: from {fix.topic}: metres from the first fix at {origin[0]:.7f}, {origin[1]:.7f} deg, and Spd along "
         f"GCrs turned into body axes; {np.count_nonzero(~has)} rows without a fix left out"

@@ -127,24 +127,30 @@ def in_order(time: Array) -> NDArray[np.bool_]:
     return keep if np.sum(~keep) <= max(_FEW, _LOST * keep.size) else np.ones(time.size, dtype=bool)
 
 
-def planar(table: Table, where: tuple[Array, Array], speed: tuple[Array, Array], heading: Array) -> list[Stream]:
-    """Give `x y u v` from earth-fixed quantities at the stamps of a table.
+def planar(table: Table, where: tuple[Array, Array], speed: tuple[Array, Array], heading: Array | None) -> list[Stream]:
+    """Give `x y u v` from earth-fixed quantities at the stamps of a table; `x y` alone without a heading.
 
     Parameters
     ----------
     table : whose stamps they have
     where : north and east (n,), (n,) [m]
     speed : towards north and east over ground (n,), (n,) [m/s]
-    heading : (n,) [rad], clockwise from north
+    heading : (n,) [rad], clockwise from north; None where the log tells none
     """
-    with np.errstate(invalid="ignore", over="ignore"):
-        surge, sway = earth_to_body(heading, *speed)
-    values = {"x": where[0], "y": where[1], "u": surge, "v": sway}
+    values = {"x": where[0], "y": where[1]}
+    if heading is not None:
+        with np.errstate(invalid="ignore", over="ignore"):
+            values["u"], values["v"] = earth_to_body(heading, *speed)
     return [table.stream(name, value) for name, value in values.items()]
 
 
-def heading_at(time: Array, table: Table, heading: Array) -> Array:
-    """Heading [rad] of a table at other stamps (n,), the short way round; no number outside its first and last."""
+def heading_at(time: Array, table: Table | None, heading: Array) -> Array | None:
+    """Heading [rad] of a table at other stamps (n,), the short way round; no number outside its first and last.
+
+    None without a table.
+    """
+    if table is None:
+        return None
     known = np.isfinite(heading)
     if not known.any():
         return np.full(time.size, np.nan)

@@ -14,6 +14,7 @@ import json
 import mmap
 import re
 from array import array
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -87,7 +88,7 @@ class Telemetry:
     def __init__(self, path: Path, request: Request) -> None:
         self._known = known_messages()
         self._path = path
-        self._offsets: dict[Key, array] = {}
+        self._offsets: dict[Key, array] = defaultdict(lambda: array("Q"))
         self._rows: dict[Key, tuple[Any, Array]] = {}
         self.notes: list[str] = []
         with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
@@ -130,10 +131,7 @@ class Telemetry:
             if found is not None:
                 length, key = found
                 if key[2] in self._known:
-                    offsets = self._offsets.get(key)
-                    if offsets is None:
-                        offsets = self._offsets[key] = array("Q")
-                    offsets.append(at)
+                    self._offsets[key].append(at)
                 at += length
                 if at - told > EVERY:
                     told = at

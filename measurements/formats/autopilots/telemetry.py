@@ -246,9 +246,7 @@ def _channels(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
             f"along cog turned into body axes by the heading; {np.count_nonzero(~has)} rows without a fix left out"
         )
     if place is not None:
-        turned = heading_at(place.time, attitude, heading) if attitude is not None else np.full(place.time.size, np.nan)
-        found = planar(place, where, speed, turned)
-        streams += found if attitude is not None else found[:2]
+        streams += planar(place, where, speed, heading_at(place.time, attitude, heading))
     streams += _accelerations(reader, keys)
     return [*streams, *_commands(reader, keys, prefix), *_auxiliary(reader, keys)]
 

@@ -12,7 +12,7 @@ from zlib import crc32
 
 from ..autopilots.mavlink import JsonTelemetry
 from ..autopilots.telemetry import recording
-from ..base import BrokenError, Format, Head, Recording, Request, in_file, torn
+from ..base import BrokenError, Format, Head, Recording, Request, begins_with, in_file, torn
 from ..unpacking import LARGEST_PART, unpack, unpacked_message
 from .ros_messages import Collector
 
@@ -191,10 +191,6 @@ def _skipped(file: BinaryIO, length: int) -> bool:
     return True
 
 
-def _matches(head: Head) -> bool:
-    return head.start.startswith(MAGIC) and not head.gzipped
-
-
 def _read(head: Head, request: Request) -> Recording:
     collector, mavlink = Collector(request), JsonTelemetry(request)
     total = head.path.stat().st_size
@@ -212,4 +208,4 @@ def _read(head: Head, request: Request) -> Recording:
         return recording(mavlink, request, str(head.path), replace(others, notes=told))
 
 
-MCAP = Format("MCAP", _matches, _read, (".mcap",), library="rosbags")
+MCAP = Format("MCAP", begins_with(MAGIC), _read, (".mcap",), library="rosbags")

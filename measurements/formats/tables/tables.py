@@ -1,9 +1,8 @@
 """The two table shapes, long and wide, cut into streams; shared by all readers of tables."""
 
-from array import array
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -162,37 +161,22 @@ def long_recording(parts: Iterable[Part], path: object, clock: TimeColumn) -> Re
     Fields of one message come at the same instants; their streams share one array of stamps.
     """
     column = _Clock(path, clock)
-    found: defaultdict[tuple[str, str], _Rows] = defaultdict(_Rows)
+    found: defaultdict[tuple[str, str], list[tuple[NDArray[Any], ...]]] = defaultdict(list)
     done = 0
     for part in parts:
         stamps, value, earlier = column.take(part), part.numbers("value"), np.zeros(0)
         for label, rows in _by_name(part, path):
             earlier = _shared(earlier, stamps[rows])
-            found[label].add(earlier, value[rows], rows + (done + HEADER))
+            found[label].append((earlier, value[rows], rows + (done + HEADER)))
         _check_fields(len(found), path)
         done += len(part)
     streams: list[Stream] = []
-    for (topic, name), rows in sorted(found.items(), key=lambda item: item[0]):
-        time = column.seconds(np.concatenate(rows.stamps))
+    for topic, name in sorted(found):
+        given, value, line = (np.concatenate(pieces) for pieces in zip(*found.pop((topic, name)), strict=True))
+        time = column.seconds(given)
         time = _shared(streams[-1].time, time) if streams else time
-        value, line = np.frombuffer(rows.value), np.frombuffer(rows.line, dtype=np.int64)
         streams.append(Stream(topic.strip(), name.strip(), time, value, line))
     return Recording(tuple(streams), column.notes, start_ns=column.start_ns, clock=clock.name)
-
-
-@dataclass(slots=True)
-class _Rows:
-    """The rows of a stream of a long table: stamps part by part, values and lines in memory that grows with them."""
-
-    stamps: list[NDArray[Any]] = field(default_factory=list)
-    value: "array[float]" = field(default_factory=lambda: array("d"))
-    line: "array[int]" = field(default_factory=lambda: array("q"))
-
-    def add(self, stamps: NDArray[Any], value: Array, line: NDArray[np.int64]) -> None:
-        """Take the rows of a part."""
-        self.stamps.append(stamps)
-        self.value.frombytes(value.tobytes())
-        self.line.frombytes(line.tobytes())
 
 
 def _shared(earlier: NDArray[Any], later: NDArray[Any]) -> NDArray[Any]:

@@ -101,12 +101,7 @@ def small_table(head: Head, names: tuple[str, ...], clock: TimeColumn) -> ArrowP
     try:
         table = csv.read_csv(
             pa.BufferReader(text),
-            csv.ReadOptions(
-                use_threads=False,
-                block_size=_SMALL + 1,
-                skip_rows=how.above,
-                column_names=list(names),
-            ),
+            csv.ReadOptions(use_threads=False, block_size=_SMALL + 1, skip_rows=how.above, column_names=list(names)),
             csv.ParseOptions(delimiter=how.separator),
             csv.ConvertOptions(column_types=dict.fromkeys(words, pa.dictionary(pa.int32(), pa.string()))),
         )

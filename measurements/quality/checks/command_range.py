@@ -11,10 +11,9 @@ from typing import ClassVar, final
 import numpy as np
 
 from ....physics.motion import Motion
-from ....physics.presentation import percent
+from ....physics.presentation import listing, percent
 from ....physics.thrusters import TableCurve, Thruster, command_of
 from ....physics.vehicle import Vehicle
-from ..expected_answers import all_of
 from ..faults import OVERWHELMING, Altered, Size, size_by_model
 from ..finding import Check, Finding, Reach
 from ..record import Record
@@ -74,7 +73,7 @@ class CommandRange(Check):
         names = tuple(one.thruster.channel for one in beyond)
         told = "; ".join(one.sentence for one in beyond)
         factors, weighed = _best_factors(records, beyond)
-        lines = all_of([f"'{n}: {{from: ..., scale: {f:.4g}}}'" for n, f in factors.items()])
+        lines = listing([f"'{n}: {{from: ..., scale: {f:.4g}}}'" for n, f in factors.items()])
         # Beyond the curve the file has no force at all: of the motion they need not be much.
         sure = weighed is not None and weighed.share.low > OVERWHELMING
         size = (
@@ -93,7 +92,7 @@ class CommandRange(Check):
                 consequence="the model gives the curve's last force there, so that thrust and drag come out wrong",
                 remedy=f"if they are in another unit, such as percent, map {lines}; if the thrusters go so far, widen "
                 "their curves in the vehicle file",
-                short=f"{all_of(list(names))} go{'es' * (len(names) == 1)} beyond the curve of the vehicle file",
+                short=f"{listing(list(names))} go{'es' * (len(names) == 1)} beyond the curve of the vehicle file",
                 reach=Reach.LOG,
                 mends={n: entry for name, f in factors.items() for n, entry in records[0].scaled([name], f).items()}
                 if sure
@@ -103,7 +102,7 @@ class CommandRange(Check):
 
 
 def _factors(factors: Mapping[str, float]) -> str:
-    return all_of([f"{value:.4g}" for value in dict.fromkeys(factors.values())])
+    return listing([f"{value:.4g}" for value in dict.fromkeys(factors.values())])
 
 
 def _beyond(records: Sequence[Record], thruster: Thruster) -> Beyond | None:

@@ -7,6 +7,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from ....physics.presentation import listing
 from ...canonical import kind_of
 from ...clock import LEAST_CORRELATION, band_passed
 from ...statistics.blocks import CI
@@ -14,7 +15,6 @@ from ..axes import surveyed
 from ..expected_answers import (
     SIDE,
     Expected,
-    all_of,
     as_expected,
     called,
     classify_answers,
@@ -127,7 +127,7 @@ def _too_small(expected: Mapping[str, Expected], told: Mapping[str, Answer], siz
     """The finding that thrusters seem to push another way, which explains too little to be told as a fault."""
     names = tuple(sorted(frozenset.union(*_misplaced(expected, told))))
     text = (
-        f"{all_of(names)} may push another way than expected, or sit on the other side; but that explains only "
+        f"{listing(names)} may push another way than expected, or sit on the other side; but that explains only "
         f"{size.share} of what is left of surge and yaw without it"
     )
     remedy = "drive each thruster alone, ahead and astern, and look at the log again"
@@ -169,12 +169,12 @@ def _direction(
     if not wrong or size is None:
         least = min(found.values(), key=lambda answer: abs(answer.surge))
         as_told = "ahead" if all(answer.ahead > 0 for answer in found.values()) else "as the vehicle file says"
-        text = f"more command pushes {as_told} on {all_of(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
+        text = f"more command pushes {as_told} on {listing(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
         ends = least.surge - CI * least.surge_error, least.surge + CI * least.surge_error
         untold = [name for name in names if name not in found]
         return finding(
             verdict="cannot tell" if untold else "ok",
-            sentence=f"{text}; of {all_of(untold)} the log does not tell" if untold else text,
+            sentence=f"{text}; of {listing(untold)} the log does not tell" if untold else text,
             value=least.surge,
             unit="m/s^2",
             ci95=ends,
@@ -189,8 +189,8 @@ def _direction(
     maps = [map_line(records, name, name in wrong, name in moved) for name in listed]
     pushes = "astern" if worst.ahead < 0 else "ahead, and that thruster of the vehicle astern"
     facts = {
-        "told": f"{all_of(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
-        "names": all_of(tuple(wrong)),
+        "told": f"{listing(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
+        "names": listing(tuple(wrong)),
         "cure": f"{', '.join(maps)}{or_vehicle(wrong, expected, 'curve or the angle')}",
     }
     ends = worst.surge - CI * worst.surge_error, worst.surge + CI * worst.surge_error
@@ -221,7 +221,7 @@ def _sides(
     if not wrong or size is None:
         known = all(expected[name].side for name in found)
         words = "in the vehicle file" if any(expected[name].thruster for name in found) else "named"
-        text = f"the sides of {all_of(tuple(found))} are as {words}" if known else "; ".join(lies)
+        text = f"the sides of {listing(tuple(found))} are as {words}" if known else "; ".join(lies)
         return Finding(
             check="sides",
             verdict="ok" if known else "note",
@@ -259,7 +259,7 @@ def _either(unsure: Sequence[Trials], expected: Mapping[str, Expected]) -> str:
             for name, answer in trial.answers.items()
             if answer.turn and not answer.ahead
         ]
-        told.append(f"the boat answers {abs(trial.seconds):.1f} s {order} its commands and {all_of(signs)}")
+        told.append(f"the boat answers {abs(trial.seconds):.1f} s {order} its commands and {listing(signs)}")
     return f"the log is explained alike if {', or if '.join(told)}"
 
 

@@ -17,14 +17,7 @@ from ..record import QUICK_ROW, Record
 _PLACE = ("x", "y")
 _SENSORS: tuple[tuple[str, ...], ...] = (
     _PLACE,
-    ("psi",),
-    ("u",),
-    ("v",),
-    ("r",),
-    ("ax",),
-    ("ay",),
-    ("wind_u",),
-    ("wind_v",),
+    *((name,) for name in ("psi", "u", "v", "r", "ax", "ay", "wind_u", "wind_v")),
 )
 _GOES_ON = ("x", "psi")
 """What the motion carries on while the sensor sleeps: it jumps at the end of the stay."""
@@ -85,7 +78,7 @@ class Stuck(Check):
                 continue
             share, longest = sum(lengths) / times[names], max(lengths)
             counted = Share(share, 0.0)
-            facts = {"seconds": longest, "times": _times(len(lengths))}
+            facts = {"seconds": longest, "times": "once" if len(lengths) == 1 else f"{len(lengths)} times"}
             fault = Fault(Kind.STUCK, names, Size(counted, counted), facts, longest, parts={"share": share})
             refused = fault.size.refuses
             told = fault.in_words("defect" if refused else "warning")
@@ -208,7 +201,3 @@ def _resolution(values: Sequence[Array]) -> float:
     """The usual difference between north and east positions (n,) that are next to each other in size."""
     gaps = [np.diff(np.unique(np.asarray(column, dtype=float))) for column in values]
     return float(np.hypot.reduce([float(np.median(gap)) if gap.size else 0.0 for gap in gaps]))
-
-
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"
