@@ -169,7 +169,7 @@ def _part(record: Record, stretch: Stretch, names: list[str], band: tuple[float,
     pushes = np.zeros((motion.time.size, len(names), 2))
     if driven is not None and record.vehicle is not None:
         modelled = modelled_acceleration(record.vehicle, driven)[:, [0, 2]]
-        pushes = _pushes(record.vehicle, driven, names)
+        pushes = pushes_of(record.vehicle, driven, names)[1]
     hull = (
         np.column_stack([surge, surge * np.abs(surge), sway * rate, rate * rate]),
         np.column_stack([rate, rate * np.abs(rate), np.abs(surge) * rate, surge * sway, surge * rate]),
@@ -206,8 +206,13 @@ def rates_in_band(velocity: Array, modelled: Array, band: tuple[float, float]) -
     return np.gradient(band_passed(velocity - total, STEP, band), STEP, axis=0)
 
 
-def _pushes(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> Array:
-    """Accelerations of surge and yaw (n, c, 2) that each thruster makes along a motion, by the vehicle."""
+def pushes_of(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> tuple[Array, Array]:
+    """Accelerations of surge and yaw along a motion, by the vehicle: without thrust (n, 2), and by each thruster.
+
+    Parameters
+    ----------
+    names : of the commands, the second axis of the accelerations (n, c, 2) that the thrusters make
+    """
     scales = {thruster.channel: f"{thruster.name}_scale" for thruster in vehicle.thrusters}
     without = vehicle.with_values(dict.fromkeys(scales.values(), 0.0))
     rest, result = modelled_acceleration(without, motion)[:, [0, 2]], np.zeros((motion.time.size, len(names), 2))
@@ -215,7 +220,7 @@ def _pushes(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> Array:
         if name in scales:
             alone = without.with_values({scales[name]: vehicle.value(scales[name])})
             result[:, place] = modelled_acceleration(alone, motion)[:, [0, 2]] - rest
-    return result
+    return rest, result
 
 
 def push_range(records: Sequence[Record], name: str) -> tuple[float, Array]:

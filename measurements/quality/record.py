@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ...physics.errors import LogError
 from ...physics.motion import Array, Motion
 from ...physics.sampled_series import area_average
+from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from ..canonical import Channel, command_kind
 from ..channels.channel_map import Entry
@@ -242,6 +243,12 @@ class Record:
 def command_names(records: Sequence[Record]) -> list[str]:
     """All commands that some logs have, sorted."""
     return sorted({name for record in records for name in record.commands})
+
+
+def thruster_of(records: Sequence[Record], name: str) -> Thruster | None:
+    """The thruster that a command drives, by the first vehicle that has one; None for none."""
+    vehicles = [record.vehicle for record in records if record.vehicle]
+    return next((one for vehicle in vehicles for one in vehicle.thrusters if one.channel == name), None)
 
 
 def channels_called(records: Sequence[Record], name: str) -> list[Channel]:

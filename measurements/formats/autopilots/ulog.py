@@ -55,12 +55,10 @@ _MOTION = (
     "actuator_servos",
 )
 """Topics that are always unpacked."""
-_RATES = (
+_INERTIAL = (
     ("r", "vehicle_angular_velocity", "xyz[2]"),
     ("r", "sensor_combined", "gyro_rad[2]"),
     ("r", "vehicle_attitude", "yawspeed"),
-)
-_ACCELERATIONS = (
     ("ax", "sensor_combined", "accelerometer_m_s2[0]"),
     ("ay", "sensor_combined", "accelerometer_m_s2[1]"),
 )
@@ -249,7 +247,7 @@ def _channels(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> t
         streams += planar(place, (north, east), (to_north, to_east), turned)
         lost = f"; {np.count_nonzero(~known)} rows that it calls invalid left out" if not known.all() else ""
         notes.append(f"x y u v: vehicle_local_position, its vx vy turned into body axes by the heading{lost}")
-    for name, topic, field in (*_RATES, *_ACCELERATIONS):
+    for name, topic, field in _INERTIAL:
         table = tables.get(topic)
         if table is not None and field in table.columns and name not in {stream.field for stream in streams}:
             streams.append(table.stream(name, table.columns[field]))

@@ -18,7 +18,7 @@ from ..expected_answers import explained_as_expected, side_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
 from ..finding import Check, Finding
 from ..quick_motion import LEAST, QUICK, STEP, Part, parts_of, push_range
-from ..record import RATE, Record
+from ..record import RATE, Record, channels_called, thruster_of
 
 _LAGS = 3.0
 """Delays that are tried, both ways [s]: beyond the 2 s that a thruster may have at most."""
@@ -62,7 +62,7 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
     place = names.index(name)
     stands = np.concatenate([part.stands[:, place] for part in parts])
     seconds = int(np.count_nonzero(stands)) * STEP
-    if not _turn(records, name) or seconds < LEAST:
+    if not _turns(records, name) or seconds < LEAST:
         return None
     strays, a_newton = push_range(records, name)
     pushes = np.concatenate([part.pushes for part in parts])
@@ -135,11 +135,12 @@ def _mirrored(records: Sequence[Record], names: list[str]) -> list[tuple[int, in
 
 def _rests_or_saturates(records: Sequence[Record], name: str) -> bool:
     """True when the value at which a command stands longest is one of no push, or an end of its range."""
-    channels = [r.log.channels[name] for r in records if name in r.log.channels]
+    channels = channels_called(records, name)
     values, places = np.unique(np.concatenate([c.value for c in channels]), return_inverse=True)
     lasting = np.concatenate([np.diff(c.time, append=c.time[-1] + c.period) for c in channels])
     usual = float(values[np.argmax(np.bincount(places, lasting))])
-    thruster = next(t for r in records if r.vehicle for t in r.vehicle.thrusters if t.channel == name)
+    thruster = thruster_of(records, name)
+    assert thruster is not None  # only those of a vehicle mirror each other
     low, high = resting_commands(thruster) or (np.inf, -np.inf)
     astern, ahead = command_of(thruster, np.array([-1.0, 1.0])).tolist()
     return low <= usual <= high or not min(astern, ahead) < usual < max(astern, ahead)
@@ -275,13 +276,12 @@ def _both(part: Part) -> Array:
     return np.column_stack([part.commands, part.commands * np.abs(part.commands)])
 
 
-def _turn(records: Sequence[Record], name: str) -> int:
-    """1 for a thruster at port, which turns the boat to starboard by pushing ahead, -1 at starboard, else 0."""
-    for record in records:
-        for thruster in record.vehicle.thrusters if record.vehicle else ():
-            if thruster.channel == name:
-                return -int(np.sign(thruster.y)) if abs(np.cos(thruster.angle)) > 0.5 else 0
-    return {"port": 1, "starboard": -1}.get(side_of(name), 0)
+def _turns(records: Sequence[Record], name: str) -> bool:
+    """True for a thruster on one side, which turns the boat by pushing ahead."""
+    thruster = thruster_of(records, name)
+    if thruster is None:
+        return bool(side_of(name))
+    return bool(thruster.y != 0.0 and abs(np.cos(thruster.angle)) > 0.5)
 
 
 def _sound(parts: Sequence[Part], names: list[str]) -> Finding:

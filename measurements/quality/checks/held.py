@@ -6,9 +6,8 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...canonical import Channel
-from ..finding import Channels, Check, Finding, Fix
-from ..fixes import LEAST, fixes_of, taken_at
+from ..finding import Check, Finding, Fix
+from ..fixes import LEAST, at_fixes, fixes_of
 from ..record import Record
 
 
@@ -52,12 +51,10 @@ class HeldFixes(Check):
                 f"{rows:.0f} rows of {step:.3g} s",
                 consequence="a speed taken from row to row is zero, then too large",
                 remedy="use a position only where it is new",
-                fix=Fix("rows that repeat a position dropped from x and y", _fresh),
+                fix=Fix(
+                    "rows that repeat a position dropped from x and y",
+                    partial(at_fixes, taken=lambda fixes: fixes.time),
+                ),
                 short=f"positions are held over {rows:.0f} rows",
             )
         ]
-
-
-def _fresh(channels: Channels) -> dict[str, Channel]:
-    fixes = fixes_of(channels)
-    return dict(channels) if fixes is None else taken_at(channels, fixes, fixes.time)

@@ -6,9 +6,8 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...canonical import Channel
 from ..finding import Channels, Check, Finding, Fix, Reach
-from ..fixes import LEAST, Fixes, fixes_of, taken_at
+from ..fixes import LEAST, Fixes, at_fixes, fixes_of
 from ..record import Record
 
 _OFTEN = 0.01
@@ -78,7 +77,10 @@ class LateFixes(Check):
                 sentence=f"{told}, but the boat goes on evenly: these fixes came {late:.2g} s late",
                 consequence=f"speeds from positions have false spikes of up to +-{spikes:.2g} m/s",
                 remedy="put late fixes back on their beat",
-                fix=Fix(f"late fixes put back on their beat of {found[0].beat:.3g} s", _retimed),
+                fix=Fix(
+                    f"late fixes put back on their beat of {found[0].beat:.3g} s",
+                    partial(at_fixes, taken=Fixes.retimed),
+                ),
                 parts={"late": late, "spikes": spikes},
                 short=f"position fixes come late ({100.0 * share:.0f} % of the steps between them)",
                 reach=Reach.SECONDS,
@@ -91,8 +93,3 @@ def _row(channels: Channels, fixes: Fixes) -> float:
     periods = [channel.period for name, channel in channels.items() if name not in ("x", "y")]
     row = min((period for period in periods if period > 0.0), default=np.inf)
     return row if row < 1.1 * fixes.step else 0.0
-
-
-def _retimed(channels: Channels) -> dict[str, Channel]:
-    fixes = fixes_of(channels)
-    return dict(channels) if fixes is None else taken_at(channels, fixes, fixes.retimed())

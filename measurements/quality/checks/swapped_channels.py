@@ -8,14 +8,15 @@ from typing import ClassVar, final
 import numpy as np
 
 from ....physics.motion import Array
-from ....physics.thrusters import push_and_turn, side_named
-from ...canonical import Channel, command_kind
+from ....physics.thrusters import push_and_turn
+from ...canonical import Channel
 from ...clock import band_passed
 from ..axes import track_of
+from ..expected_answers import side_of
 from ..faults import BLOCK, Fault, Kind, Size, blocks_of, size_of
 from ..finding import Channels, Check, Finding, Fix
 from ..lags import QUICK
-from ..record import RATE, Record, Stretch
+from ..record import RATE, Record, Stretch, thruster_of
 from ..response import answers, trials
 
 _STEP = 1.0 / RATE
@@ -102,8 +103,8 @@ def _by_thrust(records: Sequence[Record]) -> Size | None:
 
 def _pushes_ahead(records: Sequence[Record], name: str) -> bool:
     """True when a thruster is known to push along the hull: one that pushes aside drives sway itself."""
-    own = [t for record in records if record.vehicle for t in record.vehicle.thrusters if t.channel == name]
-    return bool(push_and_turn(own[0])[0]) if own else bool(side_named((command_kind(name) or ("", name))[1]))
+    own = thruster_of(records, name)
+    return bool(side_of(name) if own is None else push_and_turn(own)[0])
 
 
 def _tables(stretch: Stretch, columns: Sequence[int], lag: int, exchange: bool) -> tuple[Array, ...]:

@@ -11,7 +11,6 @@ from typing import ClassVar, NamedTuple, final
 
 import numpy as np
 
-from ....physics.forces import modelled_acceleration
 from ....physics.motion import Array
 from ...canonical import Channel
 from ...log import Log
@@ -20,6 +19,7 @@ from ..axes import LENGTHS, SPEEDS, Track, course_of, mixed_up, off_course, surv
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
 from ..finding import Channels, Check, Finding, Fix, altered
 from ..lags import Turns, blocks_of_pieces, turns, unexplained_turning
+from ..quick_motion import pushes_of
 from ..record import RATE, Record, Stretch
 
 FINE = 0.1
@@ -332,14 +332,11 @@ def _by_mass(records: Sequence[Record]) -> tuple[float, Size] | None:
         if motion is None or vehicle is None:
             continue
         still = replace(motion, velocity=np.zeros_like(motion.velocity))
-        scales = [f"{thruster.name}_scale" for thruster in vehicle.thrusters]
-        without = vehicle.with_values(dict.fromkeys(scales, 0.0))
-        weather = modelled_acceleration(without, still)[:, 0]
-        alone = [without.with_values({s: vehicle.value(s)}) for s in scales]
-        push = [modelled_acceleration(one, still)[:, 0] - weather for one in alone]
+        weather, pushes = pushes_of(vehicle, still, [thruster.channel for thruster in vehicle.thrusters])
+        push, count = pushes[:, :, 0].T, len(vehicle.thrusters)
         surge, sway, rate = motion.velocity.T
-        total = _summed([*push, surge, surge * np.abs(surge), sway * rate, weather])
-        rows.append((total[:, : len(push)], _changed(surge), total[:, len(push) :]))
+        total = _summed([*push, surge, surge * np.abs(surge), sway * rate, weather[:, 0]])
+        rows.append((total[:, :count], _changed(surge), total[:, count:]))
     return _factor(rows, inverse=True)
 
 
