@@ -12,7 +12,6 @@ from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.motion import Motion, earth_to_body
 from ..physics.presentation import Card, each
 from ..physics.vehicle import Vehicle
-from .activity import Excitation, excitation_of
 from .canonical import Channel, command_kind
 from .channels.channel_map import Entry, map_dict
 from .clock import Alignment, align
@@ -22,6 +21,7 @@ from .preparation.prepare import PAPER, WEAK, Recipe, motions_within, native_rat
 from .preparation.resampling import gap_limit, gaps
 from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
+from .quality.record import Excitation, excitation_of
 from .quality.record import longest as longest_span
 from .statistics.signals import noise_level
 

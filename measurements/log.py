@@ -19,11 +19,10 @@ from .channels.auxiliary import auxiliary_channels, auxiliary_of
 from .channels.channel_map import TIME, Entry, entries_of, entry_of, map_dict, read_channel_map, time_of
 from .channels.mapping import map_channels, some
 from .channels.recognition import check_namespace, is_under, is_vertical_acceleration, lacks, recognise
-from .formats.base import Name, Request, Stream
+from .formats.base import CraftEvidence, Name, Request, Stream
 from .formats.headers import TimeColumn, find_time
 from .formats.registry import read_recording
 from .log_options import AS_GUESSED, Reading
-from .vehicle_types import CraftEvidence
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -1,4 +1,4 @@
-"""The interface of a log reader: what it is asked, and the streams of stamped numbers it gives."""
+"""The interface of a log reader: what it is asked, and what it gives: streams of stamped numbers, of which vehicle."""
 
 import gzip
 import re
@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,6 @@ from numpy.typing import NDArray
 from ...physics.errors import LogError
 from ...physics.motion import Array
 from ..canonical import Output
-from ..vehicle_types import CraftEvidence
 from .headers import TextHeader, TimeColumn, find_time, read_header
 
 EXPECTED = (
@@ -85,6 +85,37 @@ class Stream:
     def label(self) -> Name:
         """Topic, field and kind, without the numbers."""
         return Name(self.topic, self.field, self.kind)
+
+
+class Craft(Enum):
+    """A kind of vehicle; its value is what a sentence calls it."""
+
+    BOAT = "a surface vessel"
+    ROVER = "a rover or boat"
+    COPTER = "a copter"
+    PLANE = "a plane"
+    SUBMARINE = "a submarine"
+    AIRSHIP = "an airship"
+    TRACKER = "an antenna tracker"
+
+    @property
+    def floats(self) -> bool:
+        """True when it may be a surface vessel; ArduPilot's firmware of boats is that of rovers."""
+        return self in (Craft.BOAT, Craft.ROVER)
+
+
+@dataclass(frozen=True, slots=True)
+class CraftEvidence:
+    """A kind of vehicle, and the words of the log that tell it."""
+
+    craft: Craft
+    source: str
+
+    @property
+    def sentence(self) -> str:
+        """What the log says, without an end."""
+        none = "" if self.craft.floats else ", which is no surface vessel"
+        return f"the log is of {self.craft.value}{none} ({self.source})"
 
 
 @dataclass(frozen=True, slots=True)

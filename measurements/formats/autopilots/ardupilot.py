@@ -14,9 +14,18 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.motion import Array
 from ...canonical import local_metres
-from ...vehicle_types import by_firmware
 from ..base import Recording, Request, Stream
-from .autopilot import Table, assembled, auxiliary_of_columns, heading_at, in_order, planar, raw_names, servo_commands
+from .autopilot import (
+    Table,
+    assembled,
+    auxiliary_of_columns,
+    by_firmware,
+    heading_at,
+    in_order,
+    planar,
+    raw_names,
+    servo_commands,
+)
 
 _BOOKKEEPING = {"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "FILE", "ISBD", "ISBH"}
 """Messages that hold no measurement."""

@@ -14,12 +14,13 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.motion import GRAVITY, Array
 from ...canonical import local_metres
-from ...vehicle_types import CraftEvidence, by_firmware, by_mav_type
-from ..base import Format, Head, Name, Recording, Request, Stream
+from ..base import CraftEvidence, Format, Head, Name, Recording, Request, Stream
 from .autopilot import (
     Table,
     assembled,
     auxiliary_of_columns,
+    by_firmware,
+    by_mav_type,
     heading_at,
     in_order,
     numbers,

@@ -18,12 +18,13 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.motion import Array, heading_from_quaternion
 from ...canonical import Output
-from ...vehicle_types import CraftEvidence, by_mav_type, by_px4_status
-from ..base import DEEPEST, EVERY, Format, Head, Name, Recording, Request, Stream, begins_with, torn
+from ..base import DEEPEST, EVERY, CraftEvidence, Format, Head, Name, Recording, Request, Stream, begins_with, torn
 from .autopilot import (
     Table,
     assembled,
     auxiliary_of_columns,
+    by_mav_type,
+    by_px4_status,
     heading_at,
     in_order,
     numbers,

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from functools import partial
 from typing import ClassVar, final
 
-from ...activity import excitation_of
 from ..finding import Check, Finding
-from ..record import Record
+from ..record import Record, excitation_of
 
 _LITTLE = 60.0
 """Usable motion below which little can be learned [s]: a few manoeuvres, of which 15 % are held out."""
@@ -14,7 +13,7 @@ _LITTLE = 60.0
 
 @final
 class Excitation(Check):
-    """Says what the log cannot identify, see `activity.excitation_of`."""
+    """Says what the log cannot identify, see `record.excitation_of`."""
 
     name: ClassVar[str] = "excitation"
 
