@@ -36,7 +36,7 @@ from undertow.measurements.formats.autopilots.mavlink import Telemetry, definiti
 from undertow.measurements.formats.base import Request
 from undertow.measurements.formats.ros import ros1_bag
 from undertow.measurements.formats.ros.mcap import McapWalk
-from undertow.measurements.formats.ros.ros2_bag import SqliteWalk
+from undertow.measurements.formats.ros.ros2_bag import walk_sqlite
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
 
@@ -134,7 +134,7 @@ def _bag(path: Path) -> str:
         with path.open("rb") as file:
             ros1_bag._walk(file, path.stat().st_size, taken, Request())  # type: ignore[arg-type]
     else:
-        SqliteWalk(taken).read(path, lambda share: None)  # type: ignore[arg-type]
+        walk_sqlite(path, taken, False, lambda share: None)  # type: ignore[arg-type]
     with AnyReader([target]) as reader:
         theirs = Counter((c.topic, received, bytes(raw)) for c, received, raw in reader.messages())
     return _difference(taken.messages, theirs)

@@ -37,6 +37,7 @@ the air relative to the boat, in body axes, as an anemometer on board measures i
 becomes `psi`, latitude and longitude become `x` and `y`, and the velocity along `x` and `y`, or speed and course over
 ground (`sog`, and `cog` clockwise from north), become `u` and `v`."""
 
+MOTION = ("x", "y", "psi", "u", "v", "r")
 QUATERNION = ("qx", "qy", "qz", "qw")
 PLACE = ("lat", "lon")
 RATES = ("x_dot", "y_dot")
@@ -155,6 +156,11 @@ class Channel:
         middle = float(np.median(steps))
         usual = steps[(steps > 0.5 * middle) & (steps < 1.5 * middle)]
         return float(usual.mean()) if usual.size else middle
+
+    @property
+    def unwrapped(self) -> Array:
+        """The values (n,), a heading without its jumps by a full turn."""
+        return np.unwrap(self.value) if self.name == "psi" else self.value
 
     def rows(self, keep: NDArray[np.bool_]) -> "Channel":
         """The same channel with some of its rows (n,)."""

@@ -198,17 +198,16 @@ def inspect_log(
     )
 
 
-def inspect_logs(logs: Sequence[Log], vehicle: Vehicle | None = None, recipe: Recipe = PAPER) -> Inspections:
+def inspect_logs(logs: Sequence[Log], vehicle: Vehicle | None = None) -> Inspections:
     """Look several logs of one boat over, each by itself and all together; see `inspect_log`.
 
     Parameters
     ----------
     logs : of one boat
     vehicle : for which they are meant
-    recipe : of the preparation
     """
     examinations = [examine(log, vehicle) for log in logs]
-    each = tuple(inspect_log(log, vehicle, recipe, examination=e) for log, e in zip(logs, examinations, strict=True))
+    each = tuple(inspect_log(log, vehicle, examination=e) for log, e in zip(logs, examinations, strict=True))
     quality = pool(examinations)
     unusable = [inspection for inspection in each if inspection.plan.missing]
     told = verdict(quality)
@@ -247,7 +246,7 @@ def _motions(log: Log) -> tuple[Motion, ...]:
 def _summary(channel: Channel, recipe: Recipe) -> ChannelSummary:
     found = gaps(channel, gap_limit(channel, recipe.max_gap))
     noisy = command_kind(channel.name) is None
-    values = np.unwrap(channel.value) if channel.name == "psi" else channel.value
+    values = channel.unwrapped
     return ChannelSummary(
         name=channel.name,
         unit=channel.unit,

@@ -10,7 +10,7 @@ from ...physics.errors import LogError, RequestError, expect
 from ...physics.motion import RUN_UP, Array, Motion, body_to_earth, earth_to_body
 from ...physics.sampled_series import area_average, understated_noise
 from ...physics.vehicle import Vehicle
-from ..canonical import Channel
+from ..canonical import MOTION, Channel
 from ..log import Log
 from .needs import command_channels, require
 from .resampling import (
@@ -289,7 +289,7 @@ def reference(log: Log) -> Channel:
 
 def _needed(log: Log, vehicle: Vehicle | None) -> list[Channel]:
     wind = _WIND if set(_WIND) <= set(log.channels) else ()
-    motion = [log.channels[name] for name in ("x", "y", "psi", "u", "v", "r", *wind) if name in log.channels]
+    motion = [log.channels[name] for name in (*MOTION, *wind) if name in log.channels]
     return motion + [log.channels[name] for name in command_channels(vehicle)]
 
 

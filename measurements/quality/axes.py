@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...physics.motion import Array
 from ..canonical import Channel, command_kind
 from ..log import Log
-from ..statistics.blocks import CI
+from ..statistics.blocks import CI, numbered_on
 from ..statistics.signals import noise_level
 from .faults import BLOCK, FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
 from .finding import Channels, Fix
@@ -229,7 +229,7 @@ def other_places(quarters: int | None) -> Mixed | None:
     return None if quarters is None else _PLACES[quarters]
 
 
-def _given(rules: Mapping[str, tuple[str, float]]) -> Callable[[Channels], dict[str, Channel]]:
+def taken_from(rules: Mapping[str, tuple[str, float]]) -> Callable[[Channels], dict[str, Channel]]:
     """Give each channel the stamps and values of another, times a sign."""
 
     def apply(channels: Channels) -> dict[str, Channel]:
@@ -248,7 +248,7 @@ def _pair(first: str, second: str) -> tuple[Mixed, Mixed, Mixed, Mixed]:
 
     def mixed(names: tuple[str, ...], text: str, rules: dict[str, tuple[str, float]]) -> Mixed:
         lines = ", ".join(f"'{n}: {{from: column of {s}, scale: {sign:g}}}'" for n, (s, sign) in rules.items())
-        fix = Fix(f"{text}: put right", _given(rules))
+        fix = Fix(f"{text}: put right", taken_from(rules))
         return Mixed(names, text, f"map {lines}; or say --frame enu if the log is ENU/FLU", fix)
 
     both = (first, second)
@@ -397,9 +397,8 @@ def _joined(found: Sequence[_Ways]) -> _Ways | None:
     """The ways of all logs."""
     if not found:
         return None
-    begun = np.cumsum([0, *(int(one.piece[-1]) + 1 for one in found)])
-    moved = [replace(one, piece=one.piece + first) for one, first in zip(found, begun, strict=False)]
-    return _Ways(*(np.concatenate([getattr(one, part.name) for one in moved]) for part in fields(_Ways)))
+    joined = [np.concatenate([getattr(one, part.name) for one in found]) for part in fields(_Ways)]
+    return _Ways(*joined[:-1], numbered_on([one.piece for one in found]))
 
 
 def _ways(log: Log) -> _Ways | None:

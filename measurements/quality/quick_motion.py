@@ -14,7 +14,7 @@ from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
 from ..clock import band_passed
 from ..statistics.signals import noise_level
-from .record import RATE, Record, Stretch, channels_called, command_names, computed_once
+from .record import RATE, STEP, Record, Stretch, channels_called, command_names, computed_once
 
 _SLOW = 0.1
 """Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
@@ -92,8 +92,6 @@ def _resting(record: Record, name: str) -> Array:
     return np.concatenate(found)
 
 
-STEP = 1.0 / RATE
-"""Of the even time base [s]."""
 QUICK = (0.15, 2.0)
 """The band in which a boat answers its thrusters and hull forces change little [Hz]."""
 _EDGE = 1.0

@@ -147,6 +147,8 @@ _T = TypeVar("_T")
 
 RATE = 20.0
 """Of the even time base on which channels are compared [Hz]; one for all logs, so that they can be pooled."""
+STEP = 1.0 / RATE
+"""Of the same time base [s]."""
 _MOST = 0.5
 """Share of a stretch in which a record must have values to be compared at all."""
 _EVEN = Recipe(rate=RATE, cutoff=None)

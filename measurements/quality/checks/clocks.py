@@ -15,12 +15,10 @@ from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix, altered
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..quick_motion import centre_of, stands_still
-from ..record import QUICK_ROW, RATE, Record, Stretch, command_names
+from ..record import QUICK_ROW, STEP, Record, Stretch, command_names
 from ..response import COARSE, MADE_GOOD, SLOW, Trials, made_good, row_of, trials
 
-_STEP = 1.0 / RATE
-"""Of the even time base [s]."""
-_IN_STEP = 0.03
+_INSTEP = 0.03
 """Offset up to which records are in step [s]: half a step of the 20 Hz on which they are compared, and rounding."""
 _PITCHING = 0.05
 """The same of the accelerometer [s]: a boat that pitches as it speeds up holds it back.
@@ -44,12 +42,12 @@ class _Comparison:
     response: Callable[[Record, Stretch], Response]
     consequence: str
     grave: tuple[int, ...] = ()
-    in_step: float = _IN_STEP
+    in_step: float = _INSTEP
 
 
 def _turning(record: Record, stretch: Stretch) -> Response:
     motion = stretch.motion
-    return Response(motion.velocity[:, 2], np.gradient(motion.heading, _STEP)[:, None], np.zeros((motion.time.size, 0)))
+    return Response(motion.velocity[:, 2], np.gradient(motion.heading, STEP)[:, None], np.zeros((motion.time.size, 0)))
 
 
 def _surging(record: Record, stretch: Stretch) -> Response:
@@ -57,7 +55,7 @@ def _surging(record: Record, stretch: Stretch) -> Response:
     motion = stretch.motion
     surge, sway, rate = motion.velocity.T
     measured = on_grid(record, "ax", motion.time)
-    return Response(measured, (np.gradient(surge, _STEP) - sway * rate)[:, None], _trim(surge))
+    return Response(measured, (np.gradient(surge, STEP) - sway * rate)[:, None], _trim(surge))
 
 
 def _trim(surge: Array) -> Array:
@@ -108,9 +106,9 @@ class Clocks(Check):
             having = [record for record in records if pair.needs <= set(record.log.channels)]
             if not having:
                 continue
-            lags = [lag_anywhere([pair.response(record, s) for s in record.stretches], _STEP) for record in having]
+            lags = [lag_anywhere([pair.response(record, s) for s in record.stretches], STEP) for record in having]
             every = (pair.response(r, s) for r in having for s in r.stretches)
-            lag = lags[0] if len(having) == 1 else lag_anywhere(list(every), _STEP)
+            lag = lags[0] if len(having) == 1 else lag_anywhere(list(every), STEP)
             known = [one for one in lags if one is not None and _sure(one)]
             row = max(record.log.channels[name].period for record in having for name in pair.needs)
             if row > QUICK_ROW and "ax" in pair.needs:
@@ -199,7 +197,7 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in longer rows, with which a
     # programme may keep step, all of it.
     before = row if row > 1.5 * COARSE else 0.5 * row
-    if ends[1] >= -_IN_STEP - before:
+    if ends[1] >= -_INSTEP - before:
         if ends[0] < -COARSE - before:
             between = " to ".join(_when(end, 2) for end in ends)
             text = f"the boat may answer its commands {between}: too little to tell"
@@ -271,7 +269,7 @@ def _answer(records: Sequence[Record], gyro: float, about: float, row: float) ->
     lags = []
     for response in (_surge_answer, _yaw_answer):
         every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
-        lag = lag_of(every, _STEP, quick, (about + _REACH[0] - max(row - COARSE, 0.0), about + _REACH[1]))
+        lag = lag_of(every, STEP, quick, (about + _REACH[0] - max(row - COARSE, 0.0), about + _REACH[1]))
         if lag is not None and lag.stretches >= FEWEST and _sure(lag):
             lags.append(lag)
     if not lags:
@@ -294,7 +292,7 @@ def _drive(record: Record, stretch: Stretch, centre: Mapping[str, float]) -> Arr
 
 def _surge_answer(record: Record, stretch: Stretch, centre: Mapping[str, float], gyro: float) -> Response:
     surge = stretch.motion.velocity[:, 0]
-    return Response(np.gradient(surge, _STEP), _drive(record, stretch, centre), _trim(surge))
+    return Response(np.gradient(surge, STEP), _drive(record, stretch, centre), _trim(surge))
 
 
 def _yaw_answer(record: Record, stretch: Stretch, centre: Mapping[str, float], gyro: float) -> Response:
@@ -302,7 +300,7 @@ def _yaw_answer(record: Record, stretch: Stretch, centre: Mapping[str, float], g
     surge, _, rate = motion.velocity.T
     rate = np.interp(motion.time + gyro, motion.time, rate)
     besides = np.column_stack([rate, np.abs(surge) * rate, np.abs(rate) * rate])
-    return Response(np.gradient(rate, _STEP), _drive(record, stretch, centre), besides)
+    return Response(np.gradient(rate, STEP), _drive(record, stretch, centre), besides)
 
 
 def _move(names: Sequence[str], seconds: float) -> Callable[[Channels], dict[str, Channel]]:

@@ -6,12 +6,11 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...canonical import Channel, command_kind
+from ...canonical import MOTION, Channel, command_kind
 from ...preparation.resampling import gap_limit, gaps, is_logged_on_change
 from ..finding import Check, Finding, Verdict
 from ..record import Record
 
-_MOTION = ("x", "y", "psi", "u", "v", "r")
 _SLOW, _TOO_SLOW = 4.5, 1.0
 """Rates below which motion is coarse, and below which it is not seen [Hz]."""
 _JITTER = 0.3
@@ -111,7 +110,7 @@ class Gaps(Check):
 
 
 def _motion(records: Sequence[Record]) -> list[Channel]:
-    return [r.log.channels[name] for r in records for name in _MOTION if name in r.log.channels]
+    return [r.log.channels[name] for r in records for name in MOTION if name in r.log.channels]
 
 
 def _strays(channel: Channel) -> float:

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.motion import Array
-from ...canonical import Channel
+from ...canonical import MOTION, Channel
 from ..finding import Channels, Check, Finding, Fix, altered
 from ..record import Record
 
-_MOTION = ("x", "y", "psi", "u", "v", "r", "ax", "ay")
+_MOTION = (*MOTION, "ax", "ay")
 _LEAST_ROWS = 200
 """Rows that are needed, and a tenth of it of measured ones, for a median and quantiles to mean something."""
 _FLAT = 0.01
@@ -72,7 +72,7 @@ def _table(channels: Channels) -> tuple[Array, list[Array], tuple[str, ...]] | N
     time = parts[0].time
     if not all(part.time is time or np.array_equal(part.time, time) for part in parts):
         return None
-    values = [np.unwrap(part.value) if part.name == "psi" else part.value for part in parts]
+    values = [part.unwrapped for part in parts]
     return time, values, tuple(part.name for part in parts)
 
 

@@ -28,12 +28,10 @@ from ..expected_answers import (
 )
 from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
 from ..finding import Check, Finding
-from ..record import RATE, Record, channels_called, command_names
+from ..record import RATE, STEP, Record, channels_called, command_names
 from ..response import Answer, Trials, trials
 from .swapped_channels import may_be_exchanged
 
-_STEP = 1.0 / RATE
-"""Of the even time base [s]."""
 _TURNING = (0.05, 1.0)
 """The band in which differentiated headings and yaw rates are compared [Hz]: slower is drift, faster is noise."""
 
@@ -138,7 +136,7 @@ def _turns_apart(records: Sequence[Record]) -> bool:
     """True when the gyro goes to port where the heading goes to starboard: one of the two signs is wrong."""
     both = [record for record in records if {"psi", "r"} <= set(record.log.channels)]
     pairs = [
-        band_passed(np.column_stack([np.gradient(s.motion.heading, _STEP), s.motion.velocity[:, 2]]), _STEP, _TURNING)
+        band_passed(np.column_stack([np.gradient(s.motion.heading, STEP), s.motion.velocity[:, 2]]), STEP, _TURNING)
         for record in both
         for s in record.stretches
         if s.motion.time.size > RATE / _TURNING[0]

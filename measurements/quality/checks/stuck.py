@@ -139,7 +139,7 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
     first, time = channels[0], channels[0].time
     if first.name not in _GOES_ON and first.period > QUICK_ROW:
         return []
-    values = [np.unwrap(c.value) if c.name == "psi" else c.value for c in channels]
+    values = [channel.unwrapped for channel in channels]
     steps = np.hypot(*map(np.diff, values)) if len(values) > 1 else np.abs(np.diff(values[0]))
     digit = _last_digit(steps)
     if digit is not None and first.name == "x":

@@ -9,18 +9,15 @@ import numpy as np
 
 from ....physics.motion import Array
 from ....physics.thrusters import push_and_turn
-from ...canonical import Channel
 from ...clock import band_passed
-from ..axes import track_of
+from ..axes import taken_from, track_of
 from ..expected_answers import side_of
 from ..faults import BLOCK, Fault, Kind, Size, blocks_of, size_of
-from ..finding import Channels, Check, Finding, Fix
+from ..finding import Check, Finding, Fix
 from ..lags import QUICK
-from ..record import RATE, Record, Stretch, thruster_of
+from ..record import RATE, STEP, Record, Stretch, thruster_of
 from ..response import answers, trials
 
-_STEP = 1.0 / RATE
-"""Of the even time base [s]."""
 _SPEEDS = ("u", "v")
 
 
@@ -43,7 +40,13 @@ class Exchanged(Check):
         way, thrust = _by_way(having), _by_thrust(having)
         u, v = (having[0].log.entries.get(name) for name in _SPEEDS)
         mends = {"u": v, "v": u} if u and v else {}
-        fault = partial(Fault, Kind.EXCHANGED, _SPEEDS, fix=Fix("u and v exchanged", _exchange), mends=mends)
+        fault = partial(
+            Fault,
+            Kind.EXCHANGED,
+            _SPEEDS,
+            fix=Fix("u and v exchanged", taken_from({"u": ("v", 1.0), "v": ("u", 1.0)})),
+            mends=mends,
+        )
         said = [None if size is None else fault(size=size).ruled() for size in (way, thrust)]
         if way is None and (thrust is None or (said[1] is None and thrust.share.value > 0.0)):
             return [finding(verdict="cannot tell", sentence="too little motion to tell u from v")]
@@ -83,7 +86,7 @@ def _by_thrust(records: Sequence[Record]) -> Size | None:
     names = [name for name in told if _pushes_ahead(records, name)]
     if len(names) < len(told) or not any(told[name].turn for name in names):
         return None
-    lag = round(next(one.best.seconds for one in trials(records) if names[0] in one.best.answers) / _STEP)
+    lag = round(next(one.best.seconds for one in trials(records) if names[0] in one.best.answers) / STEP)
     turn = np.array([told[name].yaw for name in names])
     named, exchanged = [], []
     for record in records:
@@ -115,15 +118,15 @@ def _tables(stretch: Stretch, columns: Sequence[int], lag: int, exchange: bool) 
     commands = stretch.commands[:, columns]
     table = np.column_stack(
         [
-            np.gradient(surge, _STEP),
-            np.gradient(sway, _STEP),
+            np.gradient(surge, STEP),
+            np.gradient(sway, STEP),
             *(surge, surge * np.abs(surge), sway * rate),
             *(sway, sway * np.abs(sway), rate, np.abs(surge) * rate, surge * rate),
         ]
     )
     rows = slice(max(lag, 0), table.shape[0] + min(lag, 0))
     moved = commands[max(-lag, 0) : commands.shape[0] - max(lag, 0)]
-    table = band_passed(np.column_stack([table[rows], moved]), _STEP, QUICK)
+    table = band_passed(np.column_stack([table[rows], moved]), STEP, QUICK)
     return table[:, 0], table[:, 1], table[:, 10:], table[:, 2:5], table[:, 5:10]
 
 
@@ -138,8 +141,3 @@ def _residual_squares(parts: Sequence[tuple[Array, ...]], turn: Array) -> tuple[
         table = np.column_stack(columns)
         left += (changes - table @ np.linalg.lstsq(table, changes, rcond=None)[0]) ** 2
     return left, surge**2 + sway**2
-
-
-def _exchange(channels: Channels) -> dict[str, Channel]:
-    u, v = channels["u"], channels["v"]
-    return dict(channels) | {"u": replace(v, name="u"), "v": replace(u, name="v")}

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from ....physics.motion import GRAVITY
-from ...statistics.blocks import robust_fit
+from ...statistics.blocks import numbered_on, robust_fit
 from ..finding import Check, Finding
 from ..record import RATE, Record
 from .clocks import on_grid
@@ -40,16 +40,14 @@ class Tilt(Check):
         if fast < 0.1:
             text = "the boat moves too little to tell whether gravity leaks into the accelerometer"
             return [finding(verdict="cannot tell", sentence=text)]
-        rest, columns, blocks, begun = [], [], [], 0
+        rest, columns, blocks = [], [], []
         for record, stretch in stretches:
             motion = stretch.motion
             surge, sway, rate = motion.velocity.T
             rest.append(on_grid(record, "ax", motion.time) - np.gradient(surge, 1.0 / RATE) + sway * rate)
             columns.append(np.column_stack([surge * np.abs(surge) / fast**2, np.ones_like(surge)]))
-            number = ((motion.time - motion.time[0]) // _BLOCK).astype(np.int64)
-            blocks.append(begun + number)
-            begun += int(number[-1]) + 1
-        fit = robust_fit(np.concatenate(columns), np.concatenate(rest), np.concatenate(blocks))
+            blocks.append(((motion.time - motion.time[0]) // _BLOCK).astype(np.int64))
+        fit = robust_fit(np.concatenate(columns), np.concatenate(rest), numbered_on(blocks))
         leak, ends = float(fit.values[0]), fit.interval(0)
         if ends is None:
             text = "the log is too short to tell whether gravity leaks into the accelerometer"

@@ -14,7 +14,7 @@ import numpy as np
 from ....physics.motion import Array
 from ...canonical import Channel
 from ...log import Log
-from ...statistics.blocks import robust_fit
+from ...statistics.blocks import numbered_on, robust_fit
 from ..axes import LENGTHS, SPEEDS, Track, course_of, mixed_up, off_course, surveyed, track_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
 from ..finding import Channels, Check, Finding, Fix, altered
@@ -124,16 +124,15 @@ def _errors(found: Turns, rate: float) -> Array:
 
 def _wraps(logs: Sequence[Log]) -> Size | None:
     """How much of the steps of headings is explained by turns of 360, beside turns of 2 pi: a record wraps by one."""
-    columns, number, begun = [np.zeros((0, 3))], [np.zeros(0, dtype=np.int64)], 0
+    columns, blocks = [], []
     for log in logs:
         heading = log.channels["psi"]
         step = np.abs(np.diff(heading.value))
         radians, degrees = (np.minimum(step, np.abs(step - turn)) for turn in (2.0 * np.pi, 360.0))
         columns.append(np.column_stack([radians, degrees, step]) ** 2)
-        number.append(begun + ((heading.time[1:] - heading.time[0]) // BLOCK).astype(np.int64))
-        begun = int(number[-1][-1]) + 1 if number[-1].size else begun
+        blocks.append(((heading.time[1:] - heading.time[0]) // BLOCK).astype(np.int64))
     as_is, turned, power = np.concatenate(columns).T
-    return size_of(as_is, turned, power, np.concatenate(number)) if as_is.size else None
+    return size_of(as_is, turned, power, numbered_on(blocks)) if as_is.size else None
 
 
 def _in_degrees(records: Sequence[Record], turning: Turning) -> Finding | None:

@@ -27,8 +27,8 @@ from undertow.measurements.quality.faults import (
 )
 from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.lags import unexplained_turning
-from undertow.measurements.quality.quick_motion import STEP, neutral_of, parts_of, push_range, rates_in_band
-from undertow.measurements.quality.record import Record
+from undertow.measurements.quality.quick_motion import neutral_of, parts_of, push_range, rates_in_band
+from undertow.measurements.quality.record import STEP, Record
 from undertow.physics.motion import body_to_earth
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP, programme
