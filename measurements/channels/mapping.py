@@ -20,8 +20,8 @@ from ..formats.autopilots.autopilot import AUTOPILOTS
 from ..formats.base import Name, Stream
 from .channel_map import Entry
 from .conversion import Source, channels_of
-from .message_types import NOT_MEASURED, PREDICTED, colours, is_earth_velocity, others, short_kind, unneeded
-from .recognition import Guess, is_under, is_vertical_acceleration, recognise, says_command, side_in
+from .message_types import NOT_MEASURED, PREDICTED, Meaning, colours, is_earth_velocity, others, short_kind, unneeded
+from .recognition import is_under, is_vertical_acceleration, recognise, says_command, side_in
 
 _GROUPS = (
     ("x", "y"),
@@ -246,9 +246,9 @@ def _behind(role: str, stream: Stream, bearers: Mapping[str, int]) -> tuple[bool
     return marks.search(stream.topic.lower()) is not None, -bearers[stream.topic], stream.name
 
 
-def _candidates(streams: Sequence[Stream], notes: list[str]) -> dict[str, list[tuple[Guess, Stream]]]:
+def _candidates(streams: Sequence[Stream], notes: list[str]) -> dict[str, list[tuple[Meaning, Stream]]]:
     """What every stream may be, by role; a stream of a known type that never says anything is no candidate."""
-    result: dict[str, list[tuple[Guess, Stream]]] = defaultdict(list)
+    result: dict[str, list[tuple[Meaning, Stream]]] = defaultdict(list)
     silent: dict[str, list[str]] = defaultdict(list)
     coloured = colours(streams)
     if coloured:
@@ -281,7 +281,7 @@ def _finite(values: Array) -> Array:
 
 
 def _best_group(
-    roles: tuple[str, ...], found: Mapping[str, list[tuple[Guess, Stream]]], foreign: Mapping[str, str]
+    roles: tuple[str, ...], found: Mapping[str, list[tuple[Meaning, Stream]]], foreign: Mapping[str, str]
 ) -> str:
     """Choose the boat's own message, then the one that has most of the roles, then the best rank, then a full one.
 
@@ -316,7 +316,7 @@ def _best_group(
     return min(rank, key=order, default="")
 
 
-def _placed(guess: Guess, stream: Stream, frame: str | None, upside_down: bool, notes: list[str]) -> Source:
+def _placed(guess: Meaning, stream: Stream, frame: str | None, upside_down: bool, notes: list[str]) -> Source:
     kind, thruster = command_kind(guess.role) or ("", "")
     if thruster.isdigit() and guess.rank > 0:
         how = (

@@ -16,14 +16,15 @@ Axes = Literal["log", "ros", "ned"]
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What one number of a message is.
+    """What one number of a message is, or a stream is taken for.
 
     Attributes
     ----------
     role : the canonical channel, in the axes of `axes`
     axes : see `Axes`
     rank : lower is better: 0 a canonical name, 1 odometry, 2 a sensor or a guessed command, 3 a coarse instrument
-    group : start of the field's name that the numbers of one quantity share
+    group : start of the field's name that the numbers of one quantity share; of a stream what those of one message
+        share, so that x and y never come from two sources
     scale : from the message's unit to that of the channel
     within : values outside mean "nothing" by the definition of the message
     """

@@ -311,9 +311,8 @@ def _motions(
             notes.append(f"{'position' if name == 'x' else name}: not in the log, derived from {origin}")
     if len(set(_WIND) & set(log.channels)) == 1:
         notes.append("wind_u and wind_v: only one of them is in the log, which is not used")
-    motions = []
-    for span in choose(spans):
-        motions.append(motion_on(log, vehicle, recipe, span, even_grid(reference(log).time, span, step), step))
+    anchors = reference(log).time
+    motions = [motion_on(log, vehicle, recipe, span, even_grid(anchors, span, step), step) for span in choose(spans)]
     return [*motions[:1], *map(_remembering, motions, motions[1:])]
 
 
@@ -391,8 +390,8 @@ def _derived(log: Log, part: dict[str, tuple[Array, Array]], step: float) -> tup
     def at_pace(name: str) -> bool:
         return name in log.channels and log.channels[name].period / step - 1.0 >= -_AT_PACE
 
-    place, heading = at_pace("x"), at_pace("psi")
-    return "u" not in part and place, "v" not in part and place, "r" not in part and heading
+    place = at_pace("x")
+    return "u" not in part and place, "v" not in part and place, "r" not in part and at_pace("psi")
 
 
 def _understated(part: dict[str, tuple[Array, Array]], grid: Array) -> tuple[float, float, float]:

@@ -161,7 +161,7 @@ def _direction(
     if not found:
         text = "the thrusters are not used one by one enough to tell whether one is reversed"
         if unsure:
-            text = f"whether a thruster is reversed cannot be told: {_either(unsure, expected)}"
+            text = f"whether a thruster is reversed cannot be told: {_either(unsure)}"
         return finding(verdict="cannot tell", sentence=text, channels=tuple(names))
     parts = {name: answer.surge for name, answer in found.items()}
     if not wrong or size is None:
@@ -243,7 +243,7 @@ def _sides(
     return fault.in_words("defect" if size.refuses else "warning")
 
 
-def _either(unsure: Sequence[Trials], expected: Mapping[str, Expected]) -> str:
+def _either(unsure: Sequence[Trials]) -> str:
     """The remedies that explain the log alike, for commands whose delay is not certain."""
     told = []
     for trial in (unsure[0].best, *unsure[0].contrary[:2]):

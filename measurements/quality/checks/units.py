@@ -15,7 +15,7 @@ from ....physics.motion import Array
 from ...canonical import Channel
 from ...log import Log
 from ...statistics.blocks import numbered_on, robust_fit
-from ..axes import LENGTHS, SPEEDS, Track, course_of, mixed_up, off_course, surveyed, track_of
+from ..axes import LENGTHS, SPEEDS, Mixed, Track, course_of, mixed_up, off_course, surveyed, track_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
 from ..finding import Channels, Check, Finding, Fix, altered
 from ..lags import Turns, blocks_of_pieces, turns, unexplained_turning
@@ -179,11 +179,9 @@ def _turns(turning: Turning, track: Track | None) -> Finding:
 
 def _unlike(left: Size | None) -> Finding:
     """Heading and yaw rate that do not agree: nothing to do with each other, whichever is late, or too little seen."""
-    if left is not None:
-        facts = {"told": "heading and yaw rate", "cure": "'psi: null' or 'r: null'"}
-        if (result := Fault(Kind.UNRELATED, ("psi", "r"), left, facts, left.weight.value).ruled()) is not None:
-            return result
-    return Finding(check="units", verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r"))
+    names, cure = ("psi", "r"), "'psi: null' or 'r: null'"
+    found = left and _unrelated(names, "heading and yaw rate", cure, left, left.weight.value)
+    return found or Finding(check="units", verdict="cannot tell", sentence=_TURNS_LITTLE, channels=names)
 
 
 def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> Finding | None:
@@ -193,17 +191,12 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
         return None
     channels = ("u", "v", "x", "y") if all("v" in log.channels for log in both) else ("u", "x", "y")
     if track is None or not track.certain:
-        facts = {"told": "positions and speeds", "cure": "'u: null' (and v) or 'x: null' (and y)"}
-        found = (
-            None
-            if track is None
-            else Fault(Kind.UNRELATED, channels, track.unrelated, facts, track.unexplained).ruled()
-        )
+        cure = "'u: null' (and v) or 'x: null' (and y)"
+        found = track and _unrelated(channels, "positions and speeds", cure, track.unrelated, track.unexplained)
         return found or Finding(check="units", verdict="cannot tell", sentence=_MOVES_LITTLE, channels=channels)
     mixed, ratio, ends = mixed_up(track, opposed), track.scale, track.interval
     if mixed is not None:
-        facts = {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - track.unexplained)}
-        facts |= {"by": "heading and speeds"}
+        facts = _facts(mixed, track.unexplained, "heading and speeds")
         angle = float(np.degrees(track.angle))
         parts = {"angle": angle, "heading": float(track.turn), "sway": float(track.side)}
         found = Fault(Kind.AXES, mixed.channels, track.size, facts, ratio, ends, mixed.fix, parts).ruled()
@@ -234,28 +227,31 @@ def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
     course = course_of(logs)
     if course is None:
         return []
-    facts = {"told": "heading and track", "cure": "'psi: null' or 'x: null' (and y)"}
-    unexplained_turning = Fault(
-        Kind.UNRELATED, ("psi", "x", "y"), course.unrelated, facts, course.unrelated.weight.value
-    ).ruled()
-    if unexplained_turning is not None:
-        return [unexplained_turning]
+    size, cure = course.unrelated, "'psi: null' or 'x: null' (and y)"
+    unrelated = _unrelated(("psi", "x", "y"), "heading and track", cure, size, size.weight.value)
+    if unrelated is not None:
+        return [unrelated]
     rated = any("r" in log.channels for log in logs)  # else the heading alone can be turned
     mixed = off_course(course, opposed if rated else True, surveyed(logs))
     if mixed is None:
         return []
-    facts = {
-        "told": mixed.sentence,
-        "cure": mixed.remedy,
-        "follows": 100.0 * (1.0 - course.unexplained),
-        "by": "the heading",
-    }
+    facts = _facts(mixed, course.unexplained, "the heading")
     angle = float(np.degrees(course.angle))
     fault = Fault(Kind.AXES, mixed.channels, course.size, facts, angle, unit="deg")
     if not course.drifts:
         return [found] if (found := fault.ruled()) is not None else []
     text = f"{mixed.sentence}, on one course or in turns to one side: a current or much drift does so, too"
     return [fault.in_words("warning").model_copy(update={"sentence": text})]
+
+
+def _unrelated(names: tuple[str, ...], told: str, cure: str, size: Size, value: float) -> Finding | None:
+    """The finding that two records have nothing to do with each other; None where they have."""
+    return Fault(Kind.UNRELATED, names, size, {"told": told, "cure": cure}, value).ruled()
+
+
+def _facts(mixed: Mixed, unexplained: float, by: str) -> dict[str, object]:
+    """What is told of axes that are mixed up, of which so much of the track is not explained by other records."""
+    return {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - unexplained), "by": by}
 
 
 def _turned_by_heading(log: Log) -> bool:
