@@ -103,8 +103,9 @@ class Cleaner:
         return (*sets, *mended, *empty, *repeated)
 
 
-_FROM_ENU = {"x": ("y", 1.0), "y": ("x", 1.0), "x_dot": ("y_dot", 1.0), "y_dot": ("x_dot", 1.0)}
-_FROM_ENU |= {name: (name, -1.0) for name in ("v", "r", "ay", "wind_v")}
+_FROM_ENU = {"x": ("y", 1.0), "y": ("x", 1.0), "x_dot": ("y_dot", 1.0), "y_dot": ("x_dot", 1.0)} | {
+    name: (name, -1.0) for name in ("v", "r", "ay", "wind_v")
+}
 """ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
 _RATES = ("x_dot", "y_dot")
 _AXES = {"x": "north", "y": "east"}
