@@ -397,8 +397,8 @@ def _joined(found: Sequence[_Ways]) -> _Ways | None:
     """The ways of all logs."""
     if not found:
         return None
-    joined = [np.concatenate([getattr(one, part.name) for one in found]) for part in fields(_Ways)]
-    return _Ways(*joined[:-1], numbered_on([one.piece for one in found]))
+    joined = _Ways(*(np.concatenate([getattr(one, part.name) for one in found]) for part in fields(_Ways)))
+    return replace(joined, piece=numbered_on([one.piece for one in found]))
 
 
 def _ways(log: Log) -> _Ways | None:

@@ -78,7 +78,8 @@ def _size(channels: Sequence[Channel], mended: Callable[[Array], Array]) -> Size
         bends = [np.diff(one, 2) ** 2 for one in (values, mended(values))]
         blocks.append(((channel.time[1:-1] - channel.time[0]) // BLOCK).astype(np.int64))
         rows.append((*bends, (values[1:-1] - np.median(values)) ** 2))
-    return size_of(*(np.concatenate(column) for column in zip(*rows, strict=True)), numbered_on(blocks))
+    as_is, changed, power = (np.concatenate(column) for column in zip(*rows, strict=True))
+    return size_of(as_is, changed, power, numbered_on(blocks))
 
 
 def _smoothed(values: Array) -> Array:
