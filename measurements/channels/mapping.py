@@ -102,14 +102,16 @@ def map_channels(
             f"{where}: no channel is recognised among {some(names)}; expected names "
             "like x y psi u v r pwm_port newton_stbd, ROS odometry fields, or a channel map (--map channels.yaml)."
         )
-    _drop(sources, "psi" in sources, QUATERNION, "psi is a channel of its own; the quaternion is not used", notes)
-    has_position = "x" in sources and "y" in sources
-    _drop(sources, has_position, PLACE, "x and y are channels of their own; latitude and longitude are not used", notes)
-    has_speed = "u" in sources and "v" in sources
-    _drop(sources, has_speed, RATES, "u and v are channels of their own; velocities in earth axes are not used", notes)
-    moving = "x_dot" in sources and "y_dot" in sources
-    why = f"{'u and v' if has_speed else 'x_dot and y_dot'} are channels of their own; speed and course are not used"
-    _drop(sources, has_speed or moving, TRACK, why, notes)
+    has_speed, moving = "u" in sources and "v" in sources, "x_dot" in sources and "y_dot" in sources
+    of_speed = "u and v" if has_speed else "x_dot and y_dot"
+    for better, names, why in (
+        ("psi" in sources, QUATERNION, "psi is a channel of its own; the quaternion is not used"),
+        ({"x", "y"} <= set(sources), PLACE, "x and y are channels of their own; latitude and longitude are not used"),
+        (has_speed, RATES, "u and v are channels of their own; velocities in earth axes are not used"),
+        (has_speed or moving, TRACK, f"{of_speed} are channels of their own; speed and course are not used"),
+    ):
+        if better and [name for name in names if sources.pop(name, None)]:
+            notes.append(why)
     notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
     channels, told = channels_of(sources, where, mend)
     used = {id(stream) for source in sources.values() for stream in source.streams}
@@ -123,11 +125,6 @@ def map_channels(
             f"the channel map leaves out {', '.join(unmatched)}, but nothing is taken for it; there are {known}"
         )
     return Mapped(channels, in_use, tuple(unused), (*notes, *told), unmatched)
-
-
-def _drop(sources: dict[str, Source], better: bool, names: Sequence[str], why: str, notes: list[str]) -> None:
-    if better and [name for name in names if sources.pop(name, None)]:
-        notes.append(why)
 
 
 def _says_heading(*names: str) -> bool:

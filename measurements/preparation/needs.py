@@ -88,7 +88,7 @@ def _numbered(log: Log, missing: Sequence[str]) -> str:
     kinds = {kind_of(name) for name in missing}
     spare = [
         channel
-        for name, channel in sorted(log.channels.items(), key=lambda item: _natural(item[0]))
+        for name, channel in sorted(log.channels.items(), key=lambda item: (len(item[0]), item[0]))  # 2 before 10
         if (kind := command_kind(name)) and kind[0] in kinds and kind[1].isdigit()
     ]
     if len(kinds) != 1 or len(spare) < len(missing):
@@ -143,11 +143,6 @@ def _generalised(log: Log, missing: Sequence[str]) -> str:
         f"vessel, and not the commands of its thrusters. Give a vehicle with such actuators (thrusters: {actuators}); "
         "'undertow init LOG' writes one."
     )
-
-
-def _natural(name: str) -> tuple[int, str]:
-    """Order of numbered names: 2 before 10."""
-    return len(name), name
 
 
 def like_commands(log: Log) -> list[str]:

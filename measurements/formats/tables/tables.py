@@ -266,14 +266,11 @@ class _Clock:
     @property
     def notes(self) -> tuple[str, ...]:
         """A note where the time's zero, or its unit, is not the file's own word."""
-        text = f"time counts from the first stamp, {self._clock.name} = {self._cell_or_first}"
+        first = self._cell if self._nanoseconds and self._cell else self._first
+        text = f"time counts from the first stamp, {self._clock.name} = {first}"
         sized = self._clock.per_second is None and not self._nanoseconds and self._per_second != 1.0
         unit = f" (1/{self._per_second:.0f} s since 1970, by its size)" if sized else ""
         return (text + unit,) if self._from_first else ()
-
-    @property
-    def _cell_or_first(self) -> Any:
-        return self._cell if self._nanoseconds and self._cell else self._first
 
     @property
     def start_ns(self) -> int:
