@@ -226,13 +226,11 @@ class Collector:
         self._unknown: dict[str, str] = {}
         self._first: int | None = None
         self._allowance = Allowance(0)
-        self._messages = 0
 
     def new_file(self, packed: int) -> None:
         """Forget the connection numbers of the last file; topics go on. `packed` is the new one's size on disk."""
         self._by_id.clear()
         self._allowance = Allowance(packed)
-        self._messages = 0
 
     def connect(self, number: int, topic: str, kind: str, definition: str, language: str, encoding: str) -> bool:
         """Learn of a topic of the file, and tell whether its messages are wanted.
@@ -270,10 +268,8 @@ class Collector:
         self._by_id.pop(number, None)
 
     def count(self) -> None:
-        """Count a message, and refuse more than any file has."""
-        self._messages += 1
-        if self._messages > self._allowance.messages:
-            self._allowance.refuse_messages()
+        """Count a message that something else takes; see `Allowance`."""
+        self._allowance.count_message()
 
     def message(self, number: int, received: int, raw: bytes | memoryview) -> None:
         """Take one message, received at a time [ns]; one that nobody wants is passed over."""
@@ -281,7 +277,7 @@ class Collector:
             self._first = received
         topic = self._by_id.get(number)
         if topic is not None:
-            self.count()
+            self._allowance.count_message()
             topic.take(received, raw)
 
     def recording(self, notes: Sequence[str]) -> Recording:
