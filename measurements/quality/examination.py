@@ -6,59 +6,59 @@ from dataclasses import dataclass, replace
 from ...physics.vehicle import Vehicle
 from ..canonical import Lost
 from ..log import Log
-from .checks.clocks import Clocks
-from .checks.command_range import CommandRange
-from .checks.commands import Commands
-from .checks.compass_deviation import Deviation
-from .checks.drive import Drive
-from .checks.excitation import Excitation
-from .checks.held import HeldFixes
-from .checks.jumping import Jumps
-from .checks.late import LateFixes
-from .checks.limited import Limited
-from .checks.mixed_commands import MixedCommands
-from .checks.neutral import Neutral
-from .checks.rates import Gaps, Rates
-from .checks.resampled import Resampled
-from .checks.sensors import Sensors
-from .checks.sides import Sides
-from .checks.spikes import Spikes
-from .checks.stamps import Stamps
-from .checks.stuck import Stuck
-from .checks.swapped_channels import Exchanged
-from .checks.tilt import Tilt
-from .checks.time_unit import TimeUnit
-from .checks.units import Units
-from .checks.vessel import Vessel
+from .checks.clocks import CLOCKS
+from .checks.command_range import COMMAND_RANGE
+from .checks.commands import COMMANDS
+from .checks.compass_deviation import DEVIATION
+from .checks.drive import DRIVE
+from .checks.excitation import EXCITATION
+from .checks.held import HELD_FIXES
+from .checks.jumping import JUMPS
+from .checks.late import LATE_FIXES
+from .checks.limited import LIMITED
+from .checks.mixed_commands import MIXED_COMMANDS
+from .checks.neutral import NEUTRAL
+from .checks.rates import GAPS, RATES
+from .checks.resampled import RESAMPLED
+from .checks.sensors import SENSORS
+from .checks.sides import SIDES
+from .checks.spikes import SPIKES
+from .checks.stamps import STAMPS
+from .checks.stuck import STUCK
+from .checks.swapped_channels import EXCHANGED
+from .checks.tilt import TILT
+from .checks.time_unit import TIME_UNIT
+from .checks.units import UNITS
+from .checks.vessel import VESSEL
 from .finding import SEVERITY, Check, Finding
 from .record import Record
 
 CHECKS: tuple[Check, ...] = (
-    Vessel(),
-    Stamps(),
-    TimeUnit(),
-    Resampled(),
-    Rates(),
-    Gaps(),
-    Stuck(),
-    Jumps(),
-    Spikes(),
-    Exchanged(),
-    Units(),
-    HeldFixes(),
-    LateFixes(),
-    Commands(),
-    CommandRange(),
-    MixedCommands(),
-    Sides(),
-    Clocks(),
-    Neutral(),
-    Drive(),
-    Limited(),
-    Deviation(),
-    Sensors(),
-    Tilt(),
-    Excitation(),
+    VESSEL,
+    STAMPS,
+    TIME_UNIT,
+    RESAMPLED,
+    RATES,
+    GAPS,
+    STUCK,
+    JUMPS,
+    SPIKES,
+    EXCHANGED,
+    UNITS,
+    HELD_FIXES,
+    LATE_FIXES,
+    COMMANDS,
+    COMMAND_RANGE,
+    MIXED_COMMANDS,
+    SIDES,
+    CLOCKS,
+    NEUTRAL,
+    DRIVE,
+    LIMITED,
+    DEVIATION,
+    SENSORS,
+    TILT,
+    EXCITATION,
 )
 """Each sees the log as the safe fixes of those before it leave it: units before speeds, fixes before clocks, and
 what speaks of PWM as it is in the file before the neutral is moved."""

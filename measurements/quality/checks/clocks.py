@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import ClassVar, final
 
 import numpy as np
 
@@ -93,32 +92,29 @@ _COMPARISONS = (
 )
 
 
-@final
-class Clocks(Check):
-    """Finds the delay between records of one quantity, and between commands and what they do."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Find the delay between records of one quantity, and between commands and what they do.
 
-    name: ClassVar[str] = "clocks"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for each pair of records that the logs have, and one for the commands."""
-        found, gyro = [], 0.0
-        for pair in _COMPARISONS:
-            having = [record for record in records if pair.needs <= set(record.log.channels)]
-            if not having:
-                continue
-            lags = [lag_anywhere([pair.response(record, s) for s in record.stretches], STEP) for record in having]
-            every = (pair.response(r, s) for r in having for s in r.stretches)
-            lag = lags[0] if len(having) == 1 else lag_anywhere(list(every), STEP)
-            known = [one for one in lags if one is not None and _sure(one)]
-            row = max(record.log.channels[name].period for record in having for name in pair.needs)
-            if row > QUICK_ROW and "ax" in pair.needs:
-                lag = None  # speeds in such rows tell of no acceleration
-            pair = replace(pair, in_step=max(pair.in_step, bend_between_rows(row)))
-            finding = _compared(pair, lag, known, having)
-            if pair.channels == ("r",) and finding.fix is not None and lag is not None:
-                gyro = lag.seconds
-            found.append(finding)
-        return [*found, *_commanded(records, gyro)]
+    One finding for each pair of records that the logs have, and one for the commands.
+    """
+    found, gyro = [], 0.0
+    for pair in _COMPARISONS:
+        having = [record for record in records if pair.needs <= set(record.log.channels)]
+        if not having:
+            continue
+        lags = [lag_anywhere([pair.response(record, s) for s in record.stretches], STEP) for record in having]
+        every = (pair.response(r, s) for r in having for s in r.stretches)
+        lag = lags[0] if len(having) == 1 else lag_anywhere(list(every), STEP)
+        known = [one for one in lags if one is not None and _sure(one)]
+        row = max(record.log.channels[name].period for record in having for name in pair.needs)
+        if row > QUICK_ROW and "ax" in pair.needs:
+            lag = None  # speeds in such rows tell of no acceleration
+        pair = replace(pair, in_step=max(pair.in_step, bend_between_rows(row)))
+        finding = _compared(pair, lag, known, having)
+        if pair.channels == ("r",) and finding.fix is not None and lag is not None:
+            gyro = lag.seconds
+        found.append(finding)
+    return [*found, *_commanded(records, gyro)]
 
 
 def on_grid(record: Record, name: str, time: Array) -> Array:
@@ -330,3 +326,6 @@ def _move_over_ground(seconds: float) -> Callable[[Channels], dict[str, Channel]
         return {**channels, "u": replace(u, value=ahead), "v": replace(v, time=u.time, value=aside)}
 
     return apply
+
+
+CLOCKS = Check("clocks", _examine)

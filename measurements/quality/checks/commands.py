@@ -2,24 +2,17 @@
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import ClassVar, final
 
 from ..finding import Check, Finding
 from ..record import Record, command_names
 
 
-@final
-class Commands(Check):
-    """Looks for thruster commands, and for rudders among what was not recognised."""
-
-    name: ClassVar[str] = "commands"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`."""
-        names = tuple(command_names(records))
-        text = f"commands of {len(names)} thruster{'s' if len(names) > 1 else ''}: {', '.join(names)}"
-        known = Finding(check=self.name, verdict="ok", sentence=text, value=float(len(names)), unit="1", channels=names)
-        return list(_wrong(records)) or [known]
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Look for thruster commands, and for rudders among what was not recognised."""
+    names = tuple(command_names(records))
+    text = f"commands of {len(names)} thruster{'s' if len(names) > 1 else ''}: {', '.join(names)}"
+    known = Finding(check="commands", verdict="ok", sentence=text, value=float(len(names)), unit="1", channels=names)
+    return list(_wrong(records)) or [known]
 
 
 def _wrong(records: Sequence[Record]) -> Iterator[Finding]:
@@ -62,3 +55,6 @@ def _shared(records: Sequence[Record]) -> dict[str, tuple[str, ...]]:
         for name in record.commands:
             fed.setdefault(record.log.channels[name].origin, set()).add(name)
     return {source: tuple(sorted(names)) for source, names in fed.items() if len(names) > 1}
+
+
+COMMANDS = Check("commands", _examine)

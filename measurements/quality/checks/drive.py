@@ -6,7 +6,6 @@ at any delay, quick or slow, are not the boat's own.
 """
 
 from collections.abc import Sequence
-from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,25 +29,22 @@ _WAVE = 4.0
 _HELD = "what a thruster does beyond its record would be laid at the door of the hull"
 
 
-@final
-class Drive(Check):
-    """Looks for thrusters that moved while their records stood still, and for commands that move nothing."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Look for thrusters that moved while their records stood still, and for commands that move nothing.
 
-    name: ClassVar[str] = "drive"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for each command that is at fault, or one for all."""
-        having, names, parts = parts_of(records, WIDE)
-        if not parts:
-            return []
-        found = []
-        # A thruster that pushes another way than the vehicle's leaves just what one beyond its record would.
-        if all(part.modelled for part in parts) and explained_as_expected(having):
-            found = [one for name in names if (one := _frozen(having, parts, names, name)) is not None]
-        if not any(one.refused for one in found):
-            all_at_once = (_of_another_run(having, parts, names), _all_frozen(having, parts, names))
-            found = [one for one in all_at_once if one][:1] or found
-        return found or _held_of_mirrored_pair(having, parts, names) or [_sound(parts, names)]
+    One finding for each command that is at fault, or one for all.
+    """
+    having, names, parts = parts_of(records, WIDE)
+    if not parts:
+        return []
+    found = []
+    # A thruster that pushes another way than the vehicle's leaves just what one beyond its record would.
+    if all(part.modelled for part in parts) and explained_as_expected(having):
+        found = [one for name in names if (one := _frozen(having, parts, names, name)) is not None]
+    if not any(one.refused for one in found):
+        all_at_once = (_of_another_run(having, parts, names), _all_frozen(having, parts, names))
+        found = [one for one in all_at_once if one][:1] or found
+    return found or _held_of_mirrored_pair(having, parts, names) or [_sound(parts, names)]
 
 
 def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], name: str) -> Finding | None:
@@ -299,3 +295,6 @@ def _sound(parts: Sequence[Part], names: list[str]) -> Finding:
         )
     text = "no thruster works while its record stands still"
     return Finding(check="drive", verdict="ok", sentence=text, channels=tuple(names))
+
+
+DRIVE = Check("drive", _examine)

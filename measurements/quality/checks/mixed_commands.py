@@ -8,7 +8,6 @@ explain when they are mixed into sides.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import ClassVar, final
 
 import numpy as np
 
@@ -55,30 +54,27 @@ class _Mix:
         return replace(ahead, steering=turn)
 
 
-@final
-class MixedCommands(Check):
-    """Tells throttle and steering that bear the names of sides."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Tell throttle and steering that bear the names of sides.
 
-    name: ClassVar[str] = "mixed commands"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a finding only where two commands look so."""
-        names = _sides(records)
-        if names is None:
-            return []
-        told = next((one.best for one in trials(records) if set(names) <= set(one.best.answers)), None)
-        if told is None or told.fitted is None:
-            return []
-        orders = [(a, b) for a, b in (names, names[::-1]) if told.answers[a].ahead and told.answers[b].turn]
-        weighed = [(told.fitted.size_of_mix(*order), order) for order in orders]
-        alone, pair = max(weighed, key=lambda found: found[0].share.value, default=(None, names))
-        if alone is None or not alone.likely:
-            return []
-        tried = [_Mix(pair[0], pair[1], scale, sign) for scale in _SCALES for sign in (1.0, -1.0)]
-        sizes = [(mix, size_by_model(records, partial(_alter, mix, names), delayed(told.seconds))) for mix in tried]
-        known = [(mix, size) for mix, size in sizes if size is not None]
-        mix, size = max(known, key=lambda found: found[1].share.low, default=(tried[0], None))
-        return [found] if (found := _found(records, names, mix, size, alone)) is not None else []
+    A finding only where two commands look so.
+    """
+    names = _sides(records)
+    if names is None:
+        return []
+    told = next((one.best for one in trials(records) if set(names) <= set(one.best.answers)), None)
+    if told is None or told.fitted is None:
+        return []
+    orders = [(a, b) for a, b in (names, names[::-1]) if told.answers[a].ahead and told.answers[b].turn]
+    weighed = [(told.fitted.size_of_mix(*order), order) for order in orders]
+    alone, pair = max(weighed, key=lambda found: found[0].share.value, default=(None, names))
+    if alone is None or not alone.likely:
+        return []
+    tried = [_Mix(pair[0], pair[1], scale, sign) for scale in _SCALES for sign in (1.0, -1.0)]
+    sizes = [(mix, size_by_model(records, partial(_alter, mix, names), delayed(told.seconds))) for mix in tried]
+    known = [(mix, size) for mix, size in sizes if size is not None]
+    mix, size = max(known, key=lambda found: found[1].share.low, default=(tried[0], None))
+    return [found] if (found := _found(records, names, mix, size, alone)) is not None else []
 
 
 def _found(
@@ -120,3 +116,6 @@ def _alter(mix: _Mix, names: tuple[str, str], vehicle: Vehicle, motion: Motion) 
 def _mixed(mix: _Mix, names: tuple[str, str], channels: Channels) -> dict[str, Channel]:
     sides = {name: mix.of(name, channels[mix.throttle], channels[mix.steering]) for name in names}
     return {**channels, **sides}
+
+
+MIXED_COMMANDS = Check("mixed commands", _examine)

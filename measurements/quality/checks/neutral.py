@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar, final
 
 import numpy as np
 
@@ -21,54 +20,51 @@ _AT_END = 0.05
 """Share of the range of the commands within which a neutral is at its end: an ESC that drives one way only."""
 
 
-@final
-class Neutral(Check):
-    """Finds the value at which each PWM stays while nothing moves."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Find the value at which each PWM stays while nothing moves.
 
-    name: ClassVar[str] = "neutral"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for all PWM channels."""
-        names = [name for name in command_names(records) if kind_of(name) == "pwm"]
-        if not names:
-            return []
-        found = {name: value for name in names if (value := neutral_of(records, name)) is not None}
-        if not found:
-            text = "the boat is never at rest with a steady command; the neutral PWM is not known"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=tuple(names))]
-        zeros = _zeros(records, found)
-        if zeros:
-            return [_compared(found, zeros, _range(records, names))]
-        off = {name: value for name, value in found.items() if abs(value - USUAL) >= _OFF}
-        told = _listed(found)
-        lows, highs = _range(records, names)
-        parts = {**found, "lowest": lows, "highest": highs}
-        value = float(np.median(list((off or found).values())))
-        finding = partial(Finding, check=self.name, value=value, unit="us", channels=tuple(off or found), parts=parts)
-        if not off:
-            return [finding(verdict="ok", sentence=f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}")]
-        warning = partial(finding, verdict="warning", short=f"neutral PWM is {value:g} us")
-        least = min(abs(end - value) for end in (lows, highs))
-        curve = f"set the curve's zero in the vehicle file to {value:g}"
-        if least <= _AT_END * (highs - lows):
-            return [
-                warning(
-                    sentence=f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
-                    consequence=f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
-                    remedy=curve,
-                )
-            ]
-        low, high = LIMITS["pwm"]
-        mapped = f", or map each with 'offset: {USUAL - value:+g}'"
-        fits = all(low <= lows + USUAL - one and highs + USUAL - one <= high for one in off.values())
+    One finding for all PWM channels.
+    """
+    names = [name for name in command_names(records) if kind_of(name) == "pwm"]
+    if not names:
+        return []
+    found = {name: value for name in names if (value := neutral_of(records, name)) is not None}
+    if not found:
+        text = "the boat is never at rest with a steady command; the neutral PWM is not known"
+        return [Finding(check="neutral", verdict="cannot tell", sentence=text, channels=tuple(names))]
+    zeros = _zeros(records, found)
+    if zeros:
+        return [_compared(found, zeros, _range(records, names))]
+    off = {name: value for name, value in found.items() if abs(value - USUAL) >= _OFF}
+    told = _listed(found)
+    lows, highs = _range(records, names)
+    parts = {**found, "lowest": lows, "highest": highs}
+    value = float(np.median(list((off or found).values())))
+    finding = partial(Finding, check="neutral", value=value, unit="us", channels=tuple(off or found), parts=parts)
+    if not off:
+        return [finding(verdict="ok", sentence=f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}")]
+    warning = partial(finding, verdict="warning", short=f"neutral PWM is {value:g} us")
+    least = min(abs(end - value) for end in (lows, highs))
+    curve = f"set the curve's zero in the vehicle file to {value:g}"
+    if least <= _AT_END * (highs - lows):
         return [
             warning(
-                sentence=f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
-                consequence=f"a model with its zero at {USUAL:.0f} pushes with "
-                f"{100.0 * abs(value - USUAL) / least:.1f} % of the command at rest, and ahead and astern seem unlike",
-                remedy=f"{curve}, as init does{mapped * fits}",
+                sentence=f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
+                consequence=f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
+                remedy=curve,
             )
         ]
+    low, high = LIMITS["pwm"]
+    mapped = f", or map each with 'offset: {USUAL - value:+g}'"
+    fits = all(low <= lows + USUAL - one and highs + USUAL - one <= high for one in off.values())
+    return [
+        warning(
+            sentence=f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
+            consequence=f"a model with its zero at {USUAL:.0f} pushes with "
+            f"{100.0 * abs(value - USUAL) / least:.1f} % of the command at rest, and ahead and astern seem unlike",
+            remedy=f"{curve}, as init does{mapped * fits}",
+        )
+    ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +110,7 @@ def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tupl
     off = {n: value for n, value in found.items() if n in zeros and zeros[n].off(value) >= _OFF}
     name = next(iter(off or zeros))
     value, zero = found[name], zeros[name]
-    finding = partial(Finding, check=Neutral.name, value=value, unit="us", channels=tuple(off or found), parts=parts)
+    finding = partial(Finding, check="neutral", value=value, unit="us", channels=tuple(off or found), parts=parts)
     curve = f"set the curve's zero in the vehicle file to {value:g}"
     text = f"neutral PWM is {_listed(found)}, range {ends[0]:.0f} to {ends[1]:.0f}"
     if off:
@@ -144,3 +140,6 @@ def _listed(values: Mapping[str, float]) -> str:
     if len(set(values.values())) == 1 and len(values) > 1:
         return f"{next(iter(values.values())):g} us on all {len(values)} thrusters"
     return ", ".join(f"{value:g} us ({name})" for name, value in values.items())
+
+
+NEUTRAL = Check("neutral", _examine)

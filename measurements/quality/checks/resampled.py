@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,17 +25,14 @@ _ENDS = 0.5
 """Time for which the ends of a log repeat one row from which it was filled up there [s]."""
 
 
-@final
-class Resampled(Check):
-    """Tells held, interpolated and filled-up rows from measured ones; a log of such rows is sound at its own rate."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Tell held, interpolated and filled-up rows from measured ones; a log of such rows is sound at its own rate.
 
-    name: ClassVar[str] = "resampled"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a note for each way in which the rows are not measured; none where they are."""
-        found = [finding for record in records for finding in _sentence(record.log.channels)]
-        # Several logs of one boat are told of once.
-        return list({finding.sentence: finding for finding in found}.values())
+    A note for each way in which the rows are not measured; none where they are.
+    """
+    found = [finding for record in records for finding in _sentence(record.log.channels)]
+    # Several logs of one boat are told of once.
+    return list({finding.sentence: finding for finding in found}.values())
 
 
 def _sentence(channels: Channels) -> list[Finding]:
@@ -172,3 +168,6 @@ def _interpolated(values: Sequence[Array]) -> int:
     # A measured row between two of the grid bends the line in both: steps of one, and of one less.
     even = bool(spans.size and np.mean(np.abs(spans - rows) <= 1.0) >= _EVEN)
     return round(rows) if even and rows >= 3.0 else 0
+
+
+RESAMPLED = Check("resampled", _examine)

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar, final
 
 import numpy as np
 
@@ -57,41 +56,37 @@ def placed(records: Sequence[Record]) -> dict[str, Placed]:
     return {name: Placed(answer.ahead, "" if apart else answer.side) for name, answer in told.items()}
 
 
-@final
-class Sides(Check):
-    """Finds thrusters that push astern when the command says ahead, and ones on the other side than they should be.
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Find thrusters that push astern when the command says ahead, and ones on the other side than they should be.
 
     What should be is what the vehicle file says, and what the names say where there is none. A sign is told where no
     delay of the commands explains the log as well without it; see `response.trials`.
+
+    A finding "direction" where there is a command, and "sides" where there are two.
     """
-
-    name: ClassVar[str] = "sides"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a finding "direction" where there is a command, and "sides" where there are two."""
-        names = command_names(records)
-        expected = expected_of(records, names)
-        names = list(expected)
-        if not names:
-            return []
-        told, unsure, likely = classify_answers(records, expected)
-        if told and not as_expected(told, expected) and may_be_exchanged(records):
-            text = "u and v may be exchanged, so what the thrusters do to surge is not known"
-            return [
-                Finding(check=check, verdict="cannot tell", sentence=text, channels=tuple(names))
-                for check in ("direction", "sides")
-            ]
-        gain = _size(records, expected, likely.answers) if likely else None
-        likely = likely if gain is None or gain.share.warns else None
-        turned, moved = (likely and one(records, expected, likely) for one in (likely_reversed, likely_swapped))
-        size = _size(records, expected, told)
-        small = _too_small(expected, told, size) if size is not None and not size.likely else None
-        found = [small or turned or _direction(records, expected, told, unsure, size)]
-        if len(names) > 1 and _turns_apart(records):
-            text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
-            return [*found, Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))]
-        sides = small and small.model_copy(update={"check": "sides"})
-        return [*found, sides or moved or _sides(records, expected, told, unsure, size)] if len(names) > 1 else found
+    names = command_names(records)
+    expected = expected_of(records, names)
+    names = list(expected)
+    if not names:
+        return []
+    told, unsure, likely = classify_answers(records, expected)
+    if told and not as_expected(told, expected) and may_be_exchanged(records):
+        text = "u and v may be exchanged, so what the thrusters do to surge is not known"
+        return [
+            Finding(check=check, verdict="cannot tell", sentence=text, channels=tuple(names))
+            for check in ("direction", "sides")
+        ]
+    gain = _size(records, expected, likely.answers) if likely else None
+    likely = likely if gain is None or gain.share.warns else None
+    turned, moved = (likely and one(records, expected, likely) for one in (likely_reversed, likely_swapped))
+    size = _size(records, expected, told)
+    small = _too_small(expected, told, size) if size is not None and not size.likely else None
+    found = [small or turned or _direction(records, expected, told, unsure, size)]
+    if len(names) > 1 and _turns_apart(records):
+        text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
+        return [*found, Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))]
+    sides = small and small.model_copy(update={"check": "sides"})
+    return [*found, sides or moved or _sides(records, expected, told, unsure, size)] if len(names) > 1 else found
 
 
 def _misplaced(expected: Mapping[str, Expected], told: Mapping[str, Answer]) -> tuple[frozenset[str], frozenset[str]]:
@@ -287,3 +282,6 @@ def _reversed(records: Sequence[Record], name: str, expected: Expected) -> str:
     kind = kind_of(name)
     full = f", {low:.0f} us is the most ahead" if kind == "pwm" and expected.push > 0 else ""
     return f"{called(records, name)} is reversed{full}"
+
+
+SIDES = Check("sides", _examine)

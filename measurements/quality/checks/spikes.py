@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,21 +29,18 @@ _WHOLE = 0.8
 Steady, see `benchmarks/steady_limits.py`."""
 
 
-@final
-class Spikes(Check):
-    """Looks for values that leave their neighbours and come back at once, and for jumps across the whole range."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Look for values that leave their neighbours and come back at once, and for jumps across the whole range.
 
-    name: ClassVar[str] = "spikes"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a finding for each channel at fault, or one that says that none is."""
-        found = []
-        for name in MOTION:
-            channels = channels_called(records, name)
-            found += _sentence(name, [channel for channel in channels if channel.time.size >= _LEAST_ROWS])
-        return found or [
-            Finding(check=self.name, verdict="ok", sentence="no value stands out of its record", value=0.0, unit="1")
-        ]
+    A finding for each channel at fault, or one that says that none is.
+    """
+    found = []
+    for name in MOTION:
+        channels = channels_called(records, name)
+        found += _sentence(name, [channel for channel in channels if channel.time.size >= _LEAST_ROWS])
+    return found or [
+        Finding(check="spikes", verdict="ok", sentence="no value stands out of its record", value=0.0, unit="1")
+    ]
 
 
 def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
@@ -114,3 +110,6 @@ def _jumps(values: Array) -> Array:
     return (
         steps[np.abs(steps) > max(whole, 2.0 * _STEPS * float(np.median(np.abs(steps))))] if whole > 0.0 else steps[:0]
     )
+
+
+SPIKES = Check("spikes", _examine)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import ClassVar, final
 
 from ...canonical import Channel
 from ...clock import APART
@@ -15,17 +14,14 @@ _TOLD = 3
 """Settings of the clock that a sentence tells before it counts the rest."""
 
 
-@final
-class Stamps(Check):
-    """Counts what reading had to drop or sort, see `cleaning.Cleaner`."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Count what reading had to drop or sort, see `cleaning.Cleaner`.
 
-    name: ClassVar[str] = "stamps"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a finding for repeated stamps, one for backward stamps, or one that says that all is well."""
-        found = list(_wrong([channel for record in records for channel in record.log.channels.values()]))
-        text = "every time stamp is later than the one before"
-        return found or [Finding(check=self.name, verdict="ok", sentence=text, value=0.0, unit="1")]
+    A finding for repeated stamps, one for backward stamps, or one that says that all is well.
+    """
+    found = list(_wrong([channel for record in records for channel in record.log.channels.values()]))
+    text = "every time stamp is later than the one before"
+    return found or [Finding(check="stamps", verdict="ok", sentence=text, value=0.0, unit="1")]
 
 
 def _wrong(channels: Sequence[Channel]) -> Iterator[Finding]:
@@ -97,3 +93,6 @@ def _wrong(channels: Sequence[Channel]) -> Iterator[Finding]:
 def _as_read(channels: Channels) -> dict[str, Channel]:
     """Reading has done it already."""
     return dict(channels)
+
+
+STAMPS = Check("stamps", _examine)

@@ -1,7 +1,6 @@
 """Check for stuck sensors: a value that stays exactly the same while it should move."""
 
 from collections.abc import Sequence
-from typing import ClassVar, final
 
 import numpy as np
 
@@ -49,45 +48,40 @@ _DRIVES = {"psi": "turns", "r": "turns", "v": "turns", "u": "runs", "x": "runs",
 """What the boat must do for a record to change: a hull that turns drifts, one that runs straight need not."""
 
 
-@final
-class Stuck(Check):
-    """Looks for values that stop dead in the middle of a motion."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Look for values that stop dead in the middle of a motion.
 
-    name: ClassVar[str] = "stuck"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for each channel that is stuck, or one that says that none is."""
-        spans: dict[tuple[str, ...], list[float]] = {}
-        times: dict[tuple[str, ...], float] = {}
-        for record in records:
-            held = fixes_of(record.log.channels)
-            for names in _SENSORS:
-                if not set(names) <= set(record.log.channels):
-                    continue
-                channels = [record.log.channels[name] for name in names]
-                time = channels[0].time
-                if time.size < 3 or any(channel.time.size != time.size for channel in channels):
-                    continue
-                usual = held.rows if held is not None and names == _PLACE else 1
-                stays = [span for span in _stays(channels, usual) if _rest_moves(record.log, names, span)]
-                spans.setdefault(names, []).extend(high - low for low, high in stays)
-                times[names] = times.get(names, 0.0) + float(time[-1] - time[0])
-        found = [finding for names in _SENSORS if (finding := _never(records, names)) is not None]
-        for names, lengths in spans.items():
-            if not lengths:
+    One finding for each channel that is stuck, or one that says that none is.
+    """
+    spans: dict[tuple[str, ...], list[float]] = {}
+    times: dict[tuple[str, ...], float] = {}
+    for record in records:
+        held = fixes_of(record.log.channels)
+        for names in _SENSORS:
+            if not set(names) <= set(record.log.channels):
                 continue
-            share, longest = sum(lengths) / times[names], max(lengths)
-            counted = Share(share, 0.0)
-            facts = {"seconds": longest, "times": "once" if len(lengths) == 1 else f"{len(lengths)} times"}
-            fault = Fault(Kind.STUCK, names, Size(counted, counted), facts, longest, parts={"share": share})
-            refused = fault.size.refuses
-            told = fault.in_words("defect" if refused else "warning")
-            found.append(told.model_copy(update={"reach": Reach.LOG if refused else Reach.SECONDS}))
-        return found or [
-            Finding(
-                check=self.name, verdict="ok", sentence="no sensor repeats a value in mid-motion", value=0.0, unit="s"
-            )
-        ]
+            channels = [record.log.channels[name] for name in names]
+            time = channels[0].time
+            if time.size < 3 or any(channel.time.size != time.size for channel in channels):
+                continue
+            usual = held.rows if held is not None and names == _PLACE else 1
+            stays = [span for span in _stays(channels, usual) if _rest_moves(record.log, names, span)]
+            spans.setdefault(names, []).extend(high - low for low, high in stays)
+            times[names] = times.get(names, 0.0) + float(time[-1] - time[0])
+    found = [finding for names in _SENSORS if (finding := _never(records, names)) is not None]
+    for names, lengths in spans.items():
+        if not lengths:
+            continue
+        share, longest = sum(lengths) / times[names], max(lengths)
+        counted = Share(share, 0.0)
+        facts = {"seconds": longest, "times": "once" if len(lengths) == 1 else f"{len(lengths)} times"}
+        fault = Fault(Kind.STUCK, names, Size(counted, counted), facts, longest, parts={"share": share})
+        refused = fault.size.refuses
+        told = fault.in_words("defect" if refused else "warning")
+        found.append(told.model_copy(update={"reach": Reach.LOG if refused else Reach.SECONDS}))
+    return found or [
+        Finding(check="stuck", verdict="ok", sentence="no sensor repeats a value in mid-motion", value=0.0, unit="s")
+    ]
 
 
 def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
@@ -201,3 +195,6 @@ def _resolution(values: Sequence[Array]) -> float:
     """The usual difference between north and east positions (n,) that are next to each other in size."""
     gaps = [np.diff(np.unique(np.asarray(column, dtype=float))) for column in values]
     return float(np.hypot.reduce([float(np.median(gap)) if gap.size else 0.0 for gap in gaps]))
+
+
+STUCK = Check("stuck", _examine)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import ClassVar, final
 
 import numpy as np
 
@@ -21,43 +20,39 @@ from ..response import answers, trials
 _SPEEDS = ("u", "v")
 
 
-@final
-class Exchanged(Check):
-    """Reads u and v under each other's names, and tells it where that explains the log and nothing else does.
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Read u and v under each other's names, and tell it where that explains the log and nothing else does.
 
     Two records tell: the way made good, if there are positions, and the thrusters, which push ahead and turn the boat
     but do not push it aside. Each may say that the names are right, and then nothing is told.
+
+    Nothing where a log does not have both speeds, or no motion.
     """
-
-    name: ClassVar[str] = "exchanged"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: nothing where a log does not have both speeds, or no motion."""
-        having = [record for record in records if set(_SPEEDS) <= set(record.log.channels) and record.stretches]
-        if not having:
-            return []
-        finding = partial(Finding, check=self.name, channels=_SPEEDS)
-        way, thrust = _by_way(having), _by_thrust(having)
-        u, v = (having[0].log.entries.get(name) for name in _SPEEDS)
-        mends = {"u": v, "v": u} if u and v else {}
-        fault = partial(
-            Fault,
-            Kind.EXCHANGED,
-            _SPEEDS,
-            fix=Fix("u and v exchanged", taken_from({"u": ("v", 1.0), "v": ("u", 1.0)})),
-            mends=mends,
+    having = [record for record in records if set(_SPEEDS) <= set(record.log.channels) and record.stretches]
+    if not having:
+        return []
+    finding = partial(Finding, check="exchanged", channels=_SPEEDS)
+    way, thrust = _by_way(having), _by_thrust(having)
+    u, v = (having[0].log.entries.get(name) for name in _SPEEDS)
+    mends = {"u": v, "v": u} if u and v else {}
+    fault = partial(
+        Fault,
+        Kind.EXCHANGED,
+        _SPEEDS,
+        fix=Fix("u and v exchanged", taken_from({"u": ("v", 1.0), "v": ("u", 1.0)})),
+        mends=mends,
+    )
+    said = [None if size is None else fault(size=size).ruled() for size in (way, thrust)]
+    if way is None and (thrust is None or (said[1] is None and thrust.share.value > 0.0)):
+        return [finding(verdict="cannot tell", sentence="too little motion to tell u from v")]
+    if said[0] is not None and thrust is not None and thrust.share.high < 0.0:
+        text = (
+            "the way made good asks for u and v to be exchanged, and the thrusters ask for the contrary: another "
+            "axis is turned, or the heading is a quarter turn off"
         )
-        said = [None if size is None else fault(size=size).ruled() for size in (way, thrust)]
-        if way is None and (thrust is None or (said[1] is None and thrust.share.value > 0.0)):
-            return [finding(verdict="cannot tell", sentence="too little motion to tell u from v")]
-        if said[0] is not None and thrust is not None and thrust.share.high < 0.0:
-            text = (
-                "the way made good asks for u and v to be exchanged, and the thrusters ask for the contrary: another "
-                "axis is turned, or the heading is a quarter turn off"
-            )
-            return [finding(verdict="cannot tell", sentence=text)]
-        told = said[0] if way is not None else said[1]
-        return [told or finding(verdict="ok", sentence="u is ahead and v to starboard, as named")]
+        return [finding(verdict="cannot tell", sentence=text)]
+    told = said[0] if way is not None else said[1]
+    return [told or finding(verdict="ok", sentence="u is ahead and v to starboard, as named")]
 
 
 def may_be_exchanged(records: Sequence[Record]) -> bool:
@@ -141,3 +136,6 @@ def _residual_squares(parts: Sequence[tuple[Array, ...]], turn: Array) -> tuple[
         table = np.column_stack(columns)
         left += (changes - table @ np.linalg.lstsq(table, changes, rcond=None)[0]) ** 2
     return left, surge**2 + sway**2
+
+
+EXCHANGED = Check("exchanged", _examine)

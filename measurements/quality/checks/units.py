@@ -7,7 +7,7 @@ much better; another than the log's own is a fault, weighed by its size; see `fa
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import ClassVar, NamedTuple, final
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,37 +31,32 @@ _DEGREE = float(np.pi / 180.0)
 """Radians in a degree: no number that decides."""
 
 
-@final
-class Units(Check):
-    """Compares the turning of the heading with the yaw rate, and the way made good with heading and speeds."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Compare the turning of the heading with the yaw rate, and the way made good with heading and speeds.
 
-    name: ClassVar[str] = "units"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for the angles, one for the speeds."""
-        logs = [record.log for record in records]
-        turned = any({"psi", "r"} <= set(log.channels) for log in logs)
-        turning = turning_of(logs)
-        degrees = None if turning is None else _in_degrees(records, turning)
-        cured = [_with(log, degrees.fix.apply) for log in logs] if degrees and degrees.fix else logs
-        track = track_of(cured)
-        found: list[Finding] = []
-        if degrees is not None:
-            found.append(degrees)
-        elif turning is not None:
-            found.append(_turns(turning, track))
-        elif turned:
-            found.append(_unlike(unexplained_turning(logs)))
-        opposed = None if turning is None else turning.sign < 0
-        speeds = _speeds(cured, track, opposed)
-        if speeds is None or (speeds.verdict == "ok" and all(_turned_by_heading(log) for log in cured)):
-            found += _course(cured, opposed)
-        found += [speeds] if speeds is not None else speed_unit(records)
-        return found or [
-            Finding(
-                check=self.name, verdict="cannot tell", sentence="nothing was measured twice; no unit can be checked"
-            )
-        ]
+    One finding for the angles, one for the speeds.
+    """
+    logs = [record.log for record in records]
+    turned = any({"psi", "r"} <= set(log.channels) for log in logs)
+    turning = turning_of(logs)
+    degrees = None if turning is None else _in_degrees(records, turning)
+    cured = [_with(log, degrees.fix.apply) for log in logs] if degrees and degrees.fix else logs
+    track = track_of(cured)
+    found: list[Finding] = []
+    if degrees is not None:
+        found.append(degrees)
+    elif turning is not None:
+        found.append(_turns(turning, track))
+    elif turned:
+        found.append(_unlike(unexplained_turning(logs)))
+    opposed = None if turning is None else turning.sign < 0
+    speeds = _speeds(cured, track, opposed)
+    if speeds is None or (speeds.verdict == "ok" and all(_turned_by_heading(log) for log in cured)):
+        found += _course(cured, opposed)
+    found += [speeds] if speeds is not None else speed_unit(records)
+    return found or [
+        Finding(check="units", verdict="cannot tell", sentence="nothing was measured twice; no unit can be checked")
+    ]
 
 
 class Turning(NamedTuple):
@@ -389,3 +384,6 @@ def _scale(names: Sequence[str], factor: float, sentence: str) -> Fix:
 
 def _with(log: Log, change: Callable[[Channels], dict[str, Channel]]) -> Log:
     return replace(log, channels=change(log.channels))
+
+
+UNITS = Check("units", _examine)
