@@ -32,11 +32,11 @@ from telemetry_files import telemetry_of
 
 from undertow.measurements.formats.autopilots.autopilot import silenced
 from undertow.measurements.formats.autopilots.dataflash import DataFlash
-from undertow.measurements.formats.autopilots.mavlink import Telemetry
+from undertow.measurements.formats.autopilots.mavlink import Telemetry, definition_of
 from undertow.measurements.formats.base import Request
 from undertow.measurements.formats.ros import ros1_bag
 from undertow.measurements.formats.ros.mcap import McapWalk
-from undertow.measurements.formats.ros.ros2_bag import SqliteWalk
+from undertow.measurements.formats.ros.ros2_bag import walk_sqlite
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
 
@@ -84,7 +84,7 @@ class Family:
 def _mcap_ours(path: Path) -> Read:
     taken = Taken()
     with path.open("rb") as file:
-        McapWalk(taken).read(file, path.stat().st_size, lambda share: None)
+        McapWalk(taken).read(file, path.stat().st_size, lambda share: None)  # type: ignore[arg-type]
     return taken.messages
 
 
@@ -134,7 +134,7 @@ def _bag(path: Path) -> str:
         with path.open("rb") as file:
             ros1_bag._walk(file, path.stat().st_size, taken, Request())  # type: ignore[arg-type]
     else:
-        SqliteWalk(taken).read(path, lambda share: None)  # type: ignore[arg-type]
+        walk_sqlite(path, taken, False, lambda share: None)  # type: ignore[arg-type]
     with AnyReader([target]) as reader:
         theirs = Counter((c.topic, received, bytes(raw)) for c, received, raw in reader.messages())
     return _difference(taken.messages, theirs)
@@ -181,7 +181,7 @@ def _tlog(path: Path) -> str:
     found = Telemetry(path, Request())
     ours = Counter[str]()
     for key in found.messages():
-        ours[found.definition(key[2]).name] += len(found.rows(key)[0])
+        ours[definition_of(key[2]).name] += len(found.rows(key)[0])
     wrong = [f"{n}: {ours[n]} of {c}" for n, c in theirs.items() if n in ours and abs(ours[n] - c) > max(2, c // 50)]
     return ", ".join(wrong[:5])
 

@@ -24,9 +24,8 @@ from study.sound_worlds import KINDS, Run, drawn, from_outside, outside, recorde
 
 from undertow.measurements.log import Log
 from undertow.measurements.preparation.needs import problems
-from undertow.measurements.quality.examination import examine
+from undertow.measurements.quality.examination import CHECKS, examine
 from undertow.measurements.quality.faults import OVERWHELMING, Kind
-from undertow.measurements.quality.registry import CHECKS
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import Vehicle
 

@@ -19,25 +19,25 @@ from study.spoils import SPOILS
 from undertow.measurements.log import Log
 from undertow.measurements.quality import lags, response
 from undertow.measurements.quality.checks import clocks, spikes, stuck
-from undertow.measurements.quality.checks.clocks import Clocks
-from undertow.measurements.quality.checks.sides import Sides
-from undertow.measurements.quality.checks.spikes import Spikes
-from undertow.measurements.quality.checks.stuck import Stuck
+from undertow.measurements.quality.checks.clocks import CLOCKS
+from undertow.measurements.quality.checks.sides import SIDES
+from undertow.measurements.quality.checks.spikes import SPIKES
+from undertow.measurements.quality.checks.stuck import STUCK
 from undertow.measurements.quality.finding import Check
 from undertow.measurements.quality.record import Record
 from undertow.physics.vehicle import Vehicle
 
 FIRST = 260_000
-_ANSWERS: tuple[Check, ...] = (Sides(), Clocks())
+_ANSWERS: tuple[Check, ...] = (SIDES, CLOCKS)
 NUMBERS: tuple[tuple[str, tuple[ModuleType, ...], tuple[Check, ...]], ...] = (
     *(
-        (n, (stuck,), (Stuck(),))
+        (n, (stuck,), (STUCK,))
         for n in ("_PLAINLY", "_MEANWHILE", "_SETTLED", "_LEAST", "_BEFORE", "_BEFORE_SECONDS", "_TURNS", "_RUNS")
     ),
-    *((n, (spikes,), (Spikes(),)) for n in ("_LEAST_ROWS", "_OUT", "_STEPS", "_WHOLE")),
+    *((n, (spikes,), (SPIKES,)) for n in ("_LEAST_ROWS", "_OUT", "_STEPS", "_WHOLE")),
     *((n, (response,), _ANSWERS) for n in ("_SHARE", "_ALONE", "_LATE")),
-    ("_PITCHING", (clocks,), (Clocks(),)),
-    ("FOLLOWS", (lags, response, clocks), (Clocks(),)),
+    ("_PITCHING", (clocks,), (CLOCKS,)),
+    ("FOLLOWS", (lags, response, clocks), (CLOCKS,)),
 )
 """Each number, the modules that hold it, and the checks that it decides."""
 Known = tuple[Log, Vehicle]
@@ -45,7 +45,7 @@ Known = tuple[Log, Vehicle]
 
 def accused(checks: Sequence[Check], log: Log, vehicle: Vehicle) -> bool:
     """Whether a check calls a defect or a warning in a log."""
-    rows = all(isinstance(check, Stuck | Spikes) for check in checks)
+    rows = all(check in (STUCK, SPIKES) for check in checks)
     records = [Record(log, (), ()) if rows else Record.of(log, vehicle)]
     return any(f.verdict in ("defect", "warning") for check in checks for f in check.examine(records))
 
@@ -53,7 +53,7 @@ def accused(checks: Sequence[Check], log: Log, vehicle: Vehicle) -> bool:
 def spoilt(checks: Sequence[Check], seeds: int) -> list[Known]:
     """Logs that the checks must accuse."""
     found: list[Known] = []
-    names = {check.name for check in checks} | {"direction" for check in checks if isinstance(check, Sides)}
+    names = {check.name for check in checks} | {"direction" for check in checks if check is SIDES}
     for case in [case for seed in range(seeds) for case in simulated(200 + seed, 180.0)]:
         for spoil in SPOILS:
             if any(name in names for name, _ in spoil.causes):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..physics.errors import LogError
 from ..physics.motion import Array
@@ -36,6 +37,7 @@ the air relative to the boat, in body axes, as an anemometer on board measures i
 becomes `psi`, latitude and longitude become `x` and `y`, and the velocity along `x` and `y`, or speed and course over
 ground (`sog`, and `cog` clockwise from north), become `u` and `v`."""
 
+MOTION = ("x", "y", "psi", "u", "v", "r")
 QUATERNION = ("qx", "qy", "qz", "qw")
 PLACE = ("lat", "lon")
 RATES = ("x_dot", "y_dot")
@@ -46,18 +48,11 @@ COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"
 `tau_surge`, `tau_sway` [N] and `tau_yaw` [N m]."""
 
 LIMITS = {
-    "x": (-1e8, 1e8),
-    "y": (-1e8, 1e8),
-    "u": (-100.0, 100.0),
-    "v": (-100.0, 100.0),
+    **dict.fromkeys(("x", "y"), (-1e8, 1e8)),
+    **dict.fromkeys(("u", "v", "x_dot", "y_dot", "sog"), (-100.0, 100.0)),
     "r": (-50.0, 50.0),
-    "x_dot": (-100.0, 100.0),
-    "y_dot": (-100.0, 100.0),
-    "sog": (-100.0, 100.0),
-    "ax": (-1e4, 1e4),
-    "ay": (-1e4, 1e4),
-    "wind_u": (-150.0, 150.0),
-    "wind_v": (-150.0, 150.0),
+    **dict.fromkeys(("ax", "ay"), (-1e4, 1e4)),
+    **dict.fromkeys(("wind_u", "wind_v"), (-150.0, 150.0)),
     **dict.fromkeys(("qx", "qy", "qz", "qw"), (-1e6, 1e6)),
     "lat": (-90.0, 90.0),
     "lon": (-180.0, 360.0),
@@ -163,6 +158,15 @@ class Channel:
         return float(usual.mean()) if usual.size else middle
 
     @property
+    def unwrapped(self) -> Array:
+        """The values (n,), a heading without its jumps by a full turn."""
+        return np.unwrap(self.value) if self.name == "psi" else self.value
+
+    def rows(self, keep: NDArray[np.bool_]) -> "Channel":
+        """The same channel with some of its rows (n,)."""
+        return replace(self, time=self.time[keep], value=self.value[keep])
+
+    @property
     def unit(self) -> str:
         """The unit of the values."""
         return unit_of(self.name)
@@ -176,6 +180,15 @@ def command_kind(name: str) -> tuple[str, str] | None:
     """
     found = _COMMAND.fullmatch(name)
     return (found.group(1), found.group(2)) if found else None
+
+
+def kind_of(name: str) -> str:
+    """The kind of a command channel, empty for any other name.
+
+    >>> kind_of("pwm_port"), kind_of("psi")
+    ('pwm', '')
+    """
+    return (command_kind(name) or ("", name))[0]
 
 
 def auxiliary_unit(name: str) -> str | None:

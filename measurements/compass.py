@@ -13,7 +13,7 @@ import numpy as np
 
 from ..physics.forces import apparent_wind
 from ..physics.motion import Array, Motion, body_to_earth, earth_to_body
-from .statistics.blocks import block_scores, robust_squares, sandwich
+from .statistics.blocks import block_scores, numbered_on, robust_squares, sandwich
 
 FAST = 0.2
 """Share of the top surge speed from which a row can show a deviation: what it makes grows with speed, and slower rows
@@ -232,13 +232,11 @@ def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:
     speeds = [np.abs(m.velocity[:, 0]) for m in motions]
     # A quantile, not the largest: one false fix would leave no row.
     fastest = float(np.quantile(np.concatenate(speeds), _TOP)) if speeds else 0.0
-    found, blocks, begun = [np.zeros((0, 4))], [np.zeros(0, dtype=int)], 0
+    found, blocks = [np.zeros((0, 4))], []
     for motion in motions:
         surge, sway, rate = motion.velocity.T
         use = (np.abs(surge) > max(FAST * fastest, 1e-6)) & (np.abs(rate) < STRAIGHT)
         stretch = ((motion.time - motion.time[0]) // _BLOCK).astype(int)[use]
         found.append(np.column_stack([sway, surge, motion.heading, rate])[use])
-        _, number = np.unique(stretch, return_inverse=True)
-        blocks.append(begun + number)
-        begun += int(number.max()) + 1 if number.size else 0
-    return np.concatenate(found), np.concatenate(blocks)
+        blocks.append(np.unique(stretch, return_inverse=True)[1])
+    return np.concatenate(found), numbered_on(blocks)

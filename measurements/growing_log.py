@@ -7,8 +7,9 @@ import gzip
 import io
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO
 
@@ -20,9 +21,8 @@ from ..physics.vehicle import Vehicle
 from .channels.channel_map import TIME, Entry, read_channel_map, time_of
 from .channels.mapping import map_channels
 from .formats.base import EXPECTED, Stream
+from .formats.headers import EPOCH, TimeColumn, find_time, read_header
 from .formats.tables.tables import LONG, is_long, is_wide
-from .formats.text_header import read_header
-from .formats.time_columns import EPOCH, TimeColumn, find_time
 from .log import Log
 from .log_options import Reading
 from .preparation.needs import require
@@ -61,7 +61,9 @@ def growing_lines(name: str, follow: bool = False, idle: float | None = None) ->
     if name == STDIN:
         if follow:
             raise RequestError("adapt: --follow waits for a file to grow; standard input is read to its end anyway")
-        yield from _lines(_piped(), "standard input", False)
+        pipe = sys.stdin.buffer
+        read = pipe.read1 if isinstance(pipe, io.BufferedReader) else pipe.read  # what there is, without waiting
+        yield from _lines(_parts(read), "standard input", False)
         return
     path = Path(name)
     if path.is_dir():
@@ -77,20 +79,13 @@ def growing_lines(name: str, follow: bool = False, idle: float | None = None) ->
             raise LogError(f"{path}: a gzip file cannot be followed as it grows; write the log as plain CSV.")
         if packed:
             with gzip.open(file, "rb") as inner:
-                yield from _lines(_read(inner), name, False)
+                yield from _lines(_parts(inner.read), name, False)
             return
-        yield from _lines(_grown(file, path, idle) if follow else _read(file), name, follow)
+        yield from _lines(_grown(file, path, idle) if follow else _parts(file.read), name, follow)
 
 
-def _read(file: BinaryIO | gzip.GzipFile) -> Iterator[bytes]:
-    while part := file.read(_ONCE):
-        yield part
-
-
-def _piped() -> Iterator[bytes]:
-    pipe = sys.stdin.buffer
-    while part := (pipe.read1(_ONCE) if isinstance(pipe, io.BufferedReader) else pipe.read(_ONCE)):
-        yield part
+def _parts(read: Callable[[int], bytes]) -> Iterator[bytes]:
+    return iter(partial(read, _ONCE), b"")
 
 
 def _grown(file: BinaryIO, path: Path, idle: float | None) -> Iterator[bytes]:
@@ -377,12 +372,7 @@ class GrowingLog:
         self.table.cut(min(kept, newest - _MARGIN) - RUN_UP - _MARGIN)
         late = self._begin if last is None else last
         if newest - late > _SILENT and not (grown or self._silent) and self.log is not None:
-            late_ones = _late(self.log, newest)
+            late_ones = [n for n, c in self.log.channels.items() if newest - c.time[-1] > 0.5 * _SILENT]
             why = f"{' '.join(late_ones)} said nothing since" if late_ones else "no stretch without gaps is long enough"
             self.table.notes.append(f"t = {newest:.1f} s: nothing to follow since t = {late:.1f} s: {why}")
         self._silent = not grown and (self._silent or newest - late > _SILENT)
-
-
-def _late(log: Log, newest: float) -> Sequence[str]:
-    """Channels that have said nothing lately."""
-    return [name for name, channel in log.channels.items() if newest - channel.time[-1] > 0.5 * _SILENT]

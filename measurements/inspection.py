@@ -12,7 +12,6 @@ from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.motion import Motion, earth_to_body
 from ..physics.presentation import Card, each
 from ..physics.vehicle import Vehicle
-from .activity import Excitation, excitation_of
 from .canonical import Channel, command_kind
 from .channels.channel_map import Entry, map_dict
 from .clock import Alignment, align
@@ -22,6 +21,7 @@ from .preparation.prepare import PAPER, WEAK, Recipe, motions_within, native_rat
 from .preparation.resampling import gap_limit, gaps
 from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
+from .quality.record import Excitation, excitation_of
 from .quality.record import longest as longest_span
 from .statistics.signals import noise_level
 
@@ -198,17 +198,16 @@ def inspect_log(
     )
 
 
-def inspect_logs(logs: Sequence[Log], vehicle: Vehicle | None = None, recipe: Recipe = PAPER) -> Inspections:
+def inspect_logs(logs: Sequence[Log], vehicle: Vehicle | None = None) -> Inspections:
     """Look several logs of one boat over, each by itself and all together; see `inspect_log`.
 
     Parameters
     ----------
     logs : of one boat
     vehicle : for which they are meant
-    recipe : of the preparation
     """
     examinations = [examine(log, vehicle) for log in logs]
-    each = tuple(inspect_log(log, vehicle, recipe, examination=e) for log, e in zip(logs, examinations, strict=True))
+    each = tuple(inspect_log(log, vehicle, examination=e) for log, e in zip(logs, examinations, strict=True))
     quality = pool(examinations)
     unusable = [inspection for inspection in each if inspection.plan.missing]
     told = verdict(quality)
@@ -247,7 +246,7 @@ def _motions(log: Log) -> tuple[Motion, ...]:
 def _summary(channel: Channel, recipe: Recipe) -> ChannelSummary:
     found = gaps(channel, gap_limit(channel, recipe.max_gap))
     noisy = command_kind(channel.name) is None
-    values = np.unwrap(channel.value) if channel.name == "psi" else channel.value
+    values = channel.unwrapped
     return ChannelSummary(
         name=channel.name,
         unit=channel.unit,

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.motion import Array, Motion, body_to_earth, earth_to_body
-from .canonical import Channel
+from .canonical import MOTION, Channel
 from .compass import Compass, compass_of, remeasured
-from .statistics.blocks import Fit, robust_fit
+from .statistics.blocks import Fit, numbered_on, robust_fit
 
 _CLEARLY = 6.0
 """Standard errors from which an error is there: of the stretches of one log they are known to a third."""
@@ -250,7 +250,6 @@ _CLEARLY_LATE = 6.0
 """Standard errors from which a gyro is late."""
 _ROUNDS = 4
 """Fits and corrections in turn: what is found of a delay bends what is found of the rest."""
-_ALL = ("x", "y", "psi", "u", "v", "r")
 _GYRO = ("gyro_scale", "gyro_bias", "compass_sine", "compass_cosine")
 _SPEEDS = ("velocity_scale", "misalignment", "heading_latency", "position_latency")
 _PLACES = ("water_north", "water_east", "arm_x", "arm_y")
@@ -258,10 +257,10 @@ _PLACES = ("water_north", "water_east", "arm_x", "arm_y")
 
 def longest_row(channels: Mapping[str, Channel]) -> float:
     """The longest step of the records that are compared [s]."""
-    return max((channel.period for name, channel in channels.items() if name in _ALL), default=0.0)
+    return max((channel.period for name, channel in channels.items() if name in MOTION), default=0.0)
 
 
-def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = _ALL, row: float = 0.0) -> Kinematics:
+def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = MOTION, row: float = 0.0) -> Kinematics:
     """What is wrong with the sensors of a log, as far as its records tell it of each other.
 
     Parameters
@@ -404,9 +403,8 @@ def _fit(parts: Sequence[tuple[Array, Array, NDArray[np.int64]]]) -> Fit | None:
     """The robust fit of columns (n, p) to a target (n,), in stretches (n,) of the motions one after the other."""
     if sum(target.size for _, target, _ in parts) < _LEAST_ROWS:
         return None
-    begun = np.cumsum([0, *(int(stretch.max(initial=-1)) + 1 for _, _, stretch in parts)])
-    stretch = np.concatenate([stretch + first for (_, _, stretch), first in zip(parts, begun[:-1], strict=True)])
-    return robust_fit(np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts]), stretch)
+    columns, target, stretch = zip(*parts, strict=True)
+    return robust_fit(np.concatenate(columns), np.concatenate(target), numbered_on(stretch))
 
 
 def _turning(motion: Motion, half: float) -> tuple[Array, Array, NDArray[np.int64]]:

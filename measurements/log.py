@@ -15,15 +15,13 @@ from ..physics.errors import LogError
 from ..physics.motion import Array
 from ..physics.presentation import Card, each
 from .canonical import Channel
-from .channels.auxiliary import auxiliary_channels, auxiliary_of
 from .channels.channel_map import TIME, Entry, entries_of, entry_of, map_dict, read_channel_map, time_of
-from .channels.mapping import map_channels, some
+from .channels.mapping import auxiliary_channels, auxiliary_of, map_channels, some
 from .channels.recognition import check_namespace, is_under, is_vertical_acceleration, lacks, recognise
-from .formats.base import Name, Request, Stream
+from .formats.base import CraftEvidence, Name, Request, Stream
+from .formats.headers import TimeColumn, find_time
 from .formats.registry import read_recording
-from .formats.time_columns import TimeColumn, find_time
 from .log_options import AS_GUESSED, Reading
-from .vehicle_types import CraftEvidence
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -159,7 +157,7 @@ class Log(Card):
     idle : what the channel map leaves out, though nothing in the log would have become it
     craft : what kind of vehicle it is of, as its autopilot says; None where it does not
     clock : of a table, the column that holds its time
-    auxiliary : what the log has beside, by name: steering outputs, battery, motors, mode; see `channels.auxiliary`
+    auxiliary : what the log has beside, by name: steering outputs, battery, motors, mode; see `channels.mapping`
     lacks : of a log in memory, what a search needs and is not there, with the columns that look like it
     """
 

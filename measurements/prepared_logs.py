@@ -17,8 +17,8 @@ from .inspection import Inspection, inspect_log
 from .kinematics import Kinematics, corrected_for
 from .log import REPAIRED, Log, read_log
 from .log_options import AS_GUESSED, Reading
-from .preparation.prepare import PAPER, DataSet
-from .preparation.split import Fold, Split, cut, filtered, split
+from .preparation.prepare import PAPER, DataSet, filtered
+from .preparation.split import Fold, Split, cut, split
 from .quality.examination import examine
 
 VERB = "inspect --fix"

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..physics.motion import Array
 from ..physics.sampled_series import first_order_lag
-from .canonical import Output, command_kind, in_vehicle_file
+from .canonical import Output, command_kind, in_vehicle_file, kind_of
 from .quality.checks.sides import Placed, placed
 from .quality.expected_answers import other_side, side_of
 from .quality.quick_motion import neutral_of, stands_still
@@ -60,7 +60,7 @@ class DetectedThruster:
     @property
     def kind(self) -> str:
         """Kind of the command: pwm, normalized, rad_s or newton."""
-        return (command_kind(self.channel) or ("",))[0]
+        return kind_of(self.channel)
 
     @property
     def name(self) -> str:
@@ -157,7 +157,7 @@ def _right_names(names: Sequence[str], told: dict[str, Placed]) -> dict[str, str
     nameless = [name for name in sided if not side_of(name)]
     if len(names) == 2 and len(nameless) == 2 and len(set(sided.values())) == 2:
         word = {"port": "port", "starboard": "stbd"}
-        return {name: f"{(command_kind(name) or ('',))[0]}_{word[sided[name]]}" for name in names}
+        return {name: f"{kind_of(name)}_{word[sided[name]]}" for name in names}
     return {name: in_vehicle_file(name) for name in names}
 
 
@@ -170,13 +170,9 @@ def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | N
         output = replace(output, astern=twice - output.ahead, ahead=twice - output.astern, source=words)
     by_log = told is not None and bool(told.side or told.ahead)
     told_by_file = any(record.log.channels[name].output is not None for record in records)
-    pulses = (command_kind(name) or ("",))[0] == "pwm"
+    pulses = kind_of(name) == "pwm"
     rested = not pulses or told_by_file or neutral_of(records, name) is not None
-    shaped = (
-        output.asymmetry != 1.0
-        or (command_kind(name) or ("",))[0] in ("newton", "tau")
-        or output.astern >= output.neutral
-    )
+    shaped = output.asymmetry != 1.0 or kind_of(name) in ("newton", "tau") or output.astern >= output.neutral
     return DetectedThruster(right, name, output, side_of(right), turned, by_log, rested, shaped)
 
 
@@ -186,7 +182,7 @@ def _output(records: Sequence[Record], name: str) -> Output:
     stated = stated_output(records, name)
     if stated is not None:
         return stated if stated.expo else replace(stated, expo=1.0)
-    kind = (command_kind(name) or ("",))[0]
+    kind = kind_of(name)
     low, high = min(float(c.value.min()) for c in channels), max(float(c.value.max()) for c in channels)
     if kind == "normalized":
         return Output(0.0, -1.0, 1.0, "a share of full command by its kind", expo=1.0)

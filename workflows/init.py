@@ -14,7 +14,7 @@ from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.needs import like_commands, mix_of
 from ..measurements.prepared_logs import PathLike
-from ..measurements.quality.checks.sides import Sides
+from ..measurements.quality.checks.sides import SIDES
 from ..measurements.quality.examination import Examination, examine, pool
 from ..measurements.quality.quick_motion import stands_still
 from ..measurements.quality.record import Record
@@ -211,7 +211,7 @@ def _moving(log: Log, examined: Examination) -> Record:
 
 def _likely(examined: Sequence[Examination], thrusters: Sequence[DetectedThruster]) -> list[str]:
     """What is likely wrong with thrusters of which the logs show nothing for certain, as `inspect` says it."""
-    findings = pool(examined, (Sides.name,)) if len(examined) > 1 else examined[0].findings
+    findings = pool(examined, (SIDES.name,)) if len(examined) > 1 else examined[0].findings
     settled = {one.read_as for one in thrusters if one.by_log}
     return likely_misplaced([finding for finding in findings if not settled.issuperset(finding.channels)])
 

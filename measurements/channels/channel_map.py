@@ -1,4 +1,4 @@
-"""Channel maps: the user's word on which stream is which channel."""
+"""Channel maps: the user's word on which stream is which channel; throttle and steering mixed into two sides."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,13 +6,51 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...physics.errors import LogError, shown
 from ...physics.files import yaml_text
-from ...physics.motion import GRAVITY
+from ...physics.motion import GRAVITY, Array
 from ...physics.reading import read_yaml, reason
 from ...physics.thrusters import side_named
 from ..canonical import COMMAND_UNITS, UNITS, command_kind, is_canonical, unit_of
-from ..formats.time_columns import PER_SECOND, TimeColumn
+from ..formats.headers import PER_SECOND, TimeColumn
+
+_RANGES = {"pwm": (1500.0, 500.0), "normalized": (0.0, 1.0)}
+"""Neutral and reach of commands whose limits are known, as `physics.thrusters` has them for curves."""
+
+
+def mixed(name: str, throttle: tuple[Array, Array], steering: tuple[Array, Array]) -> Array:
+    """Mix throttle and steering into the command of one side, at the stamps of the throttle.
+
+    With t and s in -1..1, port = (t + s) / k and starboard = (t - s) / k, k = max(1, |t| + |s|): where both do not fit,
+    both give way alike. So does ArduPilot for thrusters that push astern as hard as ahead and `MOT_STR_THR_MIX` 0.5,
+    its default (AP_MotorsUGV.cpp, output_skid_steering). Newtons and rad/s have no limit that is known: k = 1.
+
+    Parameters
+    ----------
+    name : of the command, which tells the side
+    throttle, steering : stamps [s] and values, in the unit of the command; a steering holds until its next value
+
+    Examples
+    --------
+    >>> now = np.zeros(1)
+    >>> [float(mixed(f"normalized_{side}", (now, now + 0.9), (now, now + 0.6))[0]) for side in ("port", "stbd")]
+    [1.0, 0.20000000000000004]
+    """
+    kind, thruster = command_kind(name) or ("", "")
+    neutral, reach = _RANGES.get(kind, (0.0, 1.0))
+    known = np.isfinite(steering[1])
+    time, value = steering[0][known], steering[1][known]
+    if not time.size:
+        return np.full(throttle[0].size, np.nan)
+    row = np.searchsorted(time, throttle[0], side="right") - 1
+    share = (throttle[1] - neutral) / reach
+    turn = np.where(row >= 0, (value[np.maximum(row, 0)] - neutral) / reach, np.nan)
+    size = np.maximum(1.0, np.abs(share) + np.abs(turn)) if kind in _RANGES else 1.0
+    sign = 1.0 if side_named(thruster) == "port" else -1.0
+    return neutral + reach * (share + sign * turn) / size
+
 
 TIME = "time"
 """What a map calls the column of a table that holds its time; it is no channel."""

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from ...physics.errors import LogError
 from ...physics.motion import Array, earth_to_body, heading_from_enu, heading_from_quaternion
+from ...physics.presentation import listing
 from ...physics.thrusters import side_named
 from ..canonical import PLACE, QUATERNION, RATES, TRACK, UNITS, Channel, Lost, check_limits, command_kind, local_metres
 from ..clock import APART, Clock
 from ..formats.base import Stream
-from .channel_map import Entry
-from .mixing import mixed
+from .channel_map import Entry, mixed
 
 
 class Cleaner:
@@ -103,15 +103,9 @@ class Cleaner:
         return (*sets, *mended, *empty, *repeated)
 
 
-_FROM_ENU = {
-    "x": ("y", 1.0),
-    "y": ("x", 1.0),
-    "x_dot": ("y_dot", 1.0),
-    "y_dot": ("x_dot", 1.0),
-    "v": ("v", -1.0),
-    "r": ("r", -1.0),
-    "ay": ("ay", -1.0),
-} | {"wind_v": ("wind_v", -1.0)}
+_FROM_ENU = {"x": ("y", 1.0), "y": ("x", 1.0), "x_dot": ("y_dot", 1.0), "y_dot": ("x_dot", 1.0)} | {
+    name: (name, -1.0) for name in ("v", "r", "ay", "wind_v")
+}
 """ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
 _RATES = ("x_dot", "y_dot")
 _AXES = {"x": "north", "y": "east"}
@@ -212,13 +206,9 @@ def _frame_notes(sources: Mapping[str, Source]) -> list[str]:
     done += ["psi = pi/2 - yaw"] * ("psi" in turned)
     negative = [name for name in names if _FROM_ENU.get(name, ("", 1.0))[1] < 0.0]
     if negative:
-        done.append(f"{_listed(negative)} change{'s' * (len(negative) == 1)} sign")
+        done.append(f"{listing(negative)} change{'s' * (len(negative) == 1)} sign")
     how = ", ".join(done) or "the same in both"
     return [f"{' '.join(names)}: converted from ENU/FLU (REP-103) to NED/FRD: {how}"]
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _in_degrees(source: Source, notes: list[str]) -> Source:

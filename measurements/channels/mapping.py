@@ -1,6 +1,12 @@
-"""Mapping of streams to channels: the user's channel map first, then the best guess."""
+"""Mapping of streams to channels: the user's channel map first, then the best guess; and auxiliary channels.
+
+Auxiliary is what a log has beside motion and thruster commands, kept in `Log.auxiliary`: steering outputs, battery,
+currents and revolutions of motors, the autopilot's mode and its waypoint. No check looks at them and no vehicle needs
+them.
+"""
 
 import difflib
+import re
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,13 +15,13 @@ import numpy as np
 
 from ...physics.errors import LogError
 from ...physics.motion import Array
-from ..canonical import PLACE, QUATERNION, RATES, TRACK, Channel, command_kind, in_vehicle_file, unit_of
+from ..canonical import PLACE, QUATERNION, RATES, TRACK, Channel, auxiliary_unit, command_kind, in_vehicle_file, unit_of
+from ..formats.autopilots.autopilot import AUTOPILOTS
 from ..formats.base import Name, Stream
 from .channel_map import Entry
 from .conversion import Source, channels_of
-from .message_types import NOT_MEASURED, PREDICTED, is_earth_velocity
-from .owners import colours, others, unneeded
-from .recognition import Guess, is_under, is_vertical_acceleration, recognise, says_command
+from .message_types import NOT_MEASURED, PREDICTED, Meaning, colours, is_earth_velocity, others, short_kind, unneeded
+from .recognition import is_under, is_vertical_acceleration, recognise, says_command, side_in
 
 _GROUPS = (
     ("x", "y"),
@@ -96,14 +102,16 @@ def map_channels(
             f"{where}: no channel is recognised among {some(names)}; expected names "
             "like x y psi u v r pwm_port newton_stbd, ROS odometry fields, or a channel map (--map channels.yaml)."
         )
-    _drop(sources, "psi" in sources, QUATERNION, "psi is a channel of its own; the quaternion is not used", notes)
-    has_position = "x" in sources and "y" in sources
-    _drop(sources, has_position, PLACE, "x and y are channels of their own; latitude and longitude are not used", notes)
-    has_speed = "u" in sources and "v" in sources
-    _drop(sources, has_speed, RATES, "u and v are channels of their own; velocities in earth axes are not used", notes)
-    moving = "x_dot" in sources and "y_dot" in sources
-    why = f"{'u and v' if has_speed else 'x_dot and y_dot'} are channels of their own; speed and course are not used"
-    _drop(sources, has_speed or moving, TRACK, why, notes)
+    has_speed, moving = "u" in sources and "v" in sources, "x_dot" in sources and "y_dot" in sources
+    of_speed = "u and v" if has_speed else "x_dot and y_dot"
+    for better, names, why in (
+        ("psi" in sources, QUATERNION, "psi is a channel of its own; the quaternion is not used"),
+        ({"x", "y"} <= set(sources), PLACE, "x and y are channels of their own; latitude and longitude are not used"),
+        (has_speed, RATES, "u and v are channels of their own; velocities in earth axes are not used"),
+        (has_speed or moving, TRACK, f"{of_speed} are channels of their own; speed and course are not used"),
+    ):
+        if better and [name for name in names if sources.pop(name, None)]:
+            notes.append(why)
     notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
     channels, told = channels_of(sources, where, mend)
     used = {id(stream) for source in sources.values() for stream in source.streams}
@@ -117,11 +125,6 @@ def map_channels(
             f"the channel map leaves out {', '.join(unmatched)}, but nothing is taken for it; there are {known}"
         )
     return Mapped(channels, in_use, tuple(unused), (*notes, *told), unmatched)
-
-
-def _drop(sources: dict[str, Source], better: bool, names: Sequence[str], why: str, notes: list[str]) -> None:
-    if better and [name for name in names if sources.pop(name, None)]:
-        notes.append(why)
 
 
 def _says_heading(*names: str) -> bool:
@@ -240,9 +243,9 @@ def _behind(role: str, stream: Stream, bearers: Mapping[str, int]) -> tuple[bool
     return marks.search(stream.topic.lower()) is not None, -bearers[stream.topic], stream.name
 
 
-def _candidates(streams: Sequence[Stream], notes: list[str]) -> dict[str, list[tuple[Guess, Stream]]]:
+def _candidates(streams: Sequence[Stream], notes: list[str]) -> dict[str, list[tuple[Meaning, Stream]]]:
     """What every stream may be, by role; a stream of a known type that never says anything is no candidate."""
-    result: dict[str, list[tuple[Guess, Stream]]] = defaultdict(list)
+    result: dict[str, list[tuple[Meaning, Stream]]] = defaultdict(list)
     silent: dict[str, list[str]] = defaultdict(list)
     coloured = colours(streams)
     if coloured:
@@ -275,7 +278,7 @@ def _finite(values: Array) -> Array:
 
 
 def _best_group(
-    roles: tuple[str, ...], found: Mapping[str, list[tuple[Guess, Stream]]], foreign: Mapping[str, str]
+    roles: tuple[str, ...], found: Mapping[str, list[tuple[Meaning, Stream]]], foreign: Mapping[str, str]
 ) -> str:
     """Choose the boat's own message, then the one that has most of the roles, then the best rank, then a full one.
 
@@ -310,7 +313,7 @@ def _best_group(
     return min(rank, key=order, default="")
 
 
-def _placed(guess: Guess, stream: Stream, frame: str | None, upside_down: bool, notes: list[str]) -> Source:
+def _placed(guess: Meaning, stream: Stream, frame: str | None, upside_down: bool, notes: list[str]) -> Source:
     kind, thruster = command_kind(guess.role) or ("", "")
     if thruster.isdigit() and guess.rank > 0:
         how = (
@@ -341,3 +344,78 @@ def some(names: Sequence[str], most: int = 12) -> str:
     """List names, not more than `most`."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return (", ".join(names[:most]) or "nothing") + more
+
+
+_TYPES = {
+    ("sensor_msgs/BatteryState", "voltage"): ("battery_voltage", 1.0),
+    ("sensor_msgs/BatteryState", "current"): ("battery_current", -1.0),
+    ("mavros_msgs/WaypointList", "current_seq"): ("waypoint", 1.0),
+}
+"""Fields of ROS messages: the channel and its scale; by sensor_msgs/BatteryState a discharge is negative."""
+_BATTERY = {"battery", "batt", "bat"}
+_VOLTAGE, _CURRENT = {"voltage", "volt", "volts"}, {"current", "curr", "amps", "amperes"}
+_STEER = {"steer", "steering", "rudder", "helm", "outboard"}
+_ACTUATOR = {"thruster", "thrusters", "thrust", "motor", "pod", "propeller", "outboard", "actuator", "engine", "esc"}
+_ACTUATOR |= {"fin"}
+_ANGLE = {"azimuth", "angle", "azimuthing", "pos"}
+"""`/wamv/thrusters/left/pos` turns an azimuth thruster of VRX."""
+_ELSEWHERE = {"satellite", "sat", "gps", "gnss", "sun", "antenna", "lidar", "radar", "sonar", "camera", "gimbal"}
+_PLAIN = {"mode": "mode", "flight_mode": "mode", "nav_state": "mode", "waypoint": "waypoint", "wp_seq": "waypoint"}
+"""Whole names of columns that count something."""
+_LEFT_OUT = {"cmd", "command", "data", "raw", "output", "value", "position", "state", "deg", "rad", *_ANGLE}
+"""Words that tell nothing of which one it is."""
+
+
+def auxiliary_of(name: Name) -> tuple[str, float] | None:
+    """The auxiliary channel that a stream is by its type or name, and its scale; None where it is none.
+
+    >>> auxiliary_of(Name("", "thruster_azimuth_angle")), auxiliary_of(Name("", "gps_satellite_azimuth"))
+    (('steering_thruster', 1.0), None)
+    """
+    if auxiliary_unit(name.field) is not None:
+        return name.field, 1.0
+    if name.kind.startswith(AUTOPILOTS):
+        return None  # their readers know the messages
+    known = _TYPES.get((short_kind(name.kind), name.field))
+    if known is not None or recognise(name) is not None:
+        return known
+    if not name.topic and name.field.lower() in _PLAIN:
+        return _PLAIN[name.field.lower()], 1.0
+    words = [word for word in re.split(r"[^a-z0-9]+", re.sub(r"([a-z])([A-Z])", r"\1_\2", name.name).lower()) if word]
+    role = _by_words(words)
+    return None if role is None else (role, 1.0)
+
+
+def _by_words(words: list[str]) -> str | None:
+    """What the words of a name say together."""
+    has = set(words)
+    if has & _ELSEWHERE:
+        return None
+    if has & _BATTERY and has & (_VOLTAGE | _CURRENT):
+        return "battery_voltage" if has & _VOLTAGE else "battery_current"
+    if has & _STEER or (has & _ACTUATOR and has & _ANGLE):
+        return _which("steering", words, {"steer", "steering"})
+    if "rpm" in has:
+        return _which("rpm", words, {"rpm"})
+    return _which("motor_current", words, _CURRENT | {"motor"}) if has & _CURRENT and has & _ACTUATOR else None
+
+
+def _which(kind: str, words: list[str], of_kind: set[str]) -> str:
+    """The kind with the side or the words that tell one from another."""
+    which = side_in(" ".join(words)) or "_".join(word for word in words if word not in _LEFT_OUT | of_kind)
+    return f"{kind}_{which}" if which else kind
+
+
+def auxiliary_channels(streams: Sequence[Stream]) -> dict[str, Channel]:
+    """The auxiliary channels among streams: finite values at rising stamps, the first stream of each name."""
+    result: dict[str, Channel] = {}
+    for stream in streams:
+        told = auxiliary_of(stream.label)
+        if told is None or told[0] in result:
+            continue
+        known = np.isfinite(stream.value) & np.isfinite(stream.time)
+        time, last = np.unique(stream.time[known][::-1], return_index=True)
+        if time.size:
+            value = told[1] * stream.value[known][::-1][last]
+            result[told[0]] = Channel(told[0], time, value, stream.name)
+    return result

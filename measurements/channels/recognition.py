@@ -7,7 +7,7 @@ import math
 import re
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import takewhile
 
 import numpy as np
@@ -16,7 +16,7 @@ from ...physics.errors import LogError
 from ..canonical import LIMITS, command_kind, is_canonical
 from ..formats.autopilots.autopilot import AUTOPILOTS
 from ..formats.base import Name, Stream
-from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, is_known, meaning_of, on_topic, short_kind
+from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Meaning, is_known, meaning_of, on_topic, short_kind
 
 _QUATERNION = {"x": "qx", "y": "qy", "z": "qz", "w": "qw"}
 _ROS = (
@@ -60,21 +60,8 @@ _PACES = {"mps": 1.0, "m_s": 1.0} | dict.fromkeys(("kn", "kt", "kts", "knots"), 
 _ANGLES = {"_deg": _DEGREES, "_rad": 1.0}
 """What one of each unit is in those of the channels."""
 
-_SIDES = {
-    "port": "port",
-    "left": "port",
-    "stbd": "stbd",
-    "starboard": "stbd",
-    "right": "stbd",
-    "front": "front",
-    "rear": "rear",
-    "fore": "fore",
-    "aft": "aft",
-    "bow": "bow",
-    "stern": "stern",
-    "middle": "middle",
-    "lateral": "lateral",
-}
+_SIDES = {side: side for side in ("port", "stbd", "front", "rear", "fore", "aft", "bow", "stern", "middle", "lateral")}
+_SIDES |= {"left": "port", "starboard": "stbd", "right": "stbd"}
 _KINDS = (
     ("pwm", {"pwm", "servo", "rcou", "us"}),
     ("newton", {"thrust", "force", "newton", "newtons"}),
@@ -92,29 +79,7 @@ _LIKE_COMMANDS = re.compile(
 _PROPELLERS = {"propeller", "prop", "motor", "thruster", "screw"}
 
 
-@dataclass(frozen=True, slots=True)
-class Guess:
-    """What a stream is taken for.
-
-    Attributes
-    ----------
-    role : the canonical channel, in the axes of `axes`
-    axes : "log" for those of the log (--frame), "ros" for ENU/FLU by REP-103, "ned" for NED/FRD in any log
-    rank : lower is better: 0 a canonical name, 1 odometry, 2 another sensor or a guessed command, 3 a coarse one
-    group : what the streams of one message share, so that x and y never come from two sources
-    scale : from the stream's unit to that of the channel
-    within : values outside mean "nothing"
-    """
-
-    role: str
-    axes: Axes
-    rank: int
-    group: str
-    scale: float = 1.0
-    within: tuple[float, float] | None = None
-
-
-def recognise(name: Name, frame: str = "") -> Guess | None:
+def recognise(name: Name, frame: str = "") -> Meaning | None:
     """Tell the channel that a stream's type or name speaks of, None when they speak of none.
 
     Parameters
@@ -124,52 +89,52 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
     """
     if name.kind.startswith(AUTOPILOTS):
         # Their readers know the messages, and give channels by canonical names; other fields are for channel maps.
-        return Guess(name.field, "ned", 0, "") if is_canonical(name.field) else None
+        return Meaning(name.field, "ned", 0, "") if is_canonical(name.field) else None
     if name.kind and is_known(name.kind):
         known = meaning_of(name, frame)
         if known is None:
             return _by_topic(name)
-        return Guess(known.role, known.axes, known.rank, f"{name.topic}:{known.group}", known.scale, known.within)
+        return replace(known, group=f"{name.topic}:{known.group}")
     if is_canonical(name.field):
-        return Guess(name.field, "log", 0, "")
+        return Meaning(name.field, "log", 0, "")
     field = name.field.replace("/", ".").strip(".")
     autopilot = _ARDUPILOT.get(f"{name.topic}.{field}".strip(".").lower())
     if autopilot is not None:
         role, scale = autopilot
-        return Guess(role, "log" if role.startswith("pwm") else "ned", 2, name.name.partition(".")[0], scale)
+        return Meaning(role, "log" if role.startswith("pwm") else "ned", 2, name.name.partition(".")[0], scale)
     output = _OUTPUT.search(name.name.lower())
     if output:
-        return Guess(f"pwm_{output['number']}", "log", 2, name.name, within=_PULSES)
+        return Meaning(f"pwm_{output['number']}", "log", 2, name.name, within=_PULSES)
     # What stands in a list of things (the poses of a path) is not the vehicle's own.
     if not NOT_MEASURED.search(name.name.lower()) and "]." not in field:
         for pattern, roles, rank in _ROS:
             found = pattern.search(field)
             if found:
                 by_topic = on_topic(roles[found["axis"]], rank, name.topic)
-                return by_topic and Guess(by_topic[0], "ros", by_topic[1], f"{name.topic}:{field[: found.start()]}")
+                return by_topic and Meaning(by_topic[0], "ros", by_topic[1], f"{name.topic}:{field[: found.start()]}")
         place = _PLACE.search(field)
         if place:
-            return Guess(place["axis"][:3], "ned", 2, f"{name.topic}:{field[: place.start()]}")
+            return Meaning(place["axis"][:3], "ned", 2, f"{name.topic}:{field[: place.start()]}")
     track = None if name.kind else _TRACK.fullmatch(field.lower())
     if track:
         role, scale = ("sog", _PACES[track["pace"]]) if track["sog"] else ("cog", _ANGLES[track["angle"]])
-        return Guess(role, "ned", 3, f"{name.topic}:track", scale)
+        return Meaning(role, "ned", 3, f"{name.topic}:track", scale)
     command = _command(name)
-    return Guess(command, "log", 2, name.name) if command else None
+    return Meaning(command, "log", 2, name.name) if command else None
 
 
-def _by_topic(name: Name) -> Guess | None:
+def _by_topic(name: Name) -> Meaning | None:
     """What the topic of a single number, or the name of a joint, says."""
     short = short_kind(name.kind)
     if short == JOINTS:
         role = _propeller(name.field)
-        return Guess(role, "ned", 3, name.name) if role else None
+        return Meaning(role, "ned", 3, name.name) if role else None
     if short not in COMMANDS or name.field != "data":
         return None
     if name.topic.endswith("compass_hdg"):
-        return Guess("psi", "ned", 3, name.name, 0.017453292519943295)
+        return Meaning("psi", "ned", 3, name.name, 0.017453292519943295)
     command = _command(name)
-    return Guess(command, "log", 2, name.name) if command else None
+    return Meaning(command, "log", 2, name.name) if command else None
 
 
 def _propeller(field: str) -> str | None:

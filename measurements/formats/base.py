@@ -1,4 +1,4 @@
-"""The interface of a log reader: what it is asked, and the streams of stamped numbers it gives."""
+"""The interface of a log reader: what it is asked, and what it gives: streams of stamped numbers, of which vehicle."""
 
 import gzip
 import re
@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,7 @@ from numpy.typing import NDArray
 from ...physics.errors import LogError
 from ...physics.motion import Array
 from ..canonical import Output
-from ..vehicle_types import CraftEvidence
-from .text_header import TextHeader, read_header
-from .time_columns import TimeColumn, find_time
+from .headers import TextHeader, TimeColumn, find_time, read_header
 
 EXPECTED = (
     "expected a CSV or Parquet table with the header 'time,topic,field,value' (or timestamp_ns for time), "
@@ -88,6 +87,37 @@ class Stream:
         return Name(self.topic, self.field, self.kind)
 
 
+class Craft(Enum):
+    """A kind of vehicle; its value is what a sentence calls it."""
+
+    BOAT = "a surface vessel"
+    ROVER = "a rover or boat"
+    COPTER = "a copter"
+    PLANE = "a plane"
+    SUBMARINE = "a submarine"
+    AIRSHIP = "an airship"
+    TRACKER = "an antenna tracker"
+
+    @property
+    def floats(self) -> bool:
+        """True when it may be a surface vessel; ArduPilot's firmware of boats is that of rovers."""
+        return self in (Craft.BOAT, Craft.ROVER)
+
+
+@dataclass(frozen=True, slots=True)
+class CraftEvidence:
+    """A kind of vehicle, and the words of the log that tell it."""
+
+    craft: Craft
+    source: str
+
+    @property
+    def sentence(self) -> str:
+        """What the log says, without an end."""
+        none = "" if self.craft.floats else ", which is no surface vessel"
+        return f"the log is of {self.craft.value}{none} ({self.source})"
+
+
 @dataclass(frozen=True, slots=True)
 class Recording:
     """What a reader found in a file, in the order of the file, and what it had to assume.
@@ -139,10 +169,6 @@ class Head:
         return find_time(self.text.columns, self.time)
 
 
-def _all(names: Sequence[Name]) -> frozenset[Name]:
-    return frozenset(names)
-
-
 def _silent(done: int, total: int) -> None:
     """Tell nobody."""
 
@@ -160,7 +186,7 @@ class Request:
     time : the column of a table that holds its time, as a channel map says it
     """
 
-    choose: Callable[[Sequence[Name]], frozenset[Name]] = _all
+    choose: Callable[[Sequence[Name]], frozenset[Name]] = frozenset
     progress: Callable[[int, int], None] = _silent
     time: TimeColumn | None = None
 
@@ -188,6 +214,11 @@ class Format:
     library: str = ""
     marked: bool = True
     table: bool = False
+
+
+def begins_with(*marks: bytes) -> Callable[[Head], bool]:
+    """Recognise the files that begin with one of some bytes, unless these were packed."""
+    return lambda head: head.start.startswith(marks) and not head.gzipped
 
 
 def read_head(path: Path, time: TimeColumn | None = None) -> Head:

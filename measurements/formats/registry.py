@@ -6,8 +6,8 @@ from ...physics.errors import LogError, listed
 from ...physics.registry_members import how_to_install, objects_in
 from .. import formats
 from .base import EXPECTED, Format, Head, Recording, Request, in_file, read_head
+from .headers import first_numbers
 from .tables.tables import not_called_time, without_names
-from .text_header import first_numbers
 
 FORMATS: tuple[Format, ...] = tuple(sorted(objects_in(formats, Format), key=lambda form: not form.marked))
 """Asked in this order: those with a mark of their own first."""

@@ -83,27 +83,28 @@ class Allowance:
 
     def __init__(self, packed: int) -> None:
         self._packed = packed
-        self._size = 0
-        self.messages = _FREE_MESSAGES + packed // _BYTES_A_MESSAGE
-        """How many messages the file may have."""
+        self._size = self._messages = 0
+        self._most_messages = _FREE_MESSAGES + packed // _BYTES_A_MESSAGE
 
     def take(self, size: int) -> None:
         """Count bytes that were unpacked; see `check_unpacked`."""
         self._size += size
         check_unpacked(self._size, self._packed)
 
-    def refuse_messages(self) -> None:
-        """Say that there are too many messages.
+    def count_message(self) -> None:
+        """Count a message, and refuse more than any file has.
 
         Raises
         ------
         LogError
-            always, without the path, which the reader adds.
+            without the path, which the reader adds.
         """
-        raise LogError(
-            f"expected at most {self.messages} messages in a file of {self._packed / 1e6:.3f} MB, got more. It is "
-            "broken, or made to fill the memory; if it is neither, unpack it yourself and give what comes out"
-        )
+        self._messages += 1
+        if self._messages > self._most_messages:
+            raise LogError(
+                f"expected at most {self._most_messages} messages in a file of {self._packed / 1e6:.3f} MB, got more. "
+                "It is broken, or made to fill the memory; if it is neither, unpack it yourself and give what comes out"
+            )
 
 
 def zstd() -> Any:

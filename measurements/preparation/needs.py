@@ -9,7 +9,7 @@ from ...physics.errors import LogError
 from ...physics.motion import Array
 from ...physics.thrusters import side_named
 from ...physics.vehicle import Vehicle
-from ..canonical import COMMAND_UNITS, Channel, command_kind, unit_of
+from ..canonical import COMMAND_UNITS, Channel, command_kind, kind_of, unit_of
 from ..channels.channel_map import Entry, map_text
 from ..channels.mapping import some
 from ..channels.recognition import like_a_command, says_motion
@@ -85,10 +85,10 @@ def _listed(log: Log) -> str:
 
 def _numbered(log: Log, missing: Sequence[str]) -> str:
     """What to say where commands are missing and the log has as many of their kind, by number; else empty."""
-    kinds = {(command_kind(name) or ("", ""))[0] for name in missing}
+    kinds = {kind_of(name) for name in missing}
     spare = [
         channel
-        for name, channel in sorted(log.channels.items(), key=lambda item: _natural(item[0]))
+        for name, channel in sorted(log.channels.items(), key=lambda item: (len(item[0]), item[0]))  # 2 before 10
         if (kind := command_kind(name)) and kind[0] in kinds and kind[1].isdigit()
     ]
     if len(kinds) != 1 or len(spare) < len(missing):
@@ -134,7 +134,7 @@ def _mixed(log: Log, missing: Sequence[str]) -> str:
 
 def _generalised(log: Log, missing: Sequence[str]) -> str:
     """What to say where commands are missing and the log has forces and moments in their place; else empty."""
-    taus = [name for name in log.channels if (command_kind(name) or ("",))[0] == "tau"]
+    taus = [name for name in log.channels if kind_of(name) == "tau"]
     if not missing or not taus:
         return ""
     actuators = "; ".join(f"{{name: {name.removeprefix('tau_')}, command: tau, curve: ...}}" for name in taus)
@@ -143,11 +143,6 @@ def _generalised(log: Log, missing: Sequence[str]) -> str:
         f"vessel, and not the commands of its thrusters. Give a vehicle with such actuators (thrusters: {actuators}); "
         "'undertow init LOG' writes one."
     )
-
-
-def _natural(name: str) -> tuple[int, str]:
-    """Order of numbered names: 2 before 10."""
-    return len(name), name
 
 
 def like_commands(log: Log) -> list[str]:
@@ -161,7 +156,7 @@ def _command_problem(log: Log, name: str) -> str:
     unit = COMMAND_UNITS.get(kind, "?")
     others = [other for other in log.channels if (command_kind(other) or ("", ""))[1] == thruster]
     if others:
-        other = (command_kind(others[0]) or ("", ""))[0]
+        other = kind_of(others[0])
         return (
             f"wrong command kind: the vehicle wants {name} [{unit}] for thruster '{thruster}', the log has "
             f"{' '.join(others)} [{unit_of(others[0])}]. Give the thruster 'command: {other}' with its curve in the "

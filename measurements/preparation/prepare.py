@@ -10,9 +10,8 @@ from ...physics.errors import LogError, RequestError, expect
 from ...physics.motion import RUN_UP, Array, Motion, body_to_earth, earth_to_body
 from ...physics.sampled_series import area_average, understated_noise
 from ...physics.vehicle import Vehicle
-from ..canonical import Channel
+from ..canonical import MOTION, Channel
 from ..log import Log
-from .jumps import holes_of, in_words, jumps_of
 from .needs import command_channels, require
 from .resampling import (
     Span,
@@ -21,7 +20,10 @@ from .resampling import (
     even_grid,
     gap_limit,
     gaps,
+    holes_of,
     is_logged_on_change,
+    jumps_in_words,
+    jumps_of,
     samples,
     segments,
     smooth,
@@ -183,10 +185,15 @@ def prepare(logs: Log | Sequence[Log], vehicle: Vehicle | None, recipe: Recipe =
         notes += [f"{log.name}: {note}" for note in found] if len(logs) > 1 else found
     if recipe.rate is None and max(rates) > 1.01 * rate:
         notes.append(f"the logs differ in rate, all are resampled to the slowest, {rate:.4g} Hz")
+    return filtered(tuple(raw), tuple(notes), recipe)
+
+
+def filtered(motions: tuple[Motion, ...], notes: tuple[str, ...], recipe: Recipe) -> DataSet:
+    """Motions with the filter that a recipe asks for, each on its own."""
     if recipe.cutoff is None:
-        return DataSet(tuple(raw), tuple(notes), recipe)
-    filtered = tuple(smooth(motion, recipe.cutoff, recipe.order) for motion in raw)
-    return DataSet(filtered, tuple(notes), recipe, tuple(raw))
+        return DataSet(motions, notes, recipe)
+    smoothed = tuple(smooth(motion, recipe.cutoff, recipe.order) for motion in motions)
+    return DataSet(smoothed, notes, recipe, motions)
 
 
 def motions_within(log: Log, recipe: Recipe, choose: Callable[[list[Span]], list[Span]]) -> tuple[Motion, ...]:
@@ -239,7 +246,7 @@ def usable_spans(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> tuple[lis
         end = min(end, float(channel.time[-1]) + (channel.period if command else 0.0))
     jumps = jumps_of(log.channels)
     if jumps:
-        notes.append(f"{in_words(jumps)}; the log is cut there")
+        notes.append(f"{jumps_in_words(jumps)}; the log is cut there")
         holes += holes_of(jumps)
     spans = segments(start, end, holes) if start < end else []
     kept = [span for span in spans if span[1] - span[0] >= LEAST_SEGMENT]
@@ -282,7 +289,7 @@ def reference(log: Log) -> Channel:
 
 def _needed(log: Log, vehicle: Vehicle | None) -> list[Channel]:
     wind = _WIND if set(_WIND) <= set(log.channels) else ()
-    motion = [log.channels[name] for name in ("x", "y", "psi", "u", "v", "r", *wind) if name in log.channels]
+    motion = [log.channels[name] for name in (*MOTION, *wind) if name in log.channels]
     return motion + [log.channels[name] for name in command_channels(vehicle)]
 
 
@@ -304,9 +311,8 @@ def _motions(
             notes.append(f"{'position' if name == 'x' else name}: not in the log, derived from {origin}")
     if len(set(_WIND) & set(log.channels)) == 1:
         notes.append("wind_u and wind_v: only one of them is in the log, which is not used")
-    motions = []
-    for span in choose(spans):
-        motions.append(motion_on(log, vehicle, recipe, span, even_grid(reference(log).time, span, step), step))
+    anchors = reference(log).time
+    motions = [motion_on(log, vehicle, recipe, span, even_grid(anchors, span, step), step) for span in choose(spans)]
     return [*motions[:1], *map(_remembering, motions, motions[1:])]
 
 
@@ -384,8 +390,8 @@ def _derived(log: Log, part: dict[str, tuple[Array, Array]], step: float) -> tup
     def at_pace(name: str) -> bool:
         return name in log.channels and log.channels[name].period / step - 1.0 >= -_AT_PACE
 
-    place, heading = at_pace("x"), at_pace("psi")
-    return "u" not in part and place, "v" not in part and place, "r" not in part and heading
+    place = at_pace("x")
+    return "u" not in part and place, "v" not in part and place, "r" not in part and at_pace("psi")
 
 
 def _understated(part: dict[str, tuple[Array, Array]], grid: Array) -> tuple[float, float, float]:

@@ -13,9 +13,7 @@ import numpy as np
 from ...physics.errors import LogError
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
-from ..log import Log
-from .prepare import PAPER, DataSet, Recipe, prepare
-from .resampling import smooth
+from .prepare import DataSet, Recipe, filtered
 
 PARTS = ("train", "validation", "test")
 LEAST_PIECE = 1.0
@@ -65,19 +63,6 @@ def split(data: DataSet, recipe: Recipe | None = None) -> Split:
     return Split(*(filtered(tuple(pieces[part]), tuple(notes), recipe) for part in PARTS))
 
 
-def paper_preparation(logs: Log | Sequence[Log], vehicle: Vehicle, recipe: Recipe = PAPER) -> Split:
-    """Prepare as the paper does, in the right order: resample, split, filter each part on its own.
-
-    Standardise afterwards with `Standardisation.fit(split.train.motions)`, and differentiate with `accelerations`.
-
-    Raises
-    ------
-    LogError, RequestError
-        see `prepare` and `split`.
-    """
-    return split(prepare(logs, vehicle, recipe))
-
-
 def _divide(motions: tuple[Motion, ...], recipe: Recipe, pieces: dict[str, list[Motion]]) -> float:
     """Cut the motions of one log; the clock counts usable seconds only, so that gaps do not shift the shares."""
     total = sum(motion.duration for motion in motions)
@@ -98,14 +83,6 @@ def _divide(motions: tuple[Motion, ...], recipe: Recipe, pieces: dict[str, list[
             elif stop > start:
                 dropped += max(seconds, 0.0)
     return dropped
-
-
-def filtered(motions: tuple[Motion, ...], notes: tuple[str, ...], recipe: Recipe) -> DataSet:
-    """Motions with the filter that a recipe asks for, each on its own."""
-    if recipe.cutoff is None:
-        return DataSet(motions, notes, recipe)
-    smoothed = tuple(smooth(motion, recipe.cutoff, recipe.order) for motion in motions)
-    return DataSet(smoothed, notes, recipe, motions)
 
 
 IDLE = 8.0

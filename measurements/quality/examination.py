@@ -1,4 +1,4 @@
-"""All checks on one log, or on several logs of one boat together."""
+"""All checks, and what they say of one log, or of several logs of one boat together."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
@@ -6,9 +6,63 @@ from dataclasses import dataclass, replace
 from ...physics.vehicle import Vehicle
 from ..canonical import Lost
 from ..log import Log
-from .finding import SEVERITY, Finding
+from .checks.clocks import CLOCKS
+from .checks.command_range import COMMAND_RANGE
+from .checks.commands import COMMANDS
+from .checks.compass_deviation import DEVIATION
+from .checks.drive import DRIVE
+from .checks.excitation import EXCITATION
+from .checks.held import HELD_FIXES
+from .checks.jumping import JUMPS
+from .checks.late import LATE_FIXES
+from .checks.limited import LIMITED
+from .checks.mixed_commands import MIXED_COMMANDS
+from .checks.neutral import NEUTRAL
+from .checks.rates import GAPS, RATES
+from .checks.resampled import RESAMPLED
+from .checks.sensors import SENSORS
+from .checks.sides import SIDES
+from .checks.spikes import SPIKES
+from .checks.stamps import STAMPS
+from .checks.stuck import STUCK
+from .checks.swapped_channels import EXCHANGED
+from .checks.tilt import TILT
+from .checks.time_unit import TIME_UNIT
+from .checks.units import UNITS
+from .checks.vessel import VESSEL
+from .finding import SEVERITY, Check, Finding
 from .record import Record
-from .registry import CHECKS
+
+CHECKS: tuple[Check, ...] = (
+    VESSEL,
+    STAMPS,
+    TIME_UNIT,
+    RESAMPLED,
+    RATES,
+    GAPS,
+    STUCK,
+    JUMPS,
+    SPIKES,
+    EXCHANGED,
+    UNITS,
+    HELD_FIXES,
+    LATE_FIXES,
+    COMMANDS,
+    COMMAND_RANGE,
+    MIXED_COMMANDS,
+    SIDES,
+    CLOCKS,
+    NEUTRAL,
+    DRIVE,
+    LIMITED,
+    DEVIATION,
+    SENSORS,
+    TILT,
+    EXCITATION,
+)
+"""Each sees the log as the safe fixes of those before it leave it: units before speeds, fixes before clocks, and
+what speaks of PWM as it is in the file before the neutral is moved."""
+
 
 _TOLD = 3
 """Findings that the verdict tells."""

@@ -3,12 +3,13 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from ...physics.presentation import listing
 from ...physics.thrusters import Thruster, push_and_turn, side_named
-from ..canonical import command_kind
+from ..canonical import command_kind, kind_of
 from ..statistics.blocks import BY_CHANCE, chance_of_no_more
 from .finding import Finding
 from .quick_motion import neutral_of
-from .record import Record
+from .record import Record, command_names
 from .response import Answer, Trials, answers, trials
 
 SIDE = {"port": 1, "starboard": -1}
@@ -97,7 +98,7 @@ def _likely(one: Trials, expected: Mapping[str, Expected]) -> Likely | None:
 
 def explained_as_expected(records: Sequence[Record]) -> bool:
     """True when what explains the log best, sure or not, lets every thruster push and turn as it should."""
-    expected = expected_of(records, sorted({name for record in records for name in record.commands}))
+    expected = expected_of(records, command_names(records))
     return all(as_expected(one.best.answers, expected) for one in trials(records))
 
 
@@ -122,7 +123,7 @@ def called(records: Sequence[Record], name: str) -> str:
 
 def _turned(records: Sequence[Record], name: str) -> str:
     """Scale and offset that turn a command round about its neutral."""
-    if (command_kind(name) or ("", ""))[0] != "pwm":
+    if kind_of(name) != "pwm":
         return "scale: -1"
     neutral = neutral_of(records, name)
     return f"scale: -1, offset: {2.0 * (1500.0 if neutral is None else neutral):g}"
@@ -153,13 +154,8 @@ def or_vehicle(names: Iterable[str], expected: Mapping[str, Expected], what: str
     own = [t for name in names if (t := expected[name].thruster) is not None]
     if not own:
         return ""
-    named = all_of(list(dict.fromkeys(t.name for t in own)))
+    named = listing(list(dict.fromkeys(t.name for t in own)))
     return f", if the log is wrong; if the vehicle file is, change the {what} of {named} there"
-
-
-def all_of(names: Sequence[str]) -> str:
-    """Names in a sentence, with "and" before the last."""
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def are(names: Sequence[str]) -> str:
@@ -172,12 +168,15 @@ def likely_reversed(records: Sequence[Record], expected: Mapping[str, Expected],
     turned, moved = _faults(expected, likely)
     if not turned:
         return None
-    text = f"{all_of([called(records, name) for name in turned])} {are(turned)} likely reversed ({_sure(likely)})"
-    why = "more of that command pushes astern, as the motion is explained best"
-    follows = "a model drives ahead where the boat goes astern; no thrust can be fitted"
-    cure = _to_try(records, expected, turned, moved)
-    return _warned(
-        "direction", turned, f"{text}: {why}", follows, cure, f"{all_of(turned)} {are(turned)} likely reversed"
+    text = f"{listing([called(records, name) for name in turned])} {are(turned)} likely reversed ({_sure(likely)})"
+    return Finding(
+        check="direction",
+        verdict="warning",
+        sentence=f"{text}: more of that command pushes astern, as the motion is explained best",
+        channels=turned,
+        consequence="a model drives ahead where the boat goes astern; no thrust can be fitted",
+        remedy=_to_try(records, expected, turned, moved),
+        short=f"{listing(turned)} {are(turned)} likely reversed",
     )
 
 
@@ -187,9 +186,14 @@ def likely_swapped(records: Sequence[Record], expected: Mapping[str, Expected], 
     if not moved:
         return None
     short = "port and starboard are likely swapped"
-    cure = _to_try(records, expected, turned, moved)
-    return _warned(
-        "sides", moved, f"{short} ({_sure(likely)})", "every turn is predicted to the wrong side", cure, short
+    return Finding(
+        check="sides",
+        verdict="warning",
+        sentence=f"{short} ({_sure(likely)})",
+        channels=moved,
+        consequence="every turn is predicted to the wrong side",
+        remedy=_to_try(records, expected, turned, moved),
+        short=short,
     )
 
 
@@ -210,15 +214,3 @@ def _to_try(
     maps = [map_line(records, name, name in turned, name in moved) for name in expected if name in (*turned, *moved)]
     what = "curve, the angle or the place"
     return f"try it in a channel map: {', '.join(maps)}{or_vehicle((*turned, *moved), expected, what)}"
-
-
-def _warned(check: str, names: tuple[str, ...], sentence: str, follows: str, cure: str, short: str) -> Finding:
-    return Finding(
-        check=check,
-        verdict="warning",
-        sentence=sentence,
-        channels=names,
-        consequence=follows,
-        remedy=cure,
-        short=short,
-    )

@@ -19,6 +19,7 @@ from ...physics.forces import modelled_acceleration
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ..channels.channel_map import Entry
+from ..statistics.blocks import numbered_on
 from ..statistics.quantiles import student
 from .finding import Finding, Fix, Reach, Verdict
 from .quick_motion import rates_in_band
@@ -175,7 +176,6 @@ class Words:
     check : the name of its findings
     sentence, short, consequence, remedy : see `Finding`
     unit : of its number
-    reach : what it makes wrong where it is surely there
     """
 
     check: str
@@ -184,7 +184,6 @@ class Words:
     consequence: str
     remedy: str
     unit: str = "1"
-    reach: Reach = Reach.LOG
 
 
 _BEYOND = "what a thruster does beyond its record would be laid at the door of the hull"
@@ -237,11 +236,7 @@ class Kind(Enum):
     ANGLE_UNIT = Words("units", "{told}", "", _FACTOR, "{cure}")
     OPPOSED = Words("units", "{told}", "", "which side is port is lost", "{cure}")
     TIME_UNIT = Words(
-        "time unit",
-        "{told}: heading and track both say so",
-        "{told}",
-        "every rate and acceleration is wrong",
-        "{cure}",
+        "time unit", "{told}: heading and track both say so", "{told}", "every rate and acceleration is wrong", "{cure}"
     )
     AXES = Words(
         "units",
@@ -379,7 +374,7 @@ class Fault:
             fix=self.fix,
             parts=dict(self.parts),
             short=words.short.format(**known),
-            reach=words.reach,
+            reach=Reach.LOG,
             mends=dict(self.mends),
         )
 
@@ -403,11 +398,7 @@ def squared_held_out(target: Array, columns: Array, block: NDArray[np.int64]) ->
 
 def blocks_of(rows: Sequence[int]) -> NDArray[np.int64]:
     """Numbers of the blocks of stretches with so many rows at `RATE`, one after the other."""
-    length, found, begun = round(BLOCK * RATE), [np.zeros(0, dtype=np.int64)], 0
-    for count in rows:
-        found.append(begun + np.arange(count, dtype=np.int64) // length)
-        begun += count // length + 1
-    return np.concatenate(found)
+    return numbered_on([np.arange(count, dtype=np.int64) // round(BLOCK * RATE) for count in rows])
 
 
 def size_by_model(records: Sequence[Record], altered: Altered, meanwhile: Altered | None = None) -> Size | None:

@@ -1,10 +1,9 @@
 """A finding of a check: a verdict, a number with its unit, what follows from it, and what to do."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer
 
@@ -19,6 +18,11 @@ SEVERITY: tuple[Verdict, ...] = ("defect", "warning", "cannot tell", "note", "ok
 """The verdicts, worst first. A defect makes results wrong; a warning makes them worse; a note is good to know."""
 
 Channels = Mapping[str, Channel]
+
+
+def altered(channels: Channels, names: Collection[str], change: Callable[[Channel], Channel]) -> dict[str, Channel]:
+    """All channels of a log, those of some names changed; for `Fix`."""
+    return {name: change(channel) if name in names else channel for name, channel in channels.items()}
 
 
 class Reach(Enum):
@@ -114,21 +118,17 @@ def _capital(text: str) -> str:
     return text if is_canonical(word) or not word.islower() else text[:1].upper() + text[1:]
 
 
-class Check(ABC):
-    """One question about the quality of logs of one boat."""
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One question about the quality of logs of one boat.
 
-    name: ClassVar[str]
+    Attributes
+    ----------
+    name : of the question
+    examine : answers it for one log, or for several logs together, as the checks before this one left them: at least
+        one finding, "cannot tell" where the logs do not show it, none where the question makes no sense. A `Fix` is
+        asked for only where there is one record
+    """
 
-    @abstractmethod
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """Answer for one log, or for several logs together.
-
-        Parameters
-        ----------
-        records : as the checks before this one left them; a `Fix` is asked for only where there is one record
-
-        Returns
-        -------
-        list of Finding
-            At least one; "cannot tell" where the logs do not show it, none where the question makes no sense.
-        """
+    name: str
+    examine: Callable[[Sequence[Record]], list[Finding]]

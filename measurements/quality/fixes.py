@@ -1,5 +1,6 @@
 """The fixes in a record of positions: when they came, how far the boat went between, and when they were taken."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -181,8 +182,8 @@ def _on_beat(time: Array, beat: float) -> Array:
     return taken
 
 
-def taken_at(channels: Channels, fixes: Fixes, time: Array) -> dict[str, Channel]:
-    """The same channels with x and y at the fixes only, taken at `time` (k,).
+def at_fixes(channels: Channels, taken: Callable[[Fixes], Array]) -> dict[str, Channel]:
+    """The same channels with x and y at the fixes only, taken at stamps (k,) that these tell.
 
     A boat at rest shows no new position for many beats; there the old one is repeated on every beat, which is what the
     receiver measured. Where it moved, beats without a fix stay empty.
@@ -193,6 +194,10 @@ def taken_at(channels: Channels, fixes: Fixes, time: Array) -> dict[str, Channel
     fixes : rows with a new position
     time : of each fix (k,) [s]
     """
+    fixes = fixes_of(channels)
+    if fixes is None:
+        return dict(channels)
+    time = taken(fixes)
     idle = ~fixes.moving & (fixes.whole > 1) & (fixes.whole * fixes.beat < _LONGEST_REST)
     stamps, rows = [time], [fixes.row]
     for k in np.flatnonzero(idle):

@@ -14,7 +14,7 @@ from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
 from ..clock import band_passed
 from ..statistics.signals import noise_level
-from .record import RATE, Record, Stretch, computed_once
+from .record import RATE, STEP, Record, Stretch, channels_called, command_names, computed_once
 
 _SLOW = 0.1
 """Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
@@ -52,13 +52,13 @@ def centre_of(records: Sequence[Record], name: str) -> float:
     neutral = neutral_of(records, name)
     if neutral is not None:
         return neutral
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    values = [channel.value for channel in channels_called(records, name)]
     return float(np.median(np.concatenate(values)))
 
 
 def stands_still(records: Sequence[Record], name: str) -> bool:
     """True when a command has one value in all rows of all logs."""
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    values = [channel.value for channel in channels_called(records, name)]
     ends = max(float(value.max()) for value in values) - min(float(value.min()) for value in values)
     return ends <= _rounding(records, name)
 
@@ -92,8 +92,6 @@ def _resting(record: Record, name: str) -> Array:
     return np.concatenate(found)
 
 
-STEP = 1.0 / RATE
-"""Of the even time base [s]."""
 QUICK = (0.15, 2.0)
 """The band in which a boat answers its thrusters and hull forces change little [Hz]."""
 _EDGE = 1.0
@@ -139,7 +137,7 @@ def parts_of(
     records: Sequence[Record], band: tuple[float, float] = QUICK
 ) -> tuple[list[Record], list[str], list[Part]]:
     """The records that have all commands and no rudder, those commands, and the stretches that are long enough."""
-    names = sorted({name for record in records for name in record.commands})
+    names = command_names(records)
     # What a rudder does, thrusters that stand still do not explain.
     having = [record for record in records if set(names) <= set(record.commands) and not record.steered]
     names = _judged(having, names)
@@ -169,7 +167,7 @@ def _part(record: Record, stretch: Stretch, names: list[str], band: tuple[float,
     pushes = np.zeros((motion.time.size, len(names), 2))
     if driven is not None and record.vehicle is not None:
         modelled = modelled_acceleration(record.vehicle, driven)[:, [0, 2]]
-        pushes = _pushes(record.vehicle, driven, names)
+        pushes = pushes_of(record.vehicle, driven, names)[1]
     hull = (
         np.column_stack([surge, surge * np.abs(surge), sway * rate, rate * rate]),
         np.column_stack([rate, rate * np.abs(rate), np.abs(surge) * rate, surge * sway, surge * rate]),
@@ -206,8 +204,13 @@ def rates_in_band(velocity: Array, modelled: Array, band: tuple[float, float]) -
     return np.gradient(band_passed(velocity - total, STEP, band), STEP, axis=0)
 
 
-def _pushes(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> Array:
-    """Accelerations of surge and yaw (n, c, 2) that each thruster makes along a motion, by the vehicle."""
+def pushes_of(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> tuple[Array, Array]:
+    """Accelerations of surge and yaw along a motion, by the vehicle: without thrust (n, 2), and by each thruster.
+
+    Parameters
+    ----------
+    names : of the commands, the second axis of the accelerations (n, c, 2) that the thrusters make
+    """
     scales = {thruster.channel: f"{thruster.name}_scale" for thruster in vehicle.thrusters}
     without = vehicle.with_values(dict.fromkeys(scales.values(), 0.0))
     rest, result = modelled_acceleration(without, motion)[:, [0, 2]], np.zeros((motion.time.size, len(names), 2))
@@ -215,7 +218,7 @@ def _pushes(vehicle: Vehicle, motion: Motion, names: Sequence[str]) -> Array:
         if name in scales:
             alone = without.with_values({scales[name]: vehicle.value(scales[name])})
             result[:, place] = modelled_acceleration(alone, motion)[:, [0, 2]] - rest
-    return result
+    return rest, result
 
 
 def push_range(records: Sequence[Record], name: str) -> tuple[float, Array]:

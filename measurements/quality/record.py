@@ -1,7 +1,8 @@
 """A log under examination: its channels as repaired so far, its motions, and the part of a long log that is examined.
 
 Delays, signs, sides and shares are hardly surer after ten hours than after two, so these checks look at pieces spread
-evenly over the log. Gaps, stamps, spikes, stuck sensors and units are looked for in every row.
+evenly over the log. Gaps, stamps, spikes, stuck sensors and units are looked for in every row. What the boat did, and
+what cannot be learned for want of it, is told of these pieces, too.
 """
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
@@ -11,9 +12,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...physics import file_records
 from ...physics.errors import LogError
+from ...physics.file_records import Number
 from ...physics.motion import Array, Motion
 from ...physics.sampled_series import area_average
+from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from ..canonical import Channel, command_kind
 from ..channels.channel_map import Entry
@@ -143,6 +147,8 @@ _T = TypeVar("_T")
 
 RATE = 20.0
 """Of the even time base on which channels are compared [Hz]; one for all logs, so that they can be pooled."""
+STEP = 1.0 / RATE
+"""Of the same time base [s]."""
 _MOST = 0.5
 """Share of a stretch in which a record must have values to be compared at all."""
 _EVEN = Recipe(rate=RATE, cutoff=None)
@@ -239,6 +245,22 @@ class Record:
         return sum(stretch.portion.weight * stretch.motion.duration for stretch in self.stretches)
 
 
+def command_names(records: Sequence[Record]) -> list[str]:
+    """All commands that some logs have, sorted."""
+    return sorted({name for record in records for name in record.commands})
+
+
+def thruster_of(records: Sequence[Record], name: str) -> Thruster | None:
+    """The thruster that a command drives, by the first vehicle that has one; None for none."""
+    vehicles = [record.vehicle for record in records if record.vehicle]
+    return next((one for vehicle in vehicles for one in vehicle.thrusters if one.channel == name), None)
+
+
+def channels_called(records: Sequence[Record], name: str) -> list[Channel]:
+    """The channels of a name, of the logs that have one."""
+    return [record.log.channels[name] for record in records if name in record.log.channels]
+
+
 def computed_once(records: Sequence[Record], name: Hashable, make: Callable[[], _T]) -> _T:
     """Compute something of some records once, whichever check asks for it first.
 
@@ -274,3 +296,78 @@ def _commands(channels: Sequence[Channel], last: Sequence[float], motion: Motion
             near = samples(channel, (float(time[0]) - step, float(time[-1]) + step))
             table[known, column] = area_average(*near, time, step)
     return table
+
+
+_ASTERN = -0.05
+"""Surge speed below which a boat goes astern [m/s]: beyond what a rough sensor adds (0.04, `worlds.world.NOISE`)."""
+_TURNING = 0.05
+"""Yaw rate from which a boat turns [rad/s]: three times what a rough sensor adds."""
+_SHIP = 0.3
+"""Share of its fastest turn from which a ship that turns slowly, but far, is said to turn."""
+_FAR = 0.5
+"""Turn from which it is far [rad]: 30 degrees are no meander about a course."""
+
+
+class Excitation(file_records.Record):
+    """What the boat did.
+
+    Attributes
+    ----------
+    seconds : duration of the usable motion [s]
+    u, v, r : smallest and largest speed [m/s] and yaw rate [rad/s]
+    astern : share of the time with u < -0.05 m/s
+    turning_to_starboard, turning_to_port : share of the time with a yaw rate beyond 0.05 rad/s to that side, or
+        beyond 30 % of the fastest one of a ship that turns slowly, but through 30 degrees
+    sentences : what this log cannot tell, for a person
+    """
+
+    seconds: Number
+    u: tuple[Number, Number]
+    v: tuple[Number, Number]
+    r: tuple[Number, Number]
+    astern: Number
+    turning_to_starboard: Number
+    turning_to_port: Number
+    sentences: tuple[str, ...]
+
+
+def excitation_of(motions: Sequence[Motion], weights: Sequence[float] | None = None) -> Excitation:
+    """Say how fast the boat went which way, and what motions of that kind cannot tell.
+
+    Parameters
+    ----------
+    motions : of the log, or of an evenly spread part of a long one
+    weights : of each, the seconds of the log that each of its seconds stands for; default: one
+    """
+    stands_for = [1.0] * len(motions) if weights is None else weights
+    velocity = np.concatenate([motion.velocity for motion in motions])
+    weight = np.repeat(stands_for, [motion.time.size for motion in motions])
+    u, v, r = ((float(column.min()), float(column.max())) for column in velocity.T)
+    astern = _share(velocity[:, 0] < _ASTERN, weight)
+    turning = _TURNING
+    if max(float(np.ptp(motion.heading)) for motion in motions) > _FAR:
+        turning = min(_TURNING, _SHIP * float(np.quantile(np.abs(velocity[:, 2]), 0.99)))
+    starboard, port = (_share(one, weight) for one in (velocity[:, 2] > turning, velocity[:, 2] < -turning))
+    sentences = []
+    if astern < 0.02:
+        sentences.append("The boat hardly went astern: effects in u|u| and u u, or |u|r and u r, cannot be told apart.")
+    if starboard < 0.02 and port < 0.02:
+        sentences.append("The boat hardly turned: nothing can be learned about yaw.")
+    elif min(starboard, port) < 0.02:
+        side = "starboard" if starboard > port else "port"
+        sentences.append(f"The boat turned to {side} only: a trim is hard to tell from yaw damping.")
+    seconds = float(sum(each * motion.duration for each, motion in zip(stands_for, motions, strict=True)))
+    return Excitation(
+        seconds=seconds,
+        u=u,
+        v=v,
+        r=r,
+        astern=astern,
+        turning_to_starboard=starboard,
+        turning_to_port=port,
+        sentences=tuple(sentences),
+    )
+
+
+def _share(rows: NDArray[np.bool_], weight: Array) -> float:
+    return float(weight[rows].sum() / weight.sum())

@@ -8,17 +8,15 @@ from numpy.typing import NDArray
 
 from ...physics.effects import EFFECTS
 from ...physics.motion import Array, earth_to_body
-from ..canonical import command_kind
+from ..canonical import kind_of
 from ..clock import band_passed
 from ..preparation.resampling import command_step
 from ..statistics.blocks import CI, Fit, robust_fit, surely_more
 from .faults import Size, size_of
 from .lags import FOLLOWS, Response, lag_anywhere
 from .quick_motion import centre_of, stands_still
-from .record import RATE, Record, Stretch, computed_once
+from .record import STEP, Record, Stretch, channels_called, command_names, computed_once
 
-_STEP = 1.0 / RATE
-"""Of the even time base [s]."""
 _QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)
 """The band in which a boat answers its thrusters and drag has little say [Hz]; a slower one for speeds that are made of
 positions, whose noise grows with frequency."""
@@ -203,17 +201,17 @@ def trials(records: Sequence[Record]) -> list[Trials]:
 
 
 def _trials(records: Sequence[Record]) -> list[Trials]:
-    names = sorted({name for record in records for name in record.commands})
+    names = command_names(records)
     names = [name for name in names if not stands_still(records, name)]
-    kinds = sorted({(command_kind(name) or ("",))[0] for name in names})
-    found = [_of_kind(records, [name for name in names if (command_kind(name) or ("",))[0] == kind]) for kind in kinds]
+    kinds = sorted({kind_of(name) for name in names})
+    found = [_of_kind(records, [name for name in names if kind_of(name) == kind]) for kind in kinds]
     return [one for one in found if one is not None]
 
 
 def made_good(record: Record, stretch: Stretch) -> Response:
     """The surge speed of a record, and what it makes good over ground by its places, which drive it: see `lag_of`."""
     motion = stretch.motion
-    north, east = np.gradient(motion.position, _STEP, axis=0).T
+    north, east = np.gradient(motion.position, STEP, axis=0).T
     ahead, _ = earth_to_body(motion.heading, north, east)
     return Response(motion.velocity[:, 0], ahead[:, None], np.zeros((motion.time.size, 0)))
 
@@ -239,7 +237,7 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     tables, margin = _long_enough(_tables(records, names, centre))
     if not tables or not all(_alone(np.concatenate([t.commands for t in tables]), k) for k in range(len(names))):
         return None
-    coarse = round(COARSE / _STEP)
+    coarse = round(COARSE / STEP)
     lags = np.arange(-(margin // coarse), margin // coarse + 1) * coarse
 
     def left_at(tables: Sequence[_Table]) -> Array:
@@ -252,7 +250,7 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     score = _scores(left)
     inner = np.flatnonzero((score[1:-1] <= score[:-2]) & (score[1:-1] < score[2:])) + 1
     row = row_of(records, names)
-    near = np.flatnonzero((lags * _STEP >= _earliest(row)) & (lags * _STEP <= SLOW))
+    near = np.flatnonzero((lags * STEP >= _earliest(row)) & (lags * STEP <= SLOW))
     # The delays at which a sound log may be are always tried: they need not be an optimum.
     tried = sorted({int(np.argmin(score)), *inner.tolist(), int(near[np.argmin(score[near])])}, key=lambda k: score[k])
     full = {name: _full(records, name, centre[name]) for name in names}
@@ -277,8 +275,8 @@ def _late_speeds(records: Sequence[Record]) -> float:
     if not all(set(record.log.channels) >= MADE_GOOD for record in records):
         return 0.0
     every = [(record, stretch) for record in records for stretch in record.stretches]
-    lag = computed_once(records, "late speeds", lambda: lag_anywhere([made_good(*pair) for pair in every], _STEP))
-    known = lag is not None and lag.explained >= FOLLOWS and abs(lag.seconds) > max(_STEP, CI * lag.error)
+    lag = computed_once(records, "late speeds", lambda: lag_anywhere([made_good(*pair) for pair in every], STEP))
+    known = lag is not None and lag.explained >= FOLLOWS and abs(lag.seconds) > max(STEP, CI * lag.error)
     return lag.seconds if lag is not None and known else 0.0
 
 
@@ -295,13 +293,13 @@ def _tables(
         columns = [record.commands.index(name) for name in names]
         for one in record.stretches:
             commands = one.commands[:, columns] - np.array([centre[name] for name in names])
-            if one.motion.time.size < 2 * _REACH / _STEP or not np.isfinite(commands).all():
+            if one.motion.time.size < 2 * _REACH / STEP or not np.isfinite(commands).all():
                 continue
             surge, _, rate = one.motion.velocity.T
             surge = np.interp(one.motion.time + late, one.motion.time, surge)
             drag = np.column_stack([surge, surge * np.abs(surge), rate, np.abs(surge) * rate, np.abs(rate) * rate])
-            changes = np.column_stack([np.gradient(surge, _STEP), np.gradient(rate, _STEP)])
-            table = band_passed(np.column_stack([changes, commands, drag]), _STEP, band)
+            changes = np.column_stack([np.gradient(surge, STEP), np.gradient(rate, STEP)])
+            table = band_passed(np.column_stack([changes, commands, drag]), STEP, band)
             number = ((one.motion.time - one.motion.time[0]) * band[0]).astype(np.int64)
             end = 2 + len(names)
             tables.append(_Table(table[:, :2], table[:, 2:end], table[:, end:], begun + number))
@@ -323,9 +321,9 @@ def row_of(records: Sequence[Record], names: Iterable[str]) -> float:
 def _long_enough(tables: list[_Table]) -> tuple[list[_Table], int]:
     """The stretches in which all delays can be tried, if they are most of the log; else all, and shorter delays."""
     sizes = np.array([table.changes.shape[0] for table in tables])
-    long = sizes * _ENDS >= _REACH / _STEP
+    long = sizes * _ENDS >= _REACH / STEP
     if 2 * sizes[long].sum() >= sizes.sum():
-        return [table for table, enough in zip(tables, long, strict=True) if enough], round(_REACH / _STEP)
+        return [table for table, enough in zip(tables, long, strict=True) if enough], round(_REACH / STEP)
     return tables, int(_ENDS * sizes.min())
 
 
@@ -380,11 +378,11 @@ def _trial(
         rest = changes[:, axis] - columns @ np.linalg.lstsq(columns, changes[:, axis], rcond=None)[0]
         left += np.bincount(number, rest**2, count) / scale[axis] * count
     fitted = Fitted(tuple(full), changes / np.sqrt(size), tuple(beside_drag), number)
-    return Trial(lag * _STEP, told, left, row, fitted)
+    return Trial(lag * STEP, told, left, row, fitted)
 
 
 def _full(records: Sequence[Record], name: str, centre: float) -> float:
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    values = [channel.value for channel in channels_called(records, name)]
     return max(float(np.abs(value - centre).max()) for value in values)
 
 

@@ -1,5 +1,6 @@
 """Statistics of rows that err together: robust fits, draws of whole blocks, and paired comparison of two errors."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -21,6 +22,17 @@ def block_scores(columns: Array, errors: Array, block: NDArray[np.int64]) -> Arr
     block : (n,) number of the block that each row belongs to
     """
     return np.array([np.bincount(block, errors * column) for column in columns.T], dtype=float).T
+
+
+def numbered_on(parts: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Numbers of the blocks of several records, counted on from one record to the next.
+
+    >>> numbered_on([np.array([0, 0, 1]), np.array([0, 1])]).tolist()
+    [0, 0, 1, 2, 3]
+    """
+    begun = np.cumsum([0, *(int(part.max(initial=-1)) + 1 for part in parts)])
+    moved = (part + first for part, first in zip(parts, begun, strict=False))
+    return np.concatenate([np.zeros(0, dtype=np.int64), *moved])
 
 
 def sandwich(

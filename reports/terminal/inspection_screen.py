@@ -8,10 +8,10 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...measurements.activity import Excitation
 from ...measurements.canonical import command_kind, unit_of
 from ...measurements.inspection import ChannelSummary, Inspection, Inspections
 from ...measurements.quality.finding import Finding, Verdict
+from ...measurements.quality.record import Excitation
 from ...measurements.thrusters_in_log import DetectedThruster
 from ...physics.presentation import listing, number, percent, unit_text
 from ...physics.vehicle import Vehicle

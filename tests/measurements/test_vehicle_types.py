@@ -10,10 +10,11 @@ from round_trip import world
 from telemetry_files import BOOT, telemetry_of
 from telemetry_files import Writer as Telemetry
 
+from undertow.measurements.formats.autopilots.autopilot import by_firmware, by_mav_type, by_px4_status
+from undertow.measurements.formats.base import Craft
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
-from undertow.measurements.vehicle_types import Craft, by_firmware, by_mav_type, by_px4_status
 from undertow.physics.errors import LogError
 from undertow.workflows.init import init
 

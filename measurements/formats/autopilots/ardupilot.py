@@ -14,9 +14,18 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.motion import Array
 from ...canonical import local_metres
-from ...vehicle_types import by_firmware
 from ..base import Recording, Request, Stream
-from .autopilot import Table, assembled, auxiliary_of_columns, heading_at, in_order, planar, raw_names, servo_commands
+from .autopilot import (
+    Table,
+    assembled,
+    auxiliary_of_columns,
+    by_firmware,
+    heading_at,
+    in_order,
+    planar,
+    raw_names,
+    servo_commands,
+)
 
 _BOOKKEEPING = {"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "FILE", "ISBD", "ISBH"}
 """Messages that hold no measurement."""
@@ -211,9 +220,8 @@ def _satellite(log: Messages) -> tuple[list[Stream], list[str]]:
     latitude, longitude = (np.where(has, fix.columns[name], np.nan) for name in ("Lat", "Lng"))
     north, east, origin = local_metres(latitude, longitude)
     course, speed = np.radians(fix.columns["GCrs"]), np.where(has, fix.columns["Spd"], np.nan)
-    turned = heading_at(fix.time, attitude, heading) if attitude is not None else np.full(fix.time.size, np.nan)
-    found = planar(fix, (north, east), (speed * np.cos(course), speed * np.sin(course)), turned)
-    streams += found if attitude is not None else found[:2]
+    turned = heading_at(fix.time, attitude, heading)
+    streams += planar(fix, (north, east), (speed * np.cos(course), speed * np.sin(course)), turned)
     notes.append(
         f"x y u v: from {fix.topic}: metres from the first fix at {origin[0]:.7f}, {origin[1]:.7f} deg, and Spd along "
         f"GCrs turned into body axes; {np.count_nonzero(~has)} rows without a fix left out"

@@ -1,8 +1,11 @@
-"""Parts that the readers of autopilots share: messages as columns, thruster outputs, and velocities in body axes."""
+"""Parts that the readers of autopilots share: messages as columns, thruster outputs, velocities in body axes.
+
+Also which kind of vehicle an autopilot says that it steers: a boat, or something that is none.
+"""
 
 import bisect
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field, replace
 from io import StringIO
@@ -12,8 +15,7 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array, earth_to_body
 from ...canonical import LIMITS, Output, auxiliary_unit, is_canonical
-from ...vehicle_types import CraftEvidence
-from ..base import Name, Recording, Request, Stream
+from ..base import Craft, CraftEvidence, Name, Recording, Request, Stream
 
 AUTOPILOTS = ("dataflash/", "mavlink/", "ulog/")
 """How the kinds of an autopilot's messages begin."""
@@ -127,24 +129,30 @@ def in_order(time: Array) -> NDArray[np.bool_]:
     return keep if np.sum(~keep) <= max(_FEW, _LOST * keep.size) else np.ones(time.size, dtype=bool)
 
 
-def planar(table: Table, where: tuple[Array, Array], speed: tuple[Array, Array], heading: Array) -> list[Stream]:
-    """Give `x y u v` from earth-fixed quantities at the stamps of a table.
+def planar(table: Table, where: tuple[Array, Array], speed: tuple[Array, Array], heading: Array | None) -> list[Stream]:
+    """Give `x y u v` from earth-fixed quantities at the stamps of a table; `x y` alone without a heading.
 
     Parameters
     ----------
     table : whose stamps they have
     where : north and east (n,), (n,) [m]
     speed : towards north and east over ground (n,), (n,) [m/s]
-    heading : (n,) [rad], clockwise from north
+    heading : (n,) [rad], clockwise from north; None where the log tells none
     """
-    with np.errstate(invalid="ignore", over="ignore"):
-        surge, sway = earth_to_body(heading, *speed)
-    values = {"x": where[0], "y": where[1], "u": surge, "v": sway}
+    values = {"x": where[0], "y": where[1]}
+    if heading is not None:
+        with np.errstate(invalid="ignore", over="ignore"):
+            values["u"], values["v"] = earth_to_body(heading, *speed)
     return [table.stream(name, value) for name, value in values.items()]
 
 
-def heading_at(time: Array, table: Table, heading: Array) -> Array:
-    """Heading [rad] of a table at other stamps (n,), the short way round; no number outside its first and last."""
+def heading_at(time: Array, table: Table | None, heading: Array) -> Array | None:
+    """Heading [rad] of a table at other stamps (n,), the short way round; no number outside its first and last.
+
+    None without a table.
+    """
+    if table is None:
+        return None
     known = np.isfinite(heading)
     if not known.any():
         return np.full(time.size, np.nan)
@@ -269,3 +277,57 @@ def silenced() -> Iterator[None]:
     """Keep what a library prints about a damaged file off the terminal; the notes say it."""
     with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
         yield
+
+
+_FIRMWARE = re.compile(r"\b(?:Ardu|APM:?|AntennaTracker|Blimp)(Boat|Rover|Copter|Plane|Sub)?", re.IGNORECASE)
+_CALLED = {
+    "boat": Craft.BOAT,
+    "rover": Craft.ROVER,
+    "copter": Craft.COPTER,
+    "plane": Craft.PLANE,
+    "sub": Craft.SUBMARINE,
+    "antennatracker": Craft.TRACKER,
+    "blimp": Craft.AIRSHIP,
+}
+"""What ArduPilot's firmware calls itself in its first message (`fwver.fw_string`, AP_FWVersion.h)."""
+_MAV_TYPES = {
+    Craft.PLANE: (1, 16, 19, 20, 21, 22, 23, 24, 25, 28),
+    Craft.COPTER: (2, 3, 4, 13, 14, 15, 29, 35),
+    Craft.TRACKER: (5,),
+    Craft.AIRSHIP: (7, 8),
+    Craft.ROVER: (10,),
+    Craft.BOAT: (11,),
+    Craft.SUBMARINE: (12,),
+}
+"""MAV_TYPE of vehicles that steer themselves (MAVLink, minimal.xml); others are ground stations and parts."""
+_PX4 = {1: Craft.COPTER, 2: Craft.PLANE, 3: Craft.ROVER, 4: Craft.AIRSHIP}
+"""`vehicle_status.vehicle_type` of PX4 (VehicleStatus.msg); 0 is unknown."""
+
+
+def by_firmware(texts: Iterable[str], where: str) -> CraftEvidence | None:
+    """The kind that the first text tells in which an ArduPilot firmware names itself; `where` the texts stand.
+
+    >>> by_firmware(["Frame: UNSUPPORTED", "ArduSub V4.1.0 (f2af3c7e)"], "MSG").craft
+    <Craft.SUBMARINE: 'a submarine'>
+    """
+    for text in texts:
+        found = _FIRMWARE.match(text.strip())
+        craft = _CALLED.get((found[1] or found[0]).lower()) if found else None
+        if craft is not None:
+            return CraftEvidence(craft, f"{where}: {' '.join(text.split()[:2])}")
+    return None
+
+
+def by_mav_type(number: int, where: str) -> CraftEvidence | None:
+    """The kind of a MAV_TYPE; None for one that says nothing, or is no vehicle's.
+
+    >>> by_mav_type(12, "HEARTBEAT").sentence
+    'the log is of a submarine, which is no surface vessel (HEARTBEAT: MAV_TYPE 12)'
+    """
+    craft = next((craft for craft, numbers in _MAV_TYPES.items() if number in numbers), None)
+    return craft and CraftEvidence(craft, f"{where}: MAV_TYPE {number}")
+
+
+def by_px4_status(number: int) -> CraftEvidence | None:
+    """The kind of PX4's `vehicle_status.vehicle_type`; None for one that says nothing."""
+    return CraftEvidence(_PX4[number], f"vehicle_status: vehicle_type {number}") if number in _PX4 else None

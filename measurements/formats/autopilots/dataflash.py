@@ -8,6 +8,7 @@ off or is damaged must be read up to there.
 import mmap
 import struct
 from array import array
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ....physics.motion import Array
-from ..base import EVERY, Format, Head, Recording, Request, torn
+from ..base import EVERY, Format, Head, Recording, Request, begins_with, torn
 from . import ardupilot
 from .autopilot import Table, numbers
 
@@ -71,7 +72,7 @@ class DataFlash:
 
     def __init__(self, path: Path, request: Request) -> None:
         self._layouts: dict[int, Layout] = {}
-        self._offsets: dict[int, array] = {}
+        self._offsets: dict[int, array] = defaultdict(lambda: array("q"))
         self.notes: list[str] = []
         with path.open("rb") as file:
             self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
@@ -152,11 +153,8 @@ class DataFlash:
             if found == mark and length and at + length <= size:
                 if kind == _FMT:
                     self._define(content[at + 3 : at + length], lengths)
-                offsets = self._offsets.get(kind)
-                if offsets is None:
-                    offsets = self._offsets[kind] = array("q")
-                offsets.append(at)
-                latest = offsets
+                latest = self._offsets[kind]
+                latest.append(at)
                 at += length
                 if at - told > EVERY:
                     told = at
@@ -236,12 +234,8 @@ def _is_padding(rest: bytes) -> bool:
     return len(rest) <= _PAGE and len(set(rest)) == 1
 
 
-def _matches(head: Head) -> bool:
-    return head.start.startswith(_MARK + bytes([_FMT])) and not head.gzipped
-
-
 def _read(head: Head, request: Request) -> Recording:
     return ardupilot.recording(DataFlash(head.path, request), request, str(head.path))
 
 
-DATAFLASH = Format("ArduPilot DataFlash", _matches, _read, (".bin",), library="numpy")
+DATAFLASH = Format("ArduPilot DataFlash", begins_with(_MARK + bytes([_FMT])), _read, (".bin",), library="numpy")

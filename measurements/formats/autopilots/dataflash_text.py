@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ....physics.motion import Array
-from ..base import EVERY, Format, Head, Recording, Request
+from ..base import EVERY, Format, Head, Recording, Request, begins_with
 from . import ardupilot
 from .autopilot import Table
 
@@ -146,12 +146,8 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _matches(head: Head) -> bool:
-    return head.start.startswith(b"FMT,") and not head.gzipped
-
-
 def _read(head: Head, request: Request) -> Recording:
     return ardupilot.recording(DataFlashText(head.path, request), request, str(head.path))
 
 
-DATAFLASH_TEXT = Format("ArduPilot text", _matches, _read, (".log",))
+DATAFLASH_TEXT = Format("ArduPilot text", begins_with(b"FMT,"), _read, (".log",))

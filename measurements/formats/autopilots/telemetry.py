@@ -14,12 +14,13 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.motion import GRAVITY, Array
 from ...canonical import local_metres
-from ...vehicle_types import CraftEvidence, by_firmware, by_mav_type
-from ..base import Format, Head, Name, Recording, Request, Stream
+from ..base import CraftEvidence, Format, Head, Name, Recording, Request, Stream
 from .autopilot import (
     Table,
     assembled,
     auxiliary_of_columns,
+    by_firmware,
+    by_mav_type,
     heading_at,
     in_order,
     numbers,
@@ -27,7 +28,7 @@ from .autopilot import (
     raw_names,
     servo_commands,
 )
-from .mavlink import MOTION, Key, Messages, Telemetry, message_at
+from .mavlink import MOTION, Key, Messages, Telemetry, definition_of, message_at
 
 _CLOCKS = {"time_boot_ms": 1e3, "time_usec": 1e6}
 """Field of the vehicle's own clock -> ticks per second."""
@@ -62,25 +63,21 @@ def recording(log: Messages, request: Request, where: str, others: Recording | N
     LogError
         when no vehicle tells its attitude or position.
     """
-    numbers = {log.definition(key[2]).name: key[2] for key in log.messages()}
+    numbers = {definition_of(key[2]).name: key[2] for key in log.messages()}
     vehicles = _vehicles(log.messages(), [numbers[name] for name in MOTION if name in numbers])
     if not vehicles:
         raise LogError(
             f"{where}: expected {', '.join(MOTION)} of a vehicle in this telemetry log, got "
             f"{', '.join(sorted(numbers)[:8]) or 'no message'}. Was the vehicle connected while it was recorded?"
         )
-    derived: list[Stream] = []
     notes: list[str] = []
     topics: dict[str, tuple[Vehicle, Key]] = {}
     owners = {(vehicle.system, vehicle.component): vehicle for vehicle in vehicles}
-    readers = {vehicle: _Reader(log, vehicle, notes) for vehicle in vehicles}
-    for vehicle in vehicles:
-        derived += _channels(
-            readers[vehicle], {name: (vehicle.system, vehicle.component, numbers[name]) for name in numbers}
-        )
+    readers = {vehicle: _Reader(log, vehicle, numbers, notes) for vehicle in vehicles}
+    derived = [stream for reader in readers.values() for stream in _channels(reader)]
     names: list[Name] = []
     for key in log.messages():
-        told = log.definition(key[2])
+        told = definition_of(key[2])
         owner = owners.get(key[:2])
         topic = f"{owner.prefix if owner else f'sys{key[0]}/comp{key[1]}/'}{told.name}"
         fields = [field for field in told.fields if told.body[field].kind != "S" and field not in _CLOCKS]
@@ -96,7 +93,7 @@ def recording(log: Messages, request: Request, where: str, others: Recording | N
         owner, key = topics[topic]
         table = readers[owner].table(key, topic)
         read += [] if table is None else table.raw(chosen.wanted)
-    told = {of.prefix: craft for of in vehicles if (craft := _craft(readers[of], numbers)) is not None}
+    told = {of.prefix: craft for of in vehicles if (craft := _craft(readers[of])) is not None}
     unread = chosen.recording(()).unread
     if others is not None:
         # The same instant is zero for all: when the first vehicle was switched on.
@@ -106,13 +103,9 @@ def recording(log: Messages, request: Request, where: str, others: Recording | N
     return Recording((*chosen.derived, *read), (*log.notes, *notes), unread, crafts=told)
 
 
-def _craft(reader: "_Reader", numbers: Mapping[str, int]) -> CraftEvidence | None:
+def _craft(reader: "_Reader") -> CraftEvidence | None:
     """What kind of vehicle says so in its HEARTBEAT, or where that is generic, in its first words."""
-    vehicle = reader.vehicle
-    beats, texts = (
-        reader.rows((vehicle.system, vehicle.component, numbers[name]) if name in numbers else None)
-        for name in ("HEARTBEAT", "STATUSTEXT")
-    )
+    beats, texts = reader.bodies("HEARTBEAT"), reader.bodies("STATUSTEXT")
     told = by_mav_type(int(np.bincount(beats["type"]).argmax()), "HEARTBEAT") if len(beats) else None
     words = [text.decode("latin-1") for text in texts["text"].tolist()] if len(texts) else []
     return told or by_firmware(words, "STATUSTEXT")
@@ -135,8 +128,9 @@ def _vehicles(keys: Sequence[Key], telling: Sequence[int]) -> tuple[Vehicle, ...
 class _Reader:
     """Unpacks messages of one vehicle on its own clock, and notes where it could not."""
 
-    def __init__(self, log: Messages, vehicle: Vehicle, notes: list[str]) -> None:
+    def __init__(self, log: Messages, vehicle: Vehicle, numbers: Mapping[str, int], notes: list[str]) -> None:
         self._log, self.vehicle, self.notes = log, vehicle, notes
+        self._keys = {name: (vehicle.system, vehicle.component, number) for name, number in numbers.items()}
         self._boot: float | None = None
         self._restarts = False
 
@@ -145,12 +139,12 @@ class _Reader:
         """When the vehicle was switched on, as receive times count [s]; 0 where nothing tells it."""
         return self._boot or 0.0
 
-    def set_clock(self, keys: Mapping[str, Key]) -> None:
+    def set_clock(self) -> None:
         """Learn from the messages of the motion when the vehicle was switched on, as receive times count [s]."""
         for name in MOTION:
-            if name not in keys:
+            if name not in self._keys:
                 continue
-            body, received = self._log.rows(keys[name])
+            body, received = self._log.rows(self._keys[name])
             clock = _clock(body)
             if clock is None or not clock.size:
                 continue
@@ -163,7 +157,7 @@ class _Reader:
 
     def table(self, key: Key, topic: str | None = None) -> Table | None:
         """Unpack the messages of a key; None where the log has none whose checksum holds."""
-        told = self._log.definition(key[2])
+        told = definition_of(key[2])
         body, received = self._log.rows(key)
         if not received.size:
             return None
@@ -178,9 +172,13 @@ class _Reader:
         columns = {field: numbers(body[field][keep]) for field in numeric}
         return Table(topic or f"{self.vehicle.prefix}{told.name}", f"mavlink/{told.name}", time[keep], columns)
 
-    def rows(self, key: Key | None) -> Any:
-        """Give the bodies of the messages of a key, none where the log has no such."""
-        return () if key is None else self._log.rows(key)[0]
+    def named(self, name: str) -> Table | None:
+        """Unpack the messages of a name; None where the log has none whose checksum holds."""
+        return self.table(self._keys[name]) if name in self._keys else None
+
+    def bodies(self, name: str) -> Any:
+        """Give the bodies of the messages of a name, none where the log has no such."""
+        return self._log.rows(self._keys[name])[0] if name in self._keys else ()
 
 
 def _clock(body: Any) -> Array | None:
@@ -198,20 +196,18 @@ def _runs_on(clock: Array) -> bool:
     return bool((np.diff(clock[keep]) >= 0).all())
 
 
-def _channels(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
+def _channels(reader: _Reader) -> list[Stream]:
     """Heading, position, velocities, accelerations and commands of one vehicle."""
-    reader.set_clock(keys)
-    prefix, notes = reader.vehicle.prefix, reader.notes
-    tables = {name: reader.table(keys[name]) for name in MOTION if name in keys}
-    attitude = tables.get("ATTITUDE")
+    reader.set_clock()
+    notes = reader.notes
+    attitude, local, earth = (reader.named(name) for name in MOTION)
     heading = attitude.columns["yaw"] if attitude is not None else np.zeros(0)
     streams = []
     if attitude is not None:
         streams += [attitude.stream("psi", heading), attitude.stream("r", attitude.columns["yawspeed"])]
         notes.append(f"psi r: yaw and yawspeed of {attitude.topic}")
     place, where, speed = None, (np.zeros(0), np.zeros(0)), (np.zeros(0), np.zeros(0))
-    local, earth = tables.get("LOCAL_POSITION_NED"), tables.get("GLOBAL_POSITION_INT")
-    receiver = reader.table(keys["GPS_RAW_INT"]) if "GPS_RAW_INT" in keys else None
+    receiver = reader.named("GPS_RAW_INT")
     if local is not None:
         place, columns = local, local.columns
         where, speed = (columns["x"], columns["y"]), (columns["vx"], columns["vy"])
@@ -246,19 +242,14 @@ def _channels(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
             f"along cog turned into body axes by the heading; {np.count_nonzero(~has)} rows without a fix left out"
         )
     if place is not None:
-        turned = heading_at(place.time, attitude, heading) if attitude is not None else np.full(place.time.size, np.nan)
-        found = planar(place, where, speed, turned)
-        streams += found if attitude is not None else found[:2]
-    streams += _accelerations(reader, keys)
-    return [*streams, *_commands(reader, keys, prefix), *_auxiliary(reader, keys)]
+        streams += planar(place, where, speed, heading_at(place.time, attitude, heading))
+    return [*streams, *_accelerations(reader), *_commands(reader), *_auxiliary(reader)]
 
 
-def _auxiliary(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
+def _auxiliary(reader: _Reader) -> list[Stream]:
     """Battery, motors, mode and waypoint; what a message says is not known (UINT16_MAX, -1) is no number."""
     names = ("BATTERY_STATUS", "SYS_STATUS", "HEARTBEAT", "MISSION_CURRENT", "RPM", "ESC_TELEMETRY_1_TO_4")
-    battery, status, heartbeat, mission, turns, esc = (
-        reader.table(keys[name]) if name in keys else None for name in names
-    )
+    battery, status, heartbeat, mission, turns, esc = map(reader.named, names)
     found: dict[str, tuple[Table | None, str, float]] = {}
     if battery is not None:
         first = battery.columns["id"] == battery.columns["id"].min()
@@ -284,12 +275,12 @@ def _auxiliary(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
     return auxiliary_of_columns(found)
 
 
-def _accelerations(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
-    heartbeats = reader.rows(keys.get("HEARTBEAT"))
+def _accelerations(reader: _Reader) -> list[Stream]:
+    heartbeats = reader.bodies("HEARTBEAT")
     ardupilot = len(heartbeats) and bool((heartbeats["autopilot"] == _ARDUPILOT).any())
     # RAW_IMU is what the sensor gave, unscaled, but for ArduPilot, which fills it like SCALED_IMU.
     for name in (*(("RAW_IMU",) if ardupilot else ()), "SCALED_IMU", "SCALED_IMU2"):
-        imu = reader.table(keys[name]) if name in keys else None
+        imu = reader.named(name)
         if imu is not None:
             reader.notes.append(f"ax ay: xacc and yacc of {imu.topic}, from thousandths of gravity")
             values = {"ax": imu.columns["xacc"], "ay": imu.columns["yacc"]}
@@ -297,23 +288,20 @@ def _accelerations(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
     return []
 
 
-def _commands(reader: _Reader, keys: Mapping[str, Key], prefix: str) -> list[Stream]:
-    outputs = reader.table(keys["SERVO_OUTPUT_RAW"]) if "SERVO_OUTPUT_RAW" in keys else None
+def _commands(reader: _Reader) -> list[Stream]:
+    outputs = reader.named("SERVO_OUTPUT_RAW")
     if outputs is None:
-        reader.notes.append(f"{prefix}the log has no SERVO_OUTPUT_RAW messages, so no thruster command")
+        reader.notes.append(f"{reader.vehicle.prefix}the log has no SERVO_OUTPUT_RAW messages, so no thruster command")
         return []
     main = outputs.columns["port"] == 0
-    outputs = Table(
-        outputs.topic, outputs.kind, outputs.time[main], {name: value[main] for name, value in outputs.columns.items()}
-    )
+    columns = {name: value[main] for name, value in outputs.columns.items()}
+    outputs = Table(outputs.topic, outputs.kind, outputs.time[main], columns)
     names = {
         int(name[len("servo") : -len("_raw")]): name
         for name in outputs.columns
         if name.startswith("servo") and name.endswith("_raw")
     }
-    values = {
-        row["param_id"].decode("latin-1"): float(row["param_value"]) for row in reader.rows(keys.get("PARAM_VALUE"))
-    }
+    values = {row["param_id"].decode("latin-1"): float(row["param_value"]) for row in reader.bodies("PARAM_VALUE")}
     streams, notes = servo_commands(outputs, names, values)
     reader.notes += notes
     return streams

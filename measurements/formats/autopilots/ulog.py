@@ -18,12 +18,13 @@ import numpy as np
 from ....physics.errors import LogError
 from ....physics.motion import Array, heading_from_quaternion
 from ...canonical import Output
-from ...vehicle_types import CraftEvidence, by_mav_type, by_px4_status
-from ..base import DEEPEST, EVERY, Format, Head, Name, Recording, Request, Stream, torn
+from ..base import DEEPEST, EVERY, CraftEvidence, Format, Head, Name, Recording, Request, Stream, begins_with, torn
 from .autopilot import (
     Table,
     assembled,
     auxiliary_of_columns,
+    by_mav_type,
+    by_px4_status,
     heading_at,
     in_order,
     numbers,
@@ -55,12 +56,10 @@ _MOTION = (
     "actuator_servos",
 )
 """Topics that are always unpacked."""
-_RATES = (
+_INERTIAL = (
     ("r", "vehicle_angular_velocity", "xyz[2]"),
     ("r", "sensor_combined", "gyro_rad[2]"),
     ("r", "vehicle_attitude", "yawspeed"),
-)
-_ACCELERATIONS = (
     ("ax", "sensor_combined", "accelerometer_m_s2[0]"),
     ("ay", "sensor_combined", "accelerometer_m_s2[1]"),
 )
@@ -244,13 +243,12 @@ def _channels(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> t
         known = place.columns.get("xy_valid", np.ones(place.time.size)) > 0
         moving = place.columns.get("v_xy_valid", np.ones(place.time.size)) > 0
         north, east = (np.where(known, place.columns[name], np.nan) for name in ("x", "y"))
-        speed = tuple(np.where(moving, place.columns[name], np.nan) for name in ("vx", "vy"))
-        turned = heading_at(place.time, attitude, heading) if attitude else np.full(place.time.size, np.nan)
-        found = planar(place, (north, east), (speed[0], speed[1]), turned)
-        streams += found if attitude else found[:2]
+        to_north, to_east = (np.where(moving, place.columns[name], np.nan) for name in ("vx", "vy"))
+        turned = heading_at(place.time, attitude, heading)
+        streams += planar(place, (north, east), (to_north, to_east), turned)
         lost = f"; {np.count_nonzero(~known)} rows that it calls invalid left out" if not known.all() else ""
         notes.append(f"x y u v: vehicle_local_position, its vx vy turned into body axes by the heading{lost}")
-    for name, topic, field in (*_RATES, *_ACCELERATIONS):
+    for name, topic, field in _INERTIAL:
         table = tables.get(topic)
         if table is not None and field in table.columns and name not in {stream.field for stream in streams}:
             streams.append(table.stream(name, table.columns[field]))
@@ -337,8 +335,4 @@ def _pulses(column: Array, output: int, motor: int, parameters: Mapping[str, flo
     return np.where(silent, neutral, value), Output(neutral, low, high, source), text
 
 
-def _matches(head: Head) -> bool:
-    return head.start.startswith(_MAGIC) and not head.gzipped
-
-
-ULOG = Format("PX4 ULog", _matches, _read, (".ulg",), library="pyulog")
+ULOG = Format("PX4 ULog", begins_with(_MAGIC), _read, (".ulg",), library="pyulog")

@@ -7,12 +7,12 @@ messages, and a recorder that died has not written it.
 import struct
 from collections.abc import Callable
 from dataclasses import replace
-from typing import BinaryIO, Protocol
+from typing import BinaryIO
 from zlib import crc32
 
-from ..autopilots.mavlink_json import JsonTelemetry
+from ..autopilots.mavlink import JsonTelemetry
 from ..autopilots.telemetry import recording
-from ..base import BrokenError, Format, Head, Recording, Request, in_file, torn
+from ..base import BrokenError, Format, Head, Recording, Request, begins_with, in_file, torn
 from ..unpacking import LARGEST_PART, unpack, unpacked_message
 from .ros_messages import Collector
 
@@ -23,22 +23,6 @@ _RECORD = struct.Struct("<BQ")
 _MESSAGE_START = struct.Struct("<HIQQ")
 _CHUNK_START = struct.Struct("<QQQII")
 _LANGUAGES = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl", "jsonschema": "jsonschema", "": ""}
-
-
-class Taker(Protocol):
-    """What takes the messages of a file."""
-
-    def connect(self, number: int, topic: str, kind: str, definition: str, language: str, encoding: str) -> bool:
-        """See `Collector.connect`."""
-        ...
-
-    def unpacked(self, size: int) -> None:
-        """See `Collector.unpacked`."""
-        ...
-
-    def message(self, number: int, received: int, raw: bytes | memoryview) -> None:
-        """See `Collector.message`."""
-        ...
 
 
 class _WithMavlink:
@@ -85,7 +69,7 @@ class McapWalk:
     packed : whether every message is a zstd frame of its own (a ROS 2 bag compressed by message)
     """
 
-    def __init__(self, collector: Taker, packed: bool = False) -> None:
+    def __init__(self, collector: Collector | _WithMavlink, packed: bool = False) -> None:
         self._collector = collector
         self._packed = packed
         self._schemas: dict[int, tuple[str, str, str]] = {}
@@ -207,10 +191,6 @@ def _skipped(file: BinaryIO, length: int) -> bool:
     return True
 
 
-def _matches(head: Head) -> bool:
-    return head.start.startswith(MAGIC) and not head.gzipped
-
-
 def _read(head: Head, request: Request) -> Recording:
     collector, mavlink = Collector(request), JsonTelemetry(request)
     total = head.path.stat().st_size
@@ -228,4 +208,4 @@ def _read(head: Head, request: Request) -> Recording:
         return recording(mavlink, request, str(head.path), replace(others, notes=told))
 
 
-MCAP = Format("MCAP", _matches, _read, (".mcap",), library="rosbags")
+MCAP = Format("MCAP", begins_with(MAGIC), _read, (".mcap",), library="rosbags")

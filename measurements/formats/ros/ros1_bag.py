@@ -8,7 +8,7 @@ import struct
 from typing import BinaryIO
 
 from ....physics.errors import LogError
-from ..base import BrokenError, Format, Head, Recording, Request, in_file, torn
+from ..base import BrokenError, Format, Head, Recording, Request, begins_with, in_file, torn
 from ..unpacking import LARGEST_PART, unpack
 from .ros_messages import Collector
 
@@ -20,10 +20,6 @@ _LENGTH = struct.Struct("<I")
 _STAMP = struct.Struct("<II")
 _LARGEST_HEADER = 16 * 2**20
 """Bytes of the header of a record, or of the definition of a connection [B]: these have some kB."""
-
-
-def _matches(head: Head) -> bool:
-    return head.start.startswith(_MAGIC) and not head.gzipped
 
 
 def _read(head: Head, request: Request) -> Recording:
@@ -172,4 +168,4 @@ def _record(op: int, fields: dict[bytes, bytes], data: memoryview, collector: Co
         raise BrokenError("a record lacks its fields") from error
 
 
-ROS1_BAG = Format("ROS 1 bag", _matches, _read, (".bag",), library="rosbags")
+ROS1_BAG = Format("ROS 1 bag", begins_with(_MAGIC), _read, (".bag",), library="rosbags")

@@ -23,100 +23,94 @@ MAGIC = b"SQLite format 3\0"
 _LANGUAGES = {"ros2msg": "msg", "ros2idl": "idl"}
 
 
-class SqliteWalk:
-    """One pass over the messages of a sqlite3 file.
+def walk_sqlite(path: Path, collector: Collector, packed: bool, told: Callable[[float], None]) -> list[str]:
+    """Hand all messages of a sqlite3 file to a collector, tell the share done, and give notes on what is damaged.
 
     Parameters
     ----------
+    path : the file
     collector : takes the messages
     packed : whether every message is a zstd frame of its own
+    told : called now and then
+
+    Raises
+    ------
+    LogError
+        when not even the topics can be read.
     """
-
-    def __init__(self, collector: Collector, packed: bool = False) -> None:
-        self._collector = collector
-        self._packed = packed
-
-    def read(self, path: Path, told: Callable[[float], None]) -> list[str]:
-        """Hand all messages to the collector, tell the share done, and give notes on what is damaged.
-
-        Raises
-        ------
-        LogError
-            when not even the topics can be read.
-        """
-        notes: list[str] = []
-        total = path.stat().st_size
-        database = _opened(path, total, notes)
+    notes: list[str] = []
+    total = path.stat().st_size
+    database = _opened(path, total, notes)
+    try:
         try:
-            try:
-                _check_plain(database)
-                wanted = self._topics(database)
-                rows = _last(database)
-            except (sqlite3.Error, TypeError, ValueError) as error:
-                raise LogError(
-                    f"{path}: expected a ROS 2 bag with tables 'topics' and 'messages' ({error}). Copy the log again."
-                ) from error
-            declared = _declared(path)
-            missing = declared > total or declared == 0
-            why = self._messages(database, wanted, missing, total, lambda row: told(min(row / max(rows, 1), 1.0)))
-            if why:
-                notes.append(torn(total, max(declared, total), why))
-        finally:
-            database.close()
-        return notes
+            _check_plain(database)
+            wanted = _topics(database, collector)
+            rows = _last(database)
+        except (sqlite3.Error, TypeError, ValueError) as error:
+            raise LogError(
+                f"{path}: expected a ROS 2 bag with tables 'topics' and 'messages' ({error}). Copy the log again."
+            ) from error
+        declared = _declared(path)
+        missing = declared > total or declared == 0
+        why = _messages(database, wanted, collector, packed, missing, lambda row: told(min(row / max(rows, 1), 1.0)))
+        if why:
+            notes.append(torn(total, max(declared, total), why))
+    finally:
+        database.close()
+    return notes
 
-    def _topics(self, database: sqlite3.Connection) -> list[int]:
-        """Learn of the topics; give the numbers of those that are wanted."""
-        definitions: dict[str, tuple[str, str]] = {}
-        if database.execute("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions'").fetchone():
-            query = "SELECT topic_type, encoded_message_definition, encoding FROM message_definitions"
-            definitions = {
-                str(kind): (str(text), _LANGUAGES.get(how, "")) for kind, text, how in database.execute(query)
-            }
-        wanted = []
-        for number, topic, kind, encoding in database.execute(
-            "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
-        ):
-            definition, language = definitions.get(str(kind), ("", ""))
-            if self._collector.connect(int(number), str(topic), str(kind), definition, language, str(encoding)):
-                wanted.append(int(number))
-        return wanted
 
-    def _messages(
-        self,
-        database: sqlite3.Connection,
-        wanted: list[int],
-        missing: bool,
-        total: int,
-        progress: Callable[[int], None],
-    ) -> str:
-        """Hand over the messages; say why there are no more, where the end is not reached."""
-        last: int | None = None
-        # The order of rows is that of the table itself; an index or a sort would touch pages behind the break first.
-        # Rows that nobody wants are stepped over here, without their data, so that none can be missing unseen.
-        data_of_wanted = f"CASE WHEN topic_id IN ({','.join('?' * len(wanted))}) THEN data END"
-        query = f"SELECT id, topic_id, timestamp, {data_of_wanted} FROM messages NOT INDEXED ORDER BY id"
-        topics = set(wanted)
-        try:
-            for row, number, received, data in database.execute(query, wanted):
-                if last is not None and (row <= last or (missing and row != last + 1)):
-                    # Damaged pages may lead in a circle, and pages that are not there read as empty.
-                    return "rows repeat" if row <= last else "rows are missing"
-                last = row
-                if number in topics and isinstance(received, int):
-                    raw = data if isinstance(data, bytes) else str(data).encode()
-                    if self._packed:
-                        raw = unpacked_message(raw)
-                        self._collector.unpacked(len(raw))
-                    self._collector.message(number, received, raw)
-                if row % 1000 == 0:
-                    progress(row)
-        except sqlite3.Error as error:
-            return str(error)
-        except MemoryError:
-            # So Python tells of a row that claims more bytes than the limit lets it have; none were taken.
-            return "a row is longer than it can be"
-        return "it is shorter than it says" if missing else ""
+def _topics(database: sqlite3.Connection, collector: Collector) -> list[int]:
+    """Learn of the topics; give the numbers of those that are wanted."""
+    definitions: dict[str, tuple[str, str]] = {}
+    if database.execute("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions'").fetchone():
+        query = "SELECT topic_type, encoded_message_definition, encoding FROM message_definitions"
+        definitions = {str(kind): (str(text), _LANGUAGES.get(how, "")) for kind, text, how in database.execute(query)}
+    wanted = []
+    for number, topic, kind, encoding in database.execute(
+        "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
+    ):
+        definition, language = definitions.get(str(kind), ("", ""))
+        if collector.connect(int(number), str(topic), str(kind), definition, language, str(encoding)):
+            wanted.append(int(number))
+    return wanted
+
+
+def _messages(
+    database: sqlite3.Connection,
+    wanted: list[int],
+    collector: Collector,
+    packed: bool,
+    missing: bool,
+    progress: Callable[[int], None],
+) -> str:
+    """Hand over the messages; say why there are no more, where the end is not reached."""
+    last: int | None = None
+    # The order of rows is that of the table itself; an index or a sort would touch pages behind the break first.
+    # Rows that nobody wants are stepped over here, without their data, so that none can be missing unseen.
+    data_of_wanted = f"CASE WHEN topic_id IN ({','.join('?' * len(wanted))}) THEN data END"
+    query = f"SELECT id, topic_id, timestamp, {data_of_wanted} FROM messages NOT INDEXED ORDER BY id"
+    topics = set(wanted)
+    try:
+        for row, number, received, data in database.execute(query, wanted):
+            if last is not None and (row <= last or (missing and row != last + 1)):
+                # Damaged pages may lead in a circle, and pages that are not there read as empty.
+                return "rows repeat" if row <= last else "rows are missing"
+            last = row
+            if number in topics and isinstance(received, int):
+                raw = data if isinstance(data, bytes) else str(data).encode()
+                if packed:
+                    raw = unpacked_message(raw)
+                    collector.unpacked(len(raw))
+                collector.message(number, received, raw)
+            if row % 1000 == 0:
+                progress(row)
+    except sqlite3.Error as error:
+        return str(error)
+    except MemoryError:
+        # So Python tells of a row that claims more bytes than the limit lets it have; none were taken.
+        return "a row is longer than it can be"
+    return "it is shorter than it says" if missing else ""
 
 
 def _declared(path: Path) -> int:
@@ -258,7 +252,7 @@ def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float]
         with path.open("rb") as file:
             return McapWalk(collector, packed).read(file, path.stat().st_size, told)
     if start.startswith(MAGIC):
-        return SqliteWalk(collector, packed).read(path, told)
+        return walk_sqlite(path, collector, packed, told)
     if start.startswith(ZSTD_MAGIC):
         with tempfile.TemporaryDirectory(prefix="undertow-") as folder:
             inner = Path(folder) / path.stem

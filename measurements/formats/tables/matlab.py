@@ -20,7 +20,7 @@ from ....physics.errors import LogError, listed
 from ....physics.motion import Array
 from ....physics.reading import Plain
 from ..base import DEEPEST, Format, Head, Recording, Request, Stream, in_file
-from ..time_columns import TimeColumn, find_time
+from ..headers import TimeColumn, find_time
 from ..unpacking import inflated, most_held
 from .tables import wide_recording, without_names
 from .text_tables import FramePart

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ....physics.errors import LogError
-from ..base import Format, Head, Recording, Request, in_file
-from ..time_columns import find_time
+from ..base import Format, Head, Recording, Request, begins_with, in_file
+from ..headers import find_time
 from .tables import check_columns, is_long, is_wide, wide_recording, without_names
 from .text_tables import FramePart
 
@@ -36,8 +36,4 @@ def _read(head: Head, request: Request) -> Recording:
     return wide_recording([FramePart(pd.DataFrame(columns))], head.path, clock)
 
 
-def _matches(head: Head) -> bool:
-    return head.start.startswith(_MAGIC) and not head.gzipped
-
-
-NUMPY = Format("NumPy array", _matches, _read, (".npy",), library="numpy", table=True)
+NUMPY = Format("NumPy array", begins_with(_MAGIC), _read, (".npy",), library="numpy", table=True)

@@ -7,29 +7,16 @@ import numpy as np
 
 from ....physics.errors import LogError, listed
 from ....physics.motion import Array
-from ..base import EXPECTED, Format, Head, Name, Recording, Request, in_file
-from ..time_columns import find_time
+from ..base import EXPECTED, Format, Head, Name, Recording, Request, begins_with, in_file
+from ..headers import find_time
 from ..unpacking import check_unpacked, most_held
-from .tables import (
-    LONG,
-    LONG_ROW,
-    check_columns,
-    is_long,
-    is_wide,
-    long_recording,
-    not_called_time,
-    wide_recording,
-)
+from .tables import LONG, LONG_ROW, check_columns, is_long, is_wide, long_recording, not_called_time, wide_recording
 from .text_tables import FramePart
 
 _NUMBER = 8
 """Bytes of a number in memory."""
 _USUAL_TIMES = 4
 """How many times its size any file may hold in memory: numbers pack 2 to 1 without being a bomb."""
-
-
-def _matches(head: Head) -> bool:
-    return head.start.startswith(b"PAR1") and not head.gzipped
 
 
 def _read(head: Head, request: Request) -> Recording:
@@ -108,4 +95,4 @@ def columns_of(schema: Any) -> tuple[str, ...]:
     return tuple("time" if stamps[:1] == [k] else name for k, name in enumerate(names))
 
 
-PARQUET = Format("Parquet", _matches, _read, (".parquet",), library="pyarrow", table=True)
+PARQUET = Format("Parquet", begins_with(b"PAR1"), _read, (".parquet",), library="pyarrow", table=True)

@@ -1,9 +1,8 @@
 """The two table shapes, long and wide, cut into streams; shared by all readers of tables."""
 
-from array import array
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,7 +12,7 @@ from ....physics.errors import LogError
 from ....physics.files import yaml_text
 from ....physics.motion import Array
 from ..base import Name, Recording, Stream
-from ..time_columns import EPOCH, TimeColumn
+from ..headers import EPOCH, TimeColumn
 
 LONG = ("topic", "field", "value")
 """Columns of a long table beside the time."""
@@ -162,37 +161,22 @@ def long_recording(parts: Iterable[Part], path: object, clock: TimeColumn) -> Re
     Fields of one message come at the same instants; their streams share one array of stamps.
     """
     column = _Clock(path, clock)
-    found: defaultdict[tuple[str, str], _Rows] = defaultdict(_Rows)
+    found: defaultdict[tuple[str, str], list[tuple[NDArray[Any], ...]]] = defaultdict(list)
     done = 0
     for part in parts:
         stamps, value, earlier = column.take(part), part.numbers("value"), np.zeros(0)
         for label, rows in _by_name(part, path):
             earlier = _shared(earlier, stamps[rows])
-            found[label].add(earlier, value[rows], rows + (done + HEADER))
+            found[label].append((earlier, value[rows], rows + (done + HEADER)))
         _check_fields(len(found), path)
         done += len(part)
     streams: list[Stream] = []
-    for (topic, name), rows in sorted(found.items(), key=lambda item: item[0]):
-        time = column.seconds(np.concatenate(rows.stamps))
+    for topic, name in sorted(found):
+        given, value, line = (np.concatenate(pieces) for pieces in zip(*found.pop((topic, name)), strict=True))
+        time = column.seconds(given)
         time = _shared(streams[-1].time, time) if streams else time
-        value, line = np.frombuffer(rows.value), np.frombuffer(rows.line, dtype=np.int64)
         streams.append(Stream(topic.strip(), name.strip(), time, value, line))
     return Recording(tuple(streams), column.notes, start_ns=column.start_ns, clock=clock.name)
-
-
-@dataclass(slots=True)
-class _Rows:
-    """The rows of a stream of a long table: stamps part by part, values and lines in memory that grows with them."""
-
-    stamps: list[NDArray[Any]] = field(default_factory=list)
-    value: "array[float]" = field(default_factory=lambda: array("d"))
-    line: "array[int]" = field(default_factory=lambda: array("q"))
-
-    def add(self, stamps: NDArray[Any], value: Array, line: NDArray[np.int64]) -> None:
-        """Take the rows of a part."""
-        self.stamps.append(stamps)
-        self.value.frombytes(value.tobytes())
-        self.line.frombytes(line.tobytes())
 
 
 def _shared(earlier: NDArray[Any], later: NDArray[Any]) -> NDArray[Any]:
@@ -282,14 +266,11 @@ class _Clock:
     @property
     def notes(self) -> tuple[str, ...]:
         """A note where the time's zero, or its unit, is not the file's own word."""
-        text = f"time counts from the first stamp, {self._clock.name} = {self._cell_or_first}"
+        first = self._cell if self._nanoseconds and self._cell else self._first
+        text = f"time counts from the first stamp, {self._clock.name} = {first}"
         sized = self._clock.per_second is None and not self._nanoseconds and self._per_second != 1.0
         unit = f" (1/{self._per_second:.0f} s since 1970, by its size)" if sized else ""
         return (text + unit,) if self._from_first else ()
-
-    @property
-    def _cell_or_first(self) -> Any:
-        return self._cell if self._nanoseconds and self._cell else self._first
 
     @property
     def start_ns(self) -> int:

@@ -1,4 +1,7 @@
-"""Text tables, long and wide: small ones of numbers by Arrow, which loads five times faster, all others by pandas."""
+"""Text tables: long ones (a bag flattened to time, topic, field, value) and wide ones (a row per time stamp).
+
+Small ones of numbers are read by Arrow, which loads five times faster, all others by pandas.
+"""
 
 import gzip
 import warnings
@@ -14,10 +17,10 @@ from numpy.typing import NDArray
 from ....physics.errors import LogError, shown
 from ....physics.files import is_mark
 from ....physics.motion import Array
-from ..base import EXPECTED, Head, Recording, Request, in_file
-from ..time_columns import TimeColumn
+from ..base import EXPECTED, Format, Head, Recording, Request, in_file
+from ..headers import TimeColumn
 from ..unpacking import TableText, check_table
-from .tables import LAST, LONG_ROW, Stamps, Words, check_columns, is_long, long_recording, wide_recording
+from .tables import LAST, LONG_ROW, Stamps, Words, check_columns, is_long, is_wide, long_recording, wide_recording
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -98,12 +101,7 @@ def small_table(head: Head, names: tuple[str, ...], clock: TimeColumn) -> ArrowP
     try:
         table = csv.read_csv(
             pa.BufferReader(text),
-            csv.ReadOptions(
-                use_threads=False,
-                block_size=_SMALL + 1,
-                skip_rows=how.above,
-                column_names=list(names),
-            ),
+            csv.ReadOptions(use_threads=False, block_size=_SMALL + 1, skip_rows=how.above, column_names=list(names)),
             csv.ParseOptions(delimiter=how.separator),
             csv.ConvertOptions(column_types=dict.fromkeys(words, pa.dictionary(pa.int32(), pa.string()))),
         )
@@ -321,3 +319,17 @@ def _unique(columns: tuple[str, ...]) -> tuple[str, ...]:
         seen[column] = count + 1
         names.append(f"{column}.{count}" if count else column)
     return tuple(names)
+
+
+def _is_long_csv(head: Head) -> bool:
+    return is_long(head.text.columns, head.clock)
+
+
+LONG_CSV = Format("long CSV", _is_long_csv, read_text, (".csv", ".gz"), marked=False, table=True)
+
+
+def _is_wide_csv(head: Head) -> bool:
+    return is_wide(head.text.columns, head.clock)
+
+
+WIDE_CSV = Format("wide CSV", _is_wide_csv, read_text, (".csv", ".gz"), marked=False, table=True)

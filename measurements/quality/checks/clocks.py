@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, final
+from functools import partial
 
 import numpy as np
 
@@ -11,15 +11,13 @@ from ...canonical import Channel
 from ...kinematics import bend_between_rows, kinematics_of, longest_row, moved_over_ground
 from ...statistics.blocks import CI
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
-from ..finding import Channels, Check, Finding, Fix
+from ..finding import Channels, Check, Finding, Fix, altered
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..quick_motion import centre_of, stands_still
-from ..record import QUICK_ROW, RATE, Record, Stretch
+from ..record import QUICK_ROW, STEP, Record, Stretch, command_names
 from ..response import COARSE, MADE_GOOD, SLOW, Trials, made_good, row_of, trials
 
-_STEP = 1.0 / RATE
-"""Of the even time base [s]."""
-_IN_STEP = 0.03
+_INSTEP = 0.03
 """Offset up to which records are in step [s]: half a step of the 20 Hz on which they are compared, and rounding."""
 _PITCHING = 0.05
 """The same of the accelerometer [s]: a boat that pitches as it speeds up holds it back.
@@ -43,12 +41,12 @@ class _Comparison:
     response: Callable[[Record, Stretch], Response]
     consequence: str
     grave: tuple[int, ...] = ()
-    in_step: float = _IN_STEP
+    in_step: float = _INSTEP
 
 
 def _turning(record: Record, stretch: Stretch) -> Response:
     motion = stretch.motion
-    return Response(motion.velocity[:, 2], np.gradient(motion.heading, _STEP)[:, None], np.zeros((motion.time.size, 0)))
+    return Response(motion.velocity[:, 2], np.gradient(motion.heading, STEP)[:, None], np.zeros((motion.time.size, 0)))
 
 
 def _surging(record: Record, stretch: Stretch) -> Response:
@@ -56,7 +54,7 @@ def _surging(record: Record, stretch: Stretch) -> Response:
     motion = stretch.motion
     surge, sway, rate = motion.velocity.T
     measured = on_grid(record, "ax", motion.time)
-    return Response(measured, (np.gradient(surge, _STEP) - sway * rate)[:, None], _trim(surge))
+    return Response(measured, (np.gradient(surge, STEP) - sway * rate)[:, None], _trim(surge))
 
 
 def _trim(surge: Array) -> Array:
@@ -94,32 +92,29 @@ _COMPARISONS = (
 )
 
 
-@final
-class Clocks(Check):
-    """Finds the delay between records of one quantity, and between commands and what they do."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Find the delay between records of one quantity, and between commands and what they do.
 
-    name: ClassVar[str] = "clocks"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for each pair of records that the logs have, and one for the commands."""
-        found, gyro = [], 0.0
-        for pair in _COMPARISONS:
-            having = [record for record in records if pair.needs <= set(record.log.channels)]
-            if not having:
-                continue
-            lags = [lag_anywhere([pair.response(record, s) for s in record.stretches], _STEP) for record in having]
-            every = (pair.response(r, s) for r in having for s in r.stretches)
-            lag = lags[0] if len(having) == 1 else lag_anywhere(list(every), _STEP)
-            known = [one for one in lags if one is not None and _sure(one)]
-            row = max(record.log.channels[name].period for record in having for name in pair.needs)
-            if row > QUICK_ROW and "ax" in pair.needs:
-                lag = None  # speeds in such rows tell of no acceleration
-            pair = replace(pair, in_step=max(pair.in_step, bend_between_rows(row)))
-            finding = _compared(pair, lag, known, having)
-            if pair.channels == ("r",) and finding.fix is not None and lag is not None:
-                gyro = lag.seconds
-            found.append(finding)
-        return [*found, *_commanded(records, gyro)]
+    One finding for each pair of records that the logs have, and one for the commands.
+    """
+    found, gyro = [], 0.0
+    for pair in _COMPARISONS:
+        having = [record for record in records if pair.needs <= set(record.log.channels)]
+        if not having:
+            continue
+        lags = [lag_anywhere([pair.response(record, s) for s in record.stretches], STEP) for record in having]
+        every = (pair.response(r, s) for r in having for s in r.stretches)
+        lag = lags[0] if len(having) == 1 else lag_anywhere(list(every), STEP)
+        known = [one for one in lags if one is not None and _sure(one)]
+        row = max(record.log.channels[name].period for record in having for name in pair.needs)
+        if row > QUICK_ROW and "ax" in pair.needs:
+            lag = None  # speeds in such rows tell of no acceleration
+        pair = replace(pair, in_step=max(pair.in_step, bend_between_rows(row)))
+        finding = _compared(pair, lag, known, having)
+        if pair.channels == ("r",) and finding.fix is not None and lag is not None:
+            gyro = lag.seconds
+        found.append(finding)
+    return [*found, *_commanded(records, gyro)]
 
 
 def on_grid(record: Record, name: str, time: Array) -> Array:
@@ -135,10 +130,11 @@ def _sure(lag: Lag | None) -> bool:
 
 def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], records: Sequence[Record]) -> Finding:
     """The finding on one pair of records; no force is learnt of a boat that a rudder steers, whatever its clocks."""
-    names = (*pair.channels[:1],)
+    names = pair.channels[:1]
+    finding = partial(Finding, check="clocks", unit="s", channels=names)
     if lag is None or not _sure(lag):
         text = f"too little motion to tell whether {pair.late} is in step with {pair.reference}"
-        return Finding(check="clocks", verdict="cannot tell", sentence=text, unit="s", channels=names)
+        return finding(verdict="cannot tell", sentence=text)
     low, high = lag.ci95
     in_step = low <= pair.in_step and high >= -pair.in_step
     if in_step or not lag.size.share.low > 0.0:
@@ -146,15 +142,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], records: 
         if not in_step or max(high, -low) > COARSE:
             verdict = "cannot tell"
             text = f"{pair.late} may be {low:+.2f} to {high:+.2f} s after {pair.reference}: too little motion to tell"
-        return Finding(
-            check="clocks",
-            verdict=verdict,
-            sentence=text,
-            value=lag.seconds,
-            unit="s",
-            ci95=lag.ci95,
-            channels=names,
-        )
+        return finding(verdict=verdict, sentence=text, value=lag.seconds, ci95=lag.ci95)
     over_ground = [_late_over_ground(record) for record in records] if "v" in pair.channels else [0.0]
     seconds = float(np.median(over_ground)) if all(over_ground) else lag.seconds
     spread = [one.seconds for one in each]
@@ -167,7 +155,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], records: 
         f"{pair.late} tells of a motion {abs(seconds):.2f} s {order} {pair.reference} does{between}: moved there, "
         f"they agree in {lag.size.share} of what parts them"
     )
-    fix = Fix(f"stamps of {moved} moved by {-seconds:+.3f} s", _move(dict.fromkeys(pair.channels, -seconds)))
+    fix = Fix(f"stamps of {moved} moved by {-seconds:+.3f} s", _move(pair.channels, -seconds))
     if all(over_ground):
         fix = Fix(f"{moved} moved over ground by {-seconds:+.3f} s", _move_over_ground(-seconds))
     fault = Fault(Kind.APART, names, lag.size, facts, seconds, None if all(over_ground) else lag.ci95, fix)
@@ -177,24 +165,23 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], records: 
 
 def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     """Whether the boat answers before it is told to; that it answers later is its nature, up to `SLOW`."""
-    names = sorted({name for record in records for name in record.commands})
+    names = command_names(records)
     if not names:
         return []
-    channels = tuple(names)
-    found = trials(records)
+    channels, found = tuple(names), trials(records)
+    finding = partial(Finding, check="clocks", unit="s", channels=channels)
+    unsure = partial(finding, verdict="cannot tell")
     far = [one.best.seconds for one in found if not one.best.in_step]
     if far and not all(one.late for one in found):
         text = f"the boat may answer its commands {_when(far[0])}, or in step: the log is explained alike"
-        return [
-            Finding(check="clocks", verdict="cannot tell", sentence=text, value=far[0], unit="s", channels=channels)
-        ]
+        return [unsure(sentence=text, value=far[0])]
     row = row_of(records, [name for name in names if not stands_still(records, name)])
     pooled = _answer(records, gyro, float(np.median(far)) if far else 0.0, row)
     if pooled is None and far:
         pooled = float(np.median(far)), COARSE
     if pooled is None:
         text = "the commands say too little about the motion to tell whether they are in step with it"
-        return [Finding(check="clocks", verdict="cannot tell", sentence=text, unit="s", channels=channels)]
+        return [unsure(sentence=text)]
     seconds, error = pooled
     ends = seconds - CI * error, seconds + CI * error
     if seconds > SLOW and far:
@@ -202,54 +189,34 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         if size is None or size.share.warns:
             return [_early(seconds, ends, channels)]
         text = f"the boat may answer its commands {_when(seconds)}, or in step, where the vehicle has it"
-        return [
-            Finding(check="clocks", verdict="cannot tell", sentence=text, value=seconds, unit="s", channels=channels)
-        ]
+        return [unsure(sentence=text, value=seconds)]
     # A command in a row of 0.1 s was given up to 0.1 s before it, half of it on the mean; in longer rows, with which a
     # programme may keep step, all of it.
     before = row if row > 1.5 * COARSE else 0.5 * row
-    if ends[1] >= -_IN_STEP - before:
+    if ends[1] >= -_INSTEP - before:
         if ends[0] < -COARSE - before:
             between = " to ".join(_when(end, 2) for end in ends)
             text = f"the boat may answer its commands {between}: too little to tell"
-            return [
-                Finding(
-                    check="clocks",
-                    verdict="cannot tell",
-                    sentence=text,
-                    value=seconds,
-                    unit="s",
-                    ci95=ends,
-                    channels=channels,
-                )
-            ]
+            return [unsure(sentence=text, value=seconds, ci95=ends)]
         either = [one for one in found if one.contrary]
         if either:  # the same alternatives as those of `Sides`, which tells which way the thrusters push in each
             told = " or ".join(_when(one.seconds) for one in (either[0].best, *either[0].contrary[:2]))
             text = f"when the boat answers its commands hangs on which way its thrusters push: {told}"
-            return [
-                Finding(
-                    check="clocks", verdict="cannot tell", sentence=text, value=seconds, unit="s", channels=channels
-                )
-            ]
+            return [unsure(sentence=text, value=seconds)]
         text = f"the boat answers its commands {_when(seconds, 2)}"
         if seconds < 0.0:
             text = f"the boat answers its commands in the same row of {row:.2g} s"
-        return [
-            Finding(check="clocks", verdict="ok", sentence=text, value=seconds, unit="s", ci95=ends, channels=channels)
-        ]
+        return [finding(verdict="ok", sentence=text, value=seconds, ci95=ends)]
     size = _size_of_delay(records, found, seconds, row)
     if size is not None and not size.share.low > 0.0:
         text = (
             f"the boat may answer its commands {_when(seconds, 2)}, but moved there they explain only {size.share} more"
         )
-        return [
-            Finding(check="clocks", verdict="cannot tell", sentence=text, value=seconds, unit="s", channels=channels)
-        ]
+        return [unsure(sentence=text, value=seconds)]
     moved = "" if size is None else f" (moved there, they explain {size.share} of what is left of surge and yaw)"
     none = Share(0.0, np.inf)
     facts = {"seconds": -seconds, "shift": seconds, "size": moved}
-    fix = Fix(f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds)))
+    fix = Fix(f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(channels, seconds))
     fault = Fault(Kind.LATE_COMMANDS, channels, size or Size(none, none), facts, seconds, ends, fix)
     if far and fault.size.refuses:  # in step, for a log in such rows
         return [fault.in_words("defect")]
@@ -298,7 +265,7 @@ def _answer(records: Sequence[Record], gyro: float, about: float, row: float) ->
     lags = []
     for response in (_surge_answer, _yaw_answer):
         every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
-        lag = lag_of(every, _STEP, quick, (about + _REACH[0] - max(row - COARSE, 0.0), about + _REACH[1]))
+        lag = lag_of(every, STEP, quick, (about + _REACH[0] - max(row - COARSE, 0.0), about + _REACH[1]))
         if lag is not None and lag.stretches >= FEWEST and _sure(lag):
             lags.append(lag)
     if not lags:
@@ -321,7 +288,7 @@ def _drive(record: Record, stretch: Stretch, centre: Mapping[str, float]) -> Arr
 
 def _surge_answer(record: Record, stretch: Stretch, centre: Mapping[str, float], gyro: float) -> Response:
     surge = stretch.motion.velocity[:, 0]
-    return Response(np.gradient(surge, _STEP), _drive(record, stretch, centre), _trim(surge))
+    return Response(np.gradient(surge, STEP), _drive(record, stretch, centre), _trim(surge))
 
 
 def _yaw_answer(record: Record, stretch: Stretch, centre: Mapping[str, float], gyro: float) -> Response:
@@ -329,17 +296,11 @@ def _yaw_answer(record: Record, stretch: Stretch, centre: Mapping[str, float], g
     surge, _, rate = motion.velocity.T
     rate = np.interp(motion.time + gyro, motion.time, rate)
     besides = np.column_stack([rate, np.abs(surge) * rate, np.abs(rate) * rate])
-    return Response(np.gradient(rate, _STEP), _drive(record, stretch, centre), besides)
+    return Response(np.gradient(rate, STEP), _drive(record, stretch, centre), besides)
 
 
-def _move(seconds: Mapping[str, float]) -> Callable[[Channels], dict[str, Channel]]:
-    def apply(channels: Channels) -> dict[str, Channel]:
-        return {
-            name: replace(channel, time=channel.time + seconds[name]) if name in seconds else channel
-            for name, channel in channels.items()
-        }
-
-    return apply
+def _move(names: Sequence[str], seconds: float) -> Callable[[Channels], dict[str, Channel]]:
+    return partial(altered, names=names, change=lambda c: replace(c, time=c.time + seconds))
 
 
 def _late_over_ground(record: Record) -> float:
@@ -362,7 +323,9 @@ def _move_over_ground(seconds: float) -> Callable[[Channels], dict[str, Channel]
         heading = np.interp(u.time, psi.time, np.unwrap(psi.value))
         speeds = np.column_stack([u.value, np.interp(u.time, v.time, v.value)])
         ahead, aside = moved_over_ground(u.time, heading, speeds, seconds).T
-        moved = {"u": replace(u, value=ahead), "v": replace(v, time=u.time, value=aside)}
-        return {name: moved.get(name, channel) for name, channel in channels.items()}
+        return {**channels, "u": replace(u, value=ahead), "v": replace(v, time=u.time, value=aside)}
 
     return apply
+
+
+CLOCKS = Check("clocks", _examine)

@@ -6,15 +6,13 @@ surely better with commands scaled back, they are so scaled.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, final
 
 import numpy as np
 
 from ....physics.motion import Motion
-from ....physics.presentation import percent
+from ....physics.presentation import listing, percent
 from ....physics.thrusters import TableCurve, Thruster, command_of
 from ....physics.vehicle import Vehicle
-from ..expected_answers import all_of
 from ..faults import OVERWHELMING, Altered, Size, size_by_model
 from ..finding import Check, Finding, Reach
 from ..record import Record
@@ -54,56 +52,51 @@ class Beyond:
         )
 
 
-@final
-class CommandRange(Check):
-    """Compares the values of the commands with the ends of the vehicle's curves."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Compare the values of the commands with the ends of the vehicle's curves.
 
-    name: ClassVar[str] = "command range"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for all thrusters; none without a vehicle."""
-        vehicle = next((record.vehicle for record in records if record.vehicle is not None), None)
-        if vehicle is None:
-            return []
-        having = [t for t in vehicle.thrusters if any(t.channel in record.log.channels for record in records)]
-        beyond = [one for one in (_beyond(records, thruster) for thruster in having) if one is not None]
-        if not having or not beyond:
-            text = "no command goes beyond the end of its thruster's curve"
-            names = tuple(t.channel for t in having)
-            return [Finding(check=self.name, verdict="ok", sentence=text, channels=names)] if having else []
-        names = tuple(one.thruster.channel for one in beyond)
-        told = "; ".join(one.sentence for one in beyond)
-        factors, weighed = _best_factors(records, beyond)
-        lines = all_of([f"'{n}: {{from: ..., scale: {f:.4g}}}'" for n, f in factors.items()])
-        # Beyond the curve the file has no force at all: of the motion they need not be much.
-        sure = weighed is not None and weighed.share.low > OVERWHELMING
-        size = (
-            ""
-            if weighed is None
-            else f"; scaled by {_factors(factors)}, they explain {weighed.share} more of the motion"
+    One finding for all thrusters; none without a vehicle.
+    """
+    vehicle = next((record.vehicle for record in records if record.vehicle is not None), None)
+    if vehicle is None:
+        return []
+    having = [t for t in vehicle.thrusters if any(t.channel in record.log.channels for record in records)]
+    beyond = [one for one in (_beyond(records, thruster) for thruster in having) if one is not None]
+    if not having or not beyond:
+        text = "no command goes beyond the end of its thruster's curve"
+        names = tuple(t.channel for t in having)
+        return [Finding(check="command range", verdict="ok", sentence=text, channels=names)] if having else []
+    names = tuple(one.thruster.channel for one in beyond)
+    told = "; ".join(one.sentence for one in beyond)
+    factors, weighed = _best_factors(records, beyond)
+    lines = listing([f"'{n}: {{from: ..., scale: {f:.4g}}}'" for n, f in factors.items()])
+    # Beyond the curve the file has no force at all: of the motion they need not be much.
+    sure = weighed is not None and weighed.share.low > OVERWHELMING
+    size = (
+        "" if weighed is None else f"; scaled by {_factors(factors)}, they explain {weighed.share} more of the motion"
+    )
+    return [
+        Finding(
+            check="command range",
+            verdict="defect" if sure else "warning",
+            sentence=f"{told}{size}",
+            value=max(one.ratio for one in beyond),
+            unit="1",
+            channels=names,
+            consequence="the model gives the curve's last force there, so that thrust and drag come out wrong",
+            remedy=f"if they are in another unit, such as percent, map {lines}; if the thrusters go so far, widen "
+            "their curves in the vehicle file",
+            short=f"{listing(list(names))} go{'es' * (len(names) == 1)} beyond the curve of the vehicle file",
+            reach=Reach.LOG,
+            mends={n: entry for name, f in factors.items() for n, entry in records[0].scaled([name], f).items()}
+            if sure
+            else {},
         )
-        return [
-            Finding(
-                check=self.name,
-                verdict="defect" if sure else "warning",
-                sentence=f"{told}{size}",
-                value=max(one.ratio for one in beyond),
-                unit="1",
-                channels=names,
-                consequence="the model gives the curve's last force there, so that thrust and drag come out wrong",
-                remedy=f"if they are in another unit, such as percent, map {lines}; if the thrusters go so far, widen "
-                "their curves in the vehicle file",
-                short=f"{all_of(list(names))} go{'es' * (len(names) == 1)} beyond the curve of the vehicle file",
-                reach=Reach.LOG,
-                mends={n: entry for name, f in factors.items() for n, entry in records[0].scaled([name], f).items()}
-                if sure
-                else {},
-            )
-        ]
+    ]
 
 
 def _factors(factors: Mapping[str, float]) -> str:
-    return all_of([f"{value:.4g}" for value in dict.fromkeys(factors.values())])
+    return listing([f"{value:.4g}" for value in dict.fromkeys(factors.values())])
 
 
 def _beyond(records: Sequence[Record], thruster: Thruster) -> Beyond | None:
@@ -147,3 +140,6 @@ def _scaled(factors: Mapping[str, float]) -> Altered:
         return vehicle, replace(motion, commands=commands)
 
     return alter
+
+
+COMMAND_RANGE = Check("command range", _examine)

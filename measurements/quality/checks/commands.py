@@ -1,70 +1,51 @@
 """Check for a command of a thruster, and for nothing else that steers."""
 
-from collections.abc import Sequence
-from typing import ClassVar, final
+from collections.abc import Iterator, Sequence
+from functools import partial
 
 from ..finding import Check, Finding
-from ..record import Record
+from ..record import Record, command_names
 
 
-@final
-class Commands(Check):
-    """Looks for thruster commands, and for rudders among what was not recognised."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Look for thruster commands, and for rudders among what was not recognised."""
+    names = tuple(command_names(records))
+    text = f"commands of {len(names)} thruster{'s' if len(names) > 1 else ''}: {', '.join(names)}"
+    known = Finding(check="commands", verdict="ok", sentence=text, value=float(len(names)), unit="1", channels=names)
+    return list(_wrong(records)) or [known]
 
-    name: ClassVar[str] = "commands"
 
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`."""
-        names = tuple(sorted({name for record in records for name in record.commands}))
-        rudders = sorted({name for record in records for name in record.steered})
-        found = []
-        if rudders:
-            found.append(
-                Finding(
-                    check=self.name,
-                    verdict="warning",
-                    sentence=f"the log has a rudder or its like ({', '.join(rudders)}); the vehicles and effects of "
-                    "undertow have none",
-                    value=float(len(rudders)),
-                    unit="1",
-                    consequence="what it does would be laid at the door of hull, current or thrusters",
-                    remedy="if it turns a rudder or a nozzle, fit no vehicle to the log; if it is the difference of "
-                    "two sides, mix it into them ('mix: skid' in a channel map)",
-                    short=f"it is steered by {', '.join(rudders)}, which no vehicle file has",
-                )
-            )
-        if not names:
-            found.append(
-                Finding(
-                    check=self.name,
-                    verdict="warning",
-                    sentence="no command of a thruster is recognised",
-                    value=0.0,
-                    unit="1",
-                    consequence="no vehicle can be judged; only the motion can be looked at",
-                    remedy="map the commands with a channel map (--map), for example 'pwm_port: COLUMN'",
-                    short="no thruster command is recognised",
-                )
-            )
-        for source, fed in sorted(_shared(records).items()):
-            found.append(
-                Finding(
-                    check=self.name,
-                    verdict="warning",
-                    sentence=f"{source} is the command of {len(fed)} thrusters: {', '.join(fed)}",
-                    value=float(len(fed)),
-                    unit="1",
-                    channels=fed,
-                    consequence="the thrusters cannot be told apart, and a command that the boat had may be missing",
-                    remedy="if each thruster has its own, name each in the channel map (--map); keep it if one "
-                    "drives both",
-                    short=f"{source} is the command of {len(fed)} thrusters",
-                )
-            )
-        text = f"commands of {len(names)} thruster{'s' if len(names) > 1 else ''}: {', '.join(names)}"
-        return found or [
-            Finding(check=self.name, verdict="ok", sentence=text, value=float(len(names)), unit="1", channels=names)
-        ]
+def _wrong(records: Sequence[Record]) -> Iterator[Finding]:
+    """What is wrong with the commands of logs: what steers beside them, none at all, and one stream for several."""
+    warning = partial(Finding, check="commands", verdict="warning", unit="1")
+    if rudders := sorted({name for record in records for name in record.steered}):
+        yield warning(
+            sentence=f"the log has a rudder or its like ({', '.join(rudders)}); the vehicles and effects of "
+            "undertow have none",
+            value=float(len(rudders)),
+            consequence="what it does would be laid at the door of hull, current or thrusters",
+            remedy="if it turns a rudder or a nozzle, fit no vehicle to the log; if it is the difference of "
+            "two sides, mix it into them ('mix: skid' in a channel map)",
+            short=f"it is steered by {', '.join(rudders)}, which no vehicle file has",
+        )
+    if not command_names(records):
+        yield warning(
+            sentence="no command of a thruster is recognised",
+            value=0.0,
+            consequence="no vehicle can be judged; only the motion can be looked at",
+            remedy="map the commands with a channel map (--map), for example 'pwm_port: COLUMN'",
+            short="no thruster command is recognised",
+        )
+    for source, fed in sorted(_shared(records).items()):
+        text = f"{source} is the command of {len(fed)} thrusters"
+        yield warning(
+            sentence=f"{text}: {', '.join(fed)}",
+            value=float(len(fed)),
+            channels=fed,
+            consequence="the thrusters cannot be told apart, and a command that the boat had may be missing",
+            remedy="if each thruster has its own, name each in the channel map (--map); keep it if one drives both",
+            short=text,
+        )
 
 
 def _shared(records: Sequence[Record]) -> dict[str, tuple[str, ...]]:
@@ -74,3 +55,6 @@ def _shared(records: Sequence[Record]) -> dict[str, tuple[str, ...]]:
         for name in record.commands:
             fed.setdefault(record.log.channels[name].origin, set()).add(name)
     return {source: tuple(sorted(names)) for source, names in fed.items() if len(names) > 1}
+
+
+COMMANDS = Check("commands", _examine)

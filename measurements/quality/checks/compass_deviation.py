@@ -1,7 +1,7 @@
 """Check of the compass: its deviation against the course over ground."""
 
 from collections.abc import Sequence
-from typing import ClassVar, final
+from functools import partial
 
 import numpy as np
 
@@ -21,65 +21,39 @@ _LEAST = 2.0
 """A deviation is told when it is surely more than this [deg]; the drift of a lively hull passes for less."""
 
 
-@final
-class Deviation(Check):
-    """Fits the deviation of the compass on straight runs; see `compass.compass_of`."""
-
-    name: ClassVar[str] = "compass"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`."""
-        having = [r for r in records if "psi" in r.log.channels and {"x", "y", "v"} & set(r.log.channels)]
-        if not having:
-            return []
-        every = [stretch.motion for record in having for stretch in record.stretches]
-        motions = [smooth(motion, _SLOW) for motion in every if motion.duration > _SETTLES]
-        compass = compass_of(motions)
-        channels = ("psi",)
-        if not np.isfinite(compass.error) or compass.lazy:
-            return [
-                Finding(
-                    check=self.name, verdict="cannot tell", sentence=compass.sentence, unit="deg", channels=channels
-                )
-            ]
-        size, error = float(np.degrees(compass.size)), float(np.degrees(compass.error))
-        ends = max(0.0, size - CI * error), size + CI * error
-        names = ("constant", "sin", "cos")
-        values = (compass.constant, compass.sine, compass.cosine)
-        parts = {name: float(np.degrees(value)) for name, value in zip(names, values, strict=True)}
-        beside = _beside_drift(motions, compass)
-        if not compass.plain or ends[0] < _LEAST or not (beside.share.warns and beside.weight.warns):
-            verdict = "ok" if compass.sound else "cannot tell"
-            return [
-                Finding(
-                    check=self.name,
-                    verdict=verdict,
-                    sentence=compass.doubt if compass.plain else compass.sentence,
-                    value=size,
-                    unit="deg",
-                    ci95=ends,
-                    channels=channels,
-                    parts=parts,
-                )
-            ]
-        by = "this curve" if compass.curve_known else "the curve through these headings"
-        fast = max(float(np.abs(s.motion.velocity[:, 0]).max()) for record in having for s in record.stretches)
-        return [
-            Finding(
-                check=self.name,
-                verdict="defect",
-                sentence=compass.sentence,
-                value=size,
-                unit="deg",
-                ci95=ends,
-                channels=channels,
-                consequence=f"false sway of up to {fast * np.sin(compass.size):.2f} m/s at {fast:.1f} m/s; no "
-                "force in sway can be learned",
-                remedy=f"calibrate the compass; discover corrects the heading by {by} and judges no sway force",
-                parts=parts if compass.curve_known else {},
-                short=f"the compass deviates by {size:.0f} degrees",
-            )
-        ]
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Fit the deviation of the compass on straight runs; see `compass.compass_of`."""
+    having = [r for r in records if "psi" in r.log.channels and {"x", "y", "v"} & set(r.log.channels)]
+    if not having:
+        return []
+    every = [stretch.motion for record in having for stretch in record.stretches]
+    motions = [smooth(motion, _SLOW) for motion in every if motion.duration > _SETTLES]
+    compass = compass_of(motions)
+    finding = partial(Finding, check="compass", unit="deg", channels=("psi",))
+    if not np.isfinite(compass.error) or compass.lazy:
+        return [finding(verdict="cannot tell", sentence=compass.sentence)]
+    size, error = float(np.degrees(compass.size)), float(np.degrees(compass.error))
+    ends = max(0.0, size - CI * error), size + CI * error
+    coefficients = {"constant": compass.constant, "sin": compass.sine, "cos": compass.cosine}
+    parts = {name: float(np.degrees(value)) for name, value in coefficients.items()}
+    measured = partial(finding, value=size, ci95=ends)
+    beside = _beside_drift(motions, compass)
+    if not compass.plain or ends[0] < _LEAST or not (beside.share.warns and beside.weight.warns):
+        text = compass.doubt if compass.plain else compass.sentence
+        return [measured(verdict="ok" if compass.sound else "cannot tell", sentence=text, parts=parts)]
+    by = "this curve" if compass.curve_known else "the curve through these headings"
+    fast = max(float(np.abs(s.motion.velocity[:, 0]).max()) for record in having for s in record.stretches)
+    return [
+        measured(
+            verdict="defect",
+            sentence=compass.sentence,
+            consequence=f"false sway of up to {fast * np.sin(compass.size):.2f} m/s at {fast:.1f} m/s; no "
+            "force in sway can be learned",
+            remedy=f"calibrate the compass; discover corrects the heading by {by} and judges no sway force",
+            parts=parts if compass.curve_known else {},
+            short=f"the compass deviates by {size:.0f} degrees",
+        )
+    ]
 
 
 def _beside_drift(motions: Sequence[Motion], compass: Compass) -> Size:
@@ -98,3 +72,6 @@ def _beside_drift(motions: Sequence[Motion], compass: Compass) -> Size:
     without, beside = (squared_held_out(sway, np.column_stack(table), block) for table in (drift, [*drift, *turned]))
     made = np.column_stack(turned) @ [compass.sine, compass.cosine]
     return size_of(without, beside, made**2, block)
+
+
+DEVIATION = Check("compass", _examine)

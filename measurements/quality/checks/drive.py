@@ -6,7 +6,6 @@ at any delay, quick or slow, are not the boat's own.
 """
 
 from collections.abc import Sequence
-from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +16,8 @@ from ...clock import band_passed
 from ..expected_answers import explained_as_expected, side_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
 from ..finding import Check, Finding
-from ..quick_motion import LEAST, QUICK, STEP, Part, parts_of, push_range
-from ..record import RATE, Record
+from ..quick_motion import LEAST, QUICK, Part, parts_of, push_range
+from ..record import RATE, STEP, Record, channels_called, thruster_of
 
 _LAGS = 3.0
 """Delays that are tried, both ways [s]: beyond the 2 s that a thruster may have at most."""
@@ -30,25 +29,22 @@ _WAVE = 4.0
 _HELD = "what a thruster does beyond its record would be laid at the door of the hull"
 
 
-@final
-class Drive(Check):
-    """Looks for thrusters that moved while their records stood still, and for commands that move nothing."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Look for thrusters that moved while their records stood still, and for commands that move nothing.
 
-    name: ClassVar[str] = "drive"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for each command that is at fault, or one for all."""
-        having, names, parts = parts_of(records, WIDE)
-        if not parts:
-            return []
-        found = []
-        # A thruster that pushes another way than the vehicle's leaves just what one beyond its record would.
-        if all(part.modelled for part in parts) and explained_as_expected(having):
-            found = [one for name in names if (one := _frozen(having, parts, names, name)) is not None]
-        if not any(one.refused for one in found):
-            all_at_once = (_of_another_run(having, parts, names), _all_frozen(having, parts, names))
-            found = [one for one in all_at_once if one][:1] or found
-        return found or _held_of_mirrored_pair(having, parts, names) or [_sound(parts, names)]
+    One finding for each command that is at fault, or one for all.
+    """
+    having, names, parts = parts_of(records, WIDE)
+    if not parts:
+        return []
+    found = []
+    # A thruster that pushes another way than the vehicle's leaves just what one beyond its record would.
+    if all(part.modelled for part in parts) and explained_as_expected(having):
+        found = [one for name in names if (one := _frozen(having, parts, names, name)) is not None]
+    if not any(one.refused for one in found):
+        all_at_once = (_of_another_run(having, parts, names), _all_frozen(having, parts, names))
+        found = [one for one in all_at_once if one][:1] or found
+    return found or _held_of_mirrored_pair(having, parts, names) or [_sound(parts, names)]
 
 
 def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], name: str) -> Finding | None:
@@ -62,7 +58,7 @@ def _frozen(records: Sequence[Record], parts: Sequence[Part], names: list[str], 
     place = names.index(name)
     stands = np.concatenate([part.stands[:, place] for part in parts])
     seconds = int(np.count_nonzero(stands)) * STEP
-    if not _turn(records, name) or seconds < LEAST:
+    if not _turns(records, name) or seconds < LEAST:
         return None
     strays, a_newton = push_range(records, name)
     pushes = np.concatenate([part.pushes for part in parts])
@@ -135,11 +131,12 @@ def _mirrored(records: Sequence[Record], names: list[str]) -> list[tuple[int, in
 
 def _rests_or_saturates(records: Sequence[Record], name: str) -> bool:
     """True when the value at which a command stands longest is one of no push, or an end of its range."""
-    channels = [r.log.channels[name] for r in records if name in r.log.channels]
+    channels = channels_called(records, name)
     values, places = np.unique(np.concatenate([c.value for c in channels]), return_inverse=True)
     lasting = np.concatenate([np.diff(c.time, append=c.time[-1] + c.period) for c in channels])
     usual = float(values[np.argmax(np.bincount(places, lasting))])
-    thruster = next(t for r in records if r.vehicle for t in r.vehicle.thrusters if t.channel == name)
+    thruster = thruster_of(records, name)
+    assert thruster is not None  # only those of a vehicle mirror each other
     low, high = resting_commands(thruster) or (np.inf, -np.inf)
     astern, ahead = command_of(thruster, np.array([-1.0, 1.0])).tolist()
     return low <= usual <= high or not min(astern, ahead) < usual < max(astern, ahead)
@@ -275,30 +272,29 @@ def _both(part: Part) -> Array:
     return np.column_stack([part.commands, part.commands * np.abs(part.commands)])
 
 
-def _turn(records: Sequence[Record], name: str) -> int:
-    """1 for a thruster at port, which turns the boat to starboard by pushing ahead, -1 at starboard, else 0."""
-    for record in records:
-        for thruster in record.vehicle.thrusters if record.vehicle else ():
-            if thruster.channel == name:
-                return -int(np.sign(thruster.y)) if abs(np.cos(thruster.angle)) > 0.5 else 0
-    return {"port": 1, "starboard": -1}.get(side_of(name), 0)
+def _turns(records: Sequence[Record], name: str) -> bool:
+    """True for a thruster on one side, which turns the boat by pushing ahead."""
+    thruster = thruster_of(records, name)
+    if thruster is None:
+        return bool(side_of(name))
+    return bool(thruster.y != 0.0 and abs(np.cos(thruster.angle)) > 0.5)
 
 
 def _sound(parts: Sequence[Part], names: list[str]) -> Finding:
     still = [name for k, name in enumerate(names) if all(part.stands[:, k].all() for part in parts)]
     if still:
-        text = f"{' and '.join(still)} never changes; whether the thruster worked, the log cannot tell"
-        remedy = "make sure that this thruster was idle or held"
         short = f"{' and '.join(still)} never changes"
         return Finding(
             check="drive",
             verdict="note",
-            sentence=text,
+            sentence=f"{short}; whether the thruster worked, the log cannot tell",
             channels=tuple(still),
             consequence=_HELD,
-            remedy=remedy,
+            remedy="make sure that this thruster was idle or held",
             short=short,
         )
-    return Finding(
-        check="drive", verdict="ok", sentence="no thruster works while its record stands still", channels=tuple(names)
-    )
+    text = "no thruster works while its record stands still"
+    return Finding(check="drive", verdict="ok", sentence=text, channels=tuple(names))
+
+
+DRIVE = Check("drive", _examine)

@@ -2,43 +2,42 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import ClassVar, final
 
-from ...preparation.jumps import in_words, jumps_of, without
+from ...preparation.resampling import jumps_in_words, jumps_of, without_jumps
 from ..finding import Check, Finding, Fix, Reach
 from ..record import Record
 
 
-@final
-class Jumps(Check):
-    """Tells jumps of the position: what steps farther than the boat can go."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Tell jumps of the position: what steps farther than the boat can go.
 
-    name: ClassVar[str] = "jumps"
+    One finding for all jumps, none without positions.
+    """
+    if not any({"x", "y"} <= set(record.log.channels) for record in records):
+        return []
+    found = [(record, jumps) for record in records if (jumps := jumps_of(record.log.channels))]
+    if not found:
+        return [Finding(check="jumps", verdict="ok", sentence="the positions never jump", channels=("x", "y"))]
+    every = [jump for _, jumps in found for jump in jumps]
+    fix = None
+    if len(records) == 1:
+        words = "no position is kept where they jump, so that the log is cut into stretches"
+        fix = Fix(words, partial(without_jumps, jumps=every))
+    return [
+        Finding(
+            check="jumps",
+            verdict="warning",
+            sentence=jumps_in_words(every),
+            value=max(jump.size for jump in every),
+            unit="m",
+            channels=("x", "y"),
+            consequence="no boat does so: a receiver changed its solution, or an origin was set anew. The log is "
+            "cut there into stretches, and no motion goes across",
+            fix=fix,
+            short=jumps_in_words(every[:1]),
+            reach=Reach.SECONDS,
+        )
+    ]
 
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for all jumps, none without positions."""
-        if not any({"x", "y"} <= set(record.log.channels) for record in records):
-            return []
-        found = [(record, jumps) for record in records if (jumps := jumps_of(record.log.channels))]
-        if not found:
-            return [Finding(check=self.name, verdict="ok", sentence="the positions never jump", channels=("x", "y"))]
-        every = [jump for _, jumps in found for jump in jumps]
-        fix = None
-        if len(records) == 1:
-            words = "no position is kept where they jump, so that the log is cut into stretches"
-            fix = Fix(words, partial(without, jumps=every))
-        return [
-            Finding(
-                check=self.name,
-                verdict="warning",
-                sentence=in_words(every),
-                value=max(jump.size for jump in every),
-                unit="m",
-                channels=("x", "y"),
-                consequence="no boat does so: a receiver changed its solution, or an origin was set anew. The log is "
-                "cut there into stretches, and no motion goes across",
-                fix=fix,
-                short=in_words(every[:1]),
-                reach=Reach.SECONDS,
-            )
-        ]
+
+JUMPS = Check("jumps", _examine)

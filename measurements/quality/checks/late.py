@@ -1,13 +1,12 @@
 """Check of late fixes: one that is a row late makes the boat stop, then leap."""
 
 from collections.abc import Sequence
-from typing import ClassVar, final
+from functools import partial
 
 import numpy as np
 
-from ...canonical import Channel
 from ..finding import Channels, Check, Finding, Fix, Reach
-from ..fixes import LEAST, Fixes, fixes_of, taken_at
+from ..fixes import LEAST, Fixes, at_fixes, fixes_of
 from ..record import Record
 
 _OFTEN = 0.01
@@ -22,72 +21,64 @@ _JITTER = 0.5
 """Steps half off the beat, for each that is off, from which all stamps jitter; a late fix is late by a whole row."""
 
 
-@final
-class LateFixes(Check):
-    """Looks for steps between fixes that miss the beat, and whether the boat moved as the stamps say."""
-
-    name: ClassVar[str] = "late fixes"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`."""
-        if not any({"x", "y"} <= set(record.log.channels) for record in records):
-            return []
-        every = [fixes_of(record.log.channels) for record in records]
-        known = [fixes for fixes in every if fixes is not None and not fixes.digit]
-        found = [fixes for fixes in known if np.count_nonzero(fixes.moving) >= LEAST]
-        channels = ("x", "y")
-        if not found:
-            text = "the boat moves too little, or positions are too coarse, to tell whether fixes come late"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=channels)]
-        off = np.concatenate([fixes.off for fixes in found])
-        share = float(off.mean())
-        if share < _OFTEN:
-            text = f"fixes come on their beat ({100.0 * share:.1f} % of the steps between them do not)"
-            return [Finding(check=self.name, verdict="ok", sentence=text, value=share, unit="1", channels=channels)]
-        late = float(np.median(np.concatenate([np.abs(np.diff(f.time) - f.beat * f.whole)[f.off] for f in found])))
-        slopes = [(s, np.count_nonzero(f.off & f.moving)) for f in found if (s := f.slope) is not None]
-        each = {r.log.name: float(f.off.mean()) for r, f in zip(records, every, strict=True) if f in found}
-        worst = sorted((name for name in each if each[name] > _OFTEN), key=lambda name: -each[name])[:_TOLD]
-        where = f" ({', '.join(f'{name} {100.0 * each[name]:.0f} %' for name in worst)})" if len(records) > 1 else ""
-        told = f"{100.0 * share:.0f} % of the steps between fixes{where} are {late:.2g} s too long or too short"
-        row = max(_row(record.log.channels, f) for record, f in zip(records, every, strict=True) if f is not None)
-        if late < _ROW * row:
-            text = f"{told}: the stamps jitter, and no fix is late by a row of {row:.2g} s"
-            return [Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=channels)]
-        if not slopes:
-            text = f"{told}; the boat moves too little there to tell whether the fixes or their stamps are off"
-            return [
-                Finding(check=self.name, verdict="cannot tell", sentence=text, value=share, unit="1", channels=channels)
-            ]
-        slope = sum(s * n for s, n in slopes) / sum(n for _, n in slopes)
-        if slope > _REAL:
-            text = f"{told}, and the boat moves as the stamps say: the fixes are irregular, their stamps are right"
-            return [Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=channels)]
-        spikes = max(f.spikes for f in found)
-        between = np.average([f.between for f in found], weights=[np.count_nonzero(f.off) for f in found])
-        if between > _JITTER:
-            text = f"{told}, and more still by half of that: the stamps jitter, and no fix is late by a row"
-            return [Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=channels)]
-        noise = min(f.noise_speed for f in found)
-        if spikes < noise:
-            text = f"{told}; the noise of the positions hides what that does to speeds ({noise:.2g} m/s)"
-            return [Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=channels)]
-        return [
-            Finding(
-                check=self.name,
-                verdict="defect",
-                sentence=f"{told}, but the boat goes on evenly: these fixes came {late:.2g} s late",
-                value=share,
-                unit="1",
-                channels=channels,
-                consequence=f"speeds from positions have false spikes of up to +-{spikes:.2g} m/s",
-                remedy="put late fixes back on their beat",
-                fix=Fix(f"late fixes put back on their beat of {found[0].beat:.3g} s", _retimed),
-                parts={"late": late, "spikes": spikes},
-                short=f"position fixes come late ({100.0 * share:.0f} % of the steps between them)",
-                reach=Reach.SECONDS,
-            )
-        ]
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Look for steps between fixes that miss the beat, and whether the boat moved as the stamps say."""
+    if not any({"x", "y"} <= set(record.log.channels) for record in records):
+        return []
+    every = [fixes_of(record.log.channels) for record in records]
+    known = [fixes for fixes in every if fixes is not None and not fixes.digit]
+    found = [fixes for fixes in known if np.count_nonzero(fixes.moving) >= LEAST]
+    finding = partial(Finding, check="late fixes", channels=("x", "y"))
+    if not found:
+        text = "the boat moves too little, or positions are too coarse, to tell whether fixes come late"
+        return [finding(verdict="cannot tell", sentence=text)]
+    off = np.concatenate([fixes.off for fixes in found])
+    share = float(off.mean())
+    finding = partial(finding, value=share, unit="1")
+    if share < _OFTEN:
+        text = f"fixes come on their beat ({100.0 * share:.1f} % of the steps between them do not)"
+        return [finding(verdict="ok", sentence=text)]
+    late = float(np.median(np.concatenate([np.abs(np.diff(f.time) - f.beat * f.whole)[f.off] for f in found])))
+    slopes = [(s, np.count_nonzero(f.off & f.moving)) for f in found if (s := f.slope) is not None]
+    each = {r.log.name: float(f.off.mean()) for r, f in zip(records, every, strict=True) if f in found}
+    worst = sorted((name for name in each if each[name] > _OFTEN), key=lambda name: -each[name])[:_TOLD]
+    where = f" ({', '.join(f'{name} {100.0 * each[name]:.0f} %' for name in worst)})" if len(records) > 1 else ""
+    told = f"{100.0 * share:.0f} % of the steps between fixes{where} are {late:.2g} s too long or too short"
+    row = max(_row(record.log.channels, f) for record, f in zip(records, every, strict=True) if f is not None)
+    if late < _ROW * row:
+        text = f"{told}: the stamps jitter, and no fix is late by a row of {row:.2g} s"
+        return [finding(verdict="note", sentence=text)]
+    if not slopes:
+        text = f"{told}; the boat moves too little there to tell whether the fixes or their stamps are off"
+        return [finding(verdict="cannot tell", sentence=text)]
+    slope = sum(s * n for s, n in slopes) / sum(n for _, n in slopes)
+    if slope > _REAL:
+        text = f"{told}, and the boat moves as the stamps say: the fixes are irregular, their stamps are right"
+        return [finding(verdict="note", sentence=text)]
+    spikes = max(f.spikes for f in found)
+    between = np.average([f.between for f in found], weights=[np.count_nonzero(f.off) for f in found])
+    if between > _JITTER:
+        text = f"{told}, and more still by half of that: the stamps jitter, and no fix is late by a row"
+        return [finding(verdict="note", sentence=text)]
+    noise = min(f.noise_speed for f in found)
+    if spikes < noise:
+        text = f"{told}; the noise of the positions hides what that does to speeds ({noise:.2g} m/s)"
+        return [finding(verdict="note", sentence=text)]
+    return [
+        finding(
+            verdict="defect",
+            sentence=f"{told}, but the boat goes on evenly: these fixes came {late:.2g} s late",
+            consequence=f"speeds from positions have false spikes of up to +-{spikes:.2g} m/s",
+            remedy="put late fixes back on their beat",
+            fix=Fix(
+                f"late fixes put back on their beat of {found[0].beat:.3g} s",
+                partial(at_fixes, taken=Fixes.retimed),
+            ),
+            parts={"late": late, "spikes": spikes},
+            short=f"position fixes come late ({100.0 * share:.0f} % of the steps between them)",
+            reach=Reach.SECONDS,
+        )
+    ]
 
 
 def _row(channels: Channels, fixes: Fixes) -> float:
@@ -97,6 +88,4 @@ def _row(channels: Channels, fixes: Fixes) -> float:
     return row if row < 1.1 * fixes.step else 0.0
 
 
-def _retimed(channels: Channels) -> dict[str, Channel]:
-    fixes = fixes_of(channels)
-    return dict(channels) if fixes is None else taken_at(channels, fixes, fixes.retimed())
+LATE_FIXES = Check("late fixes", _examine)

@@ -7,7 +7,6 @@ thrusters worked beyond their record; waves never rest between.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,8 @@ from ....physics.motion import Array
 from ...statistics.quantiles import student
 from ..faults import BLOCK, FEWEST, Fault, Kind, Share, Size, blocks_of, ratio_by_blocks, size_of
 from ..finding import Check, Finding
-from ..quick_motion import LEAST, STEP, Part, neutral_of, parts_of, push_range, unexplained
-from ..record import RATE, Record
+from ..quick_motion import LEAST, Part, neutral_of, parts_of, push_range, unexplained
+from ..record import RATE, STEP, Record
 
 _NEAR = 0.02
 """Share of its range within which a command is at an end of it: what rounding takes from a limit."""
@@ -35,56 +34,53 @@ _QUARTER = student(1e6, 0.625) ** 2
 swell is at least, is no quieter in its quietest quarter."""
 
 
-@final
-class Limited(Check):
-    """Compares what nothing explains at the extremes of the commands with what nothing explains elsewhere."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Compare what nothing explains at the extremes of the commands with what nothing explains elsewhere.
 
-    name: ClassVar[str] = "limited"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for all commands, or none where they hardly stand at an extreme."""
-        having, names, every = parts_of(records, _BAND)
-        if not every or not all(part.modelled for part in every):
-            return []  # without a model, what follows a change of the commands late would be taken for their doing
-        logged = [record.log.channels[name].period for record in having for name in "ur" if name in record.log.channels]
-        if 2.0 * _BAND[1] * max(logged, default=0.0) > 1.0:
-            return []  # two samples a period at least (Nyquist): fewer do not hold the band
-        parts, rows = zip(*(_stand_by_stand(part) for part in every), strict=True)
-        commands = np.concatenate([part.commands[use] for part, use in zip(parts, rows, strict=True)])
-        rests = np.array([neutral_of(having, name) is not None for name in names])
-        extreme = _extreme(commands, parts, rests)[::_ROWS]
-        elsewhere = np.asarray(
-            ~extreme.any(axis=1) & (np.abs(commands[::_ROWS]) > _NEAR).any(axis=1)
-        )  # at rest, waves show less
-        at = [k for k in range(len(names)) if extreme[:, k].sum() * _ROWS * STEP >= LEAST]
-        if not at:
-            return []
-        left, motion = (
-            (table.reshape(-1, _ROWS, 2) ** 2).mean(axis=1)
-            for table in (
-                unexplained(parts, rows),
-                np.concatenate([part.rates[use] for part, use in zip(parts, rows, strict=True)]),
-            )
+    One finding for all commands, or none where they hardly stand at an extreme.
+    """
+    having, names, every = parts_of(records, _BAND)
+    if not every or not all(part.modelled for part in every):
+        return []  # without a model, what follows a change of the commands late would be taken for their doing
+    logged = [record.log.channels[name].period for record in having for name in "ur" if name in record.log.channels]
+    if 2.0 * _BAND[1] * max(logged, default=0.0) > 1.0:
+        return []  # two samples a period at least (Nyquist): fewer do not hold the band
+    parts, rows = zip(*(_stand_by_stand(part) for part in every), strict=True)
+    commands = np.concatenate([part.commands[use] for part, use in zip(parts, rows, strict=True)])
+    rests = np.array([neutral_of(having, name) is not None for name in names])
+    extreme = _extreme(commands, parts, rests)[::_ROWS]
+    elsewhere = np.asarray(
+        ~extreme.any(axis=1) & (np.abs(commands[::_ROWS]) > _NEAR).any(axis=1)
+    )  # at rest, waves show less
+    at = [k for k in range(len(names)) if extreme[:, k].sum() * _ROWS * STEP >= LEAST]
+    if not at:
+        return []
+    left, motion = (
+        (table.reshape(-1, _ROWS, 2) ** 2).mean(axis=1)
+        for table in (
+            unexplained(parts, rows),
+            np.concatenate([part.rates[use] for part, use in zip(parts, rows, strict=True)]),
         )
-        block = blocks_of([part.residual.shape[0] for part in parts])[np.concatenate(rows)][::_ROWS]
-        noise = np.max([part.noise for part in parts], axis=0) ** 2
-        ranges = [push_range(having, name) for name in names]
-        most = np.sum([newtons * np.abs(made) for newtons, made in ranges], axis=0) ** 2
-        slowly, found = _slow_weight(having), []
-        for k in at:
-            for axis in range(2):
-                power = np.minimum(motion[:, axis], most[axis] + noise[axis])
-                told = _beyond(left[:, axis], power, extreme[:, k], elsewhere, float(noise[axis]), block)
-                if told is not None:
-                    found.append((Size(told[0], slowly), told[1], names[k]))
-        if not any(size.likely for size, *_ in found):
-            text = "while the commands stand at their largest, the boat hardly moves beyond what they say"
-            return [Finding(check=self.name, verdict="ok", sentence=text, channels=tuple(names))]
-        size, cause, _ = max(found, key=lambda one: (one[0].share.low, one[0].share.value))
-        facts = {"seconds": float(extreme.any(axis=1).sum()) * _ROWS * STEP, "cause": cause}
-        sure = tuple(dict.fromkeys(name for one, _, name in found if one.likely))
-        told = Fault(Kind.CUT, sure, size, facts).ruled()
-        return [] if told is None else [told]
+    )
+    block = blocks_of([part.residual.shape[0] for part in parts])[np.concatenate(rows)][::_ROWS]
+    noise = np.max([part.noise for part in parts], axis=0) ** 2
+    ranges = [push_range(having, name) for name in names]
+    most = np.sum([newtons * np.abs(made) for newtons, made in ranges], axis=0) ** 2
+    slowly, found = _slow_weight(having), []
+    for k in at:
+        for axis in range(2):
+            power = np.minimum(motion[:, axis], most[axis] + noise[axis])
+            told = _beyond(left[:, axis], power, extreme[:, k], elsewhere, float(noise[axis]), block)
+            if told is not None:
+                found.append((Size(told[0], slowly), told[1], names[k]))
+    if not any(size.likely for size, *_ in found):
+        text = "while the commands stand at their largest, the boat hardly moves beyond what they say"
+        return [Finding(check="limited", verdict="ok", sentence=text, channels=tuple(names))]
+    size, cause, _ = max(found, key=lambda one: (one[0].share.low, one[0].share.value))
+    facts = {"seconds": float(extreme.any(axis=1).sum()) * _ROWS * STEP, "cause": cause}
+    sure = tuple(dict.fromkeys(name for one, _, name in found if one.likely))
+    told = Fault(Kind.CUT, sure, size, facts).ruled()
+    return [] if told is None else [told]
 
 
 _CUT = "their record is cut at a limit, and the thrusters worked beyond it"
@@ -170,3 +166,6 @@ def _extreme(commands: Array, parts: Sequence[Part], rests: NDArray[np.bool_]) -
     moves = largest > least
     ahead, astern = (moves & (~rests | (end > _NEAR)) for end in (largest, -least))
     return ((commands >= largest - near) & ahead) | ((commands <= least + near) & astern)
+
+
+LIMITED = Check("limited", _examine)

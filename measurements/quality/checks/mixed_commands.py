@@ -8,19 +8,17 @@ explain when they are mixed into sides.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import ClassVar, final
 
 import numpy as np
 
 from ....physics.motion import Motion
 from ....physics.vehicle import Vehicle
-from ...canonical import Channel, command_kind
-from ...channels.channel_map import Entry, map_text
-from ...channels.mixing import mixed
+from ...canonical import Channel, kind_of
+from ...channels.channel_map import Entry, map_text, mixed
 from ..expected_answers import SIDE, called, expected_of
 from ..faults import Fault, Kind, Size, delayed, size_by_model
 from ..finding import Channels, Check, Finding, Fix
-from ..record import Record
+from ..record import Record, command_names
 from ..response import trials
 
 _SCALES = (1.0, 0.5)
@@ -56,30 +54,27 @@ class _Mix:
         return replace(ahead, steering=turn)
 
 
-@final
-class MixedCommands(Check):
-    """Tells throttle and steering that bear the names of sides."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Tell throttle and steering that bear the names of sides.
 
-    name: ClassVar[str] = "mixed commands"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a finding only where two commands look so."""
-        names = _sides(records)
-        if names is None:
-            return []
-        told = next((one.best for one in trials(records) if set(names) <= set(one.best.answers)), None)
-        if told is None or told.fitted is None:
-            return []
-        orders = [(a, b) for a, b in (names, names[::-1]) if told.answers[a].ahead and told.answers[b].turn]
-        weighed = [(told.fitted.size_of_mix(*order), order) for order in orders]
-        alone, pair = max(weighed, key=lambda found: found[0].share.value, default=(None, names))
-        if alone is None or not alone.likely:
-            return []
-        tried = [_Mix(pair[0], pair[1], scale, sign) for scale in _SCALES for sign in (1.0, -1.0)]
-        sizes = [(mix, size_by_model(records, partial(_alter, mix, names), delayed(told.seconds))) for mix in tried]
-        known = [(mix, size) for mix, size in sizes if size is not None]
-        mix, size = max(known, key=lambda found: found[1].share.low, default=(tried[0], None))
-        return [found] if (found := _found(records, names, mix, size, alone)) is not None else []
+    A finding only where two commands look so.
+    """
+    names = _sides(records)
+    if names is None:
+        return []
+    told = next((one.best for one in trials(records) if set(names) <= set(one.best.answers)), None)
+    if told is None or told.fitted is None:
+        return []
+    orders = [(a, b) for a, b in (names, names[::-1]) if told.answers[a].ahead and told.answers[b].turn]
+    weighed = [(told.fitted.size_of_mix(*order), order) for order in orders]
+    alone, pair = max(weighed, key=lambda found: found[0].share.value, default=(None, names))
+    if alone is None or not alone.likely:
+        return []
+    tried = [_Mix(pair[0], pair[1], scale, sign) for scale in _SCALES for sign in (1.0, -1.0)]
+    sizes = [(mix, size_by_model(records, partial(_alter, mix, names), delayed(told.seconds))) for mix in tried]
+    known = [(mix, size) for mix, size in sizes if size is not None]
+    mix, size = max(known, key=lambda found: found[1].share.low, default=(tried[0], None))
+    return [found] if (found := _found(records, names, mix, size, alone)) is not None else []
 
 
 def _found(
@@ -100,12 +95,12 @@ def _found(
 
 def _sides(records: Sequence[Record]) -> tuple[str, str] | None:
     """Two commands of one kind, port first, that should be of two sides; None where there are others, or not these."""
-    expected = expected_of(records, sorted({name for record in records for name in record.commands}))
+    expected = expected_of(records, command_names(records))
     sided = {one.side: name for name, one in expected.items()}
     if len(expected) != 2 or set(sided) != set(SIDE.values()):
         return None
     names = sided[SIDE["port"]], sided[SIDE["starboard"]]
-    kinds = {(command_kind(name) or ("",))[0] for name in names}
+    kinds = {kind_of(name) for name in names}
     return names if len(kinds) == 1 else None
 
 
@@ -121,3 +116,6 @@ def _alter(mix: _Mix, names: tuple[str, str], vehicle: Vehicle, motion: Motion) 
 def _mixed(mix: _Mix, names: tuple[str, str], channels: Channels) -> dict[str, Channel]:
     sides = {name: mix.of(name, channels[mix.throttle], channels[mix.steering]) for name in names}
     return {**channels, **sides}
+
+
+MIXED_COMMANDS = Check("mixed commands", _examine)

@@ -1,16 +1,15 @@
 """Check of the sampling: rates of the channels, their jitter, and gaps."""
 
 from collections.abc import Sequence
-from typing import ClassVar, final
+from functools import partial
 
 import numpy as np
 
-from ...canonical import Channel, command_kind
+from ...canonical import MOTION, Channel, command_kind
 from ...preparation.resampling import gap_limit, gaps, is_logged_on_change
 from ..finding import Check, Finding, Verdict
 from ..record import Record
 
-_MOTION = ("x", "y", "psi", "u", "v", "r")
 _SLOW, _TOO_SLOW = 4.5, 1.0
 """Rates below which motion is coarse, and below which it is not seen [Hz]."""
 _JITTER = 0.3
@@ -19,105 +18,86 @@ _MUCH = 0.05
 """Share of the time without data from which gaps are a loss."""
 
 
-@final
-class Rates(Check):
-    """Says how often the motion is sampled."""
-
-    name: ClassVar[str] = "rates"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`."""
-        rates: dict[str, float] = {}
-        jitter: dict[str, float] = {}
-        for channel in _motion(records):
-            if channel.period > 0.0:
-                rates[channel.name] = min(rates.get(channel.name, np.inf), 1.0 / channel.period)
-                jitter[channel.name] = max(jitter.get(channel.name, 0.0), _strays(channel))
-        if not rates:
-            return [
-                Finding(
-                    check=self.name, verdict="cannot tell", sentence="no channel of motion has two samples", unit="Hz"
-                )
-            ]
-        slowest, fastest = min(rates, key=lambda n: rates[n]), max(rates, key=lambda n: rates[n])
-        value, parts = float(rates[slowest]), {name: float(rate) for name, rate in rates.items()}
-        told = f"motion is sampled at {value:.3g} Hz" + (
-            f" ({slowest}) to {rates[fastest]:.3g} Hz ({fastest})" if rates[fastest] > 1.05 * value else ""
+def _rates(records: Sequence[Record]) -> list[Finding]:
+    """Say how often the motion is sampled."""
+    rates: dict[str, float] = {}
+    jitter: dict[str, float] = {}
+    for channel in _motion(records):
+        if channel.period > 0.0:
+            rates[channel.name] = min(rates.get(channel.name, np.inf), 1.0 / channel.period)
+            jitter[channel.name] = max(jitter.get(channel.name, 0.0), _strays(channel))
+    if not rates:
+        text = "no channel of motion has two samples"
+        return [Finding(check="rates", verdict="cannot tell", sentence=text, unit="Hz")]
+    slowest, fastest = min(rates, key=lambda n: rates[n]), max(rates, key=lambda n: rates[n])
+    value = float(rates[slowest])
+    told = f"motion is sampled at {value:.3g} Hz" + (
+        f" ({slowest}) to {rates[fastest]:.3g} Hz ({fastest})" if rates[fastest] > 1.05 * value else ""
+    )
+    shaky = max(jitter, key=lambda n: jitter[n])
+    verdict: Verdict = "ok"
+    channels, wrong, remedy = tuple(rates), "", ""
+    if value < _SLOW:
+        verdict, channels = "defect" if value < _TOO_SLOW else "warning", (slowest,)
+        wrong = f"turns and onsets of thrust that last less than {2.0 / value:.2g} s are not seen"
+        remedy = "record at 10 Hz or more"
+    elif jitter[shaky] > _JITTER:
+        verdict, channels = "note", (shaky,)
+        told = f"{told}, but stamps of {shaky} stray by {100.0 * jitter[shaky]:.0f} % of their step"
+        wrong = "speeds derived from positions, and accelerations, are noisier than the sensor"
+        remedy = "log the stamp of the measurement and not that of its arrival"
+    return [
+        Finding(
+            check="rates",
+            verdict=verdict,
+            sentence=told,
+            value=value,
+            unit="Hz",
+            channels=channels,
+            consequence=wrong,
+            remedy=remedy,
+            parts={name: float(rate) for name, rate in rates.items()},
         )
-        shaky = max(jitter, key=lambda n: jitter[n])
-        verdict: Verdict = "ok"
-        channels, wrong, remedy = tuple(rates), "", ""
-        if value < _SLOW:
-            verdict, channels = "defect" if value < _TOO_SLOW else "warning", (slowest,)
-            wrong = f"turns and onsets of thrust that last less than {2.0 / value:.2g} s are not seen"
-            remedy = "record at 10 Hz or more"
-        elif jitter[shaky] > _JITTER:
-            verdict, channels = "note", (shaky,)
-            told = f"{told}, but stamps of {shaky} stray by {100.0 * jitter[shaky]:.0f} % of their step"
-            wrong = "speeds derived from positions, and accelerations, are noisier than the sensor"
-            remedy = "log the stamp of the measurement and not that of its arrival"
-        return [
-            Finding(
-                check=self.name,
-                verdict=verdict,
-                sentence=told,
-                value=value,
-                unit="Hz",
-                channels=channels,
-                consequence=wrong,
-                remedy=remedy,
-                parts=parts,
-            )
-        ]
+    ]
 
 
-@final
-class Gaps(Check):
-    """Counts the stretches without data."""
-
-    name: ClassVar[str] = "gaps"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`."""
-        holes: dict[str, list[tuple[float, float]]] = {}
-        lost = whole = 0.0
-        for record in records:
-            here: list[tuple[float, float]] = []
-            for channel in record.log.channels.values():
-                if command_kind(channel.name) and is_logged_on_change(channel):
-                    continue
-                found = gaps(channel, gap_limit(channel, None))
-                holes.setdefault(channel.name, []).extend(found)
-                here += found
-            lost += _union(here)
-            whole += max((c.time[-1] - c.time[0] for c in record.log.channels.values()), default=0.0)
-        names = tuple(name for name, found in holes.items() if found)
-        if not names:
-            return [Finding(check=self.name, verdict="ok", sentence="no gaps", value=0.0, unit="1")]
-        share = lost / whole if whole > 0.0 else 1.0
-        longest = max(high - low for found in holes.values() for low, high in found)
-        count = max(len(found) for found in holes.values())
-        text = f"{count} gaps in {', '.join(names)}, the longest {longest:.2g} s: {100.0 * share:.2g} % of the time"
-        wrong = "the log falls into stretches there; those under 5 s are lost"
-        remedy = "find out what stopped the logger; nothing is interpolated across a gap"
-        verdict = "warning" if share > _MUCH else "note"
-        return [
-            Finding(
-                check=self.name,
-                verdict=verdict,
-                sentence=text,
-                value=share,
-                unit="1",
-                channels=names,
-                consequence=wrong,
-                remedy=remedy,
-                parts={"longest": longest},
-            )
-        ]
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Count the stretches without data."""
+    holes: dict[str, list[tuple[float, float]]] = {}
+    lost = whole = 0.0
+    for record in records:
+        here: list[tuple[float, float]] = []
+        for channel in record.log.channels.values():
+            if command_kind(channel.name) and is_logged_on_change(channel):
+                continue
+            found = gaps(channel, gap_limit(channel, None))
+            holes.setdefault(channel.name, []).extend(found)
+            here += found
+        lost += _union(here)
+        whole += max((c.time[-1] - c.time[0] for c in record.log.channels.values()), default=0.0)
+    finding = partial(Finding, check="gaps", unit="1")
+    names = tuple(name for name, found in holes.items() if found)
+    if not names:
+        return [finding(verdict="ok", sentence="no gaps", value=0.0)]
+    share = lost / whole if whole > 0.0 else 1.0
+    longest = max(high - low for found in holes.values() for low, high in found)
+    count = max(len(found) for found in holes.values())
+    text = f"{count} gaps in {', '.join(names)}, the longest {longest:.2g} s: {100.0 * share:.2g} % of the time"
+    return [
+        finding(
+            verdict="warning" if share > _MUCH else "note",
+            sentence=text,
+            value=share,
+            channels=names,
+            consequence="the log falls into stretches there; those under 5 s are lost",
+            remedy="find out what stopped the logger; nothing is interpolated across a gap",
+            parts={"longest": longest},
+        )
+    ]
 
 
 def _motion(records: Sequence[Record]) -> list[Channel]:
-    return [r.log.channels[name] for r in records for name in _MOTION if name in r.log.channels]
+    return [r.log.channels[name] for r in records for name in MOTION if name in r.log.channels]
 
 
 def _strays(channel: Channel) -> float:
@@ -134,3 +114,9 @@ def _union(spans: list[tuple[float, float]]) -> float:
         total += max(0.0, high - max(low, end))
         end = max(end, high)
     return total
+
+
+RATES = Check("rates", _rates)
+
+
+GAPS = Check("gaps", _examine)

@@ -1,18 +1,17 @@
 """Check of a log put on a finer grid than it was measured on: rows that repeat, or lie on lines between others."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import ClassVar, final
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.motion import Array
-from ...canonical import Channel, command_kind
-from ..finding import Channels, Check, Finding, Fix
+from ...canonical import MOTION, Channel
+from ..finding import Channels, Check, Finding, Fix, altered
 from ..record import Record
 
-_MOTION = ("x", "y", "psi", "u", "v", "r", "ax", "ay")
+_MOTION = (*MOTION, "ax", "ay")
 _LEAST_ROWS = 200
 """Rows that are needed, and a tenth of it of measured ones, for a median and quantiles to mean something."""
 _FLAT = 0.01
@@ -26,17 +25,14 @@ _ENDS = 0.5
 """Time for which the ends of a log repeat one row from which it was filled up there [s]."""
 
 
-@final
-class Resampled(Check):
-    """Tells held, interpolated and filled-up rows from measured ones; a log of such rows is sound at its own rate."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Tell held, interpolated and filled-up rows from measured ones; a log of such rows is sound at its own rate.
 
-    name: ClassVar[str] = "resampled"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a note for each way in which the rows are not measured; none where they are."""
-        found = [finding for record in records for finding in _sentence(record.log.channels)]
-        # Several logs of one boat are told of once.
-        return list({finding.sentence: finding for finding in found}.values())
+    A note for each way in which the rows are not measured; none where they are.
+    """
+    found = [finding for record in records for finding in _sentence(record.log.channels)]
+    # Several logs of one boat are told of once.
+    return list({finding.sentence: finding for finding in found}.values())
 
 
 def _sentence(channels: Channels) -> list[Finding]:
@@ -45,37 +41,22 @@ def _sentence(channels: Channels) -> list[Finding]:
         return []
     time, values, names = table
     fresh = _new(values)
-    result = []
+    note, result = partial(Finding, check="resampled", verdict="note", channels=names), []
     padded = _padding(time, values, fresh)
     if padded:
         text = f"the log repeats one row for {padded:.2g} s at its end or start: it was filled up there"
         fix = Fix(f"{padded:.2g} s of one repeated row at the ends of the log dropped", _unpadded)
-        result.append(
-            Finding(check="resampled", verdict="note", sentence=text, value=padded, unit="s", channels=names, fix=fix)
-        )
+        result.append(note(sentence=text, value=padded, unit="s", fix=fix))
     rate = float((time.size - 1) / (time[-1] - time[0]))
     rows = _held_over(fresh)
     if rows > 1:
         text = f"all channels of motion are held: measured {rate / rows:.3g} times a second, written {rate:.3g} times"
         fix = Fix(f"rows that repeat the one before dropped: {rate / rows:.3g} rows a second kept", _fresh)
         wrong = "rows that repeat hold no new measurement"
-        result.append(
-            Finding(
-                check="resampled",
-                verdict="note",
-                sentence=text,
-                value=rate / rows,
-                unit="Hz",
-                channels=names,
-                consequence=wrong,
-                fix=fix,
-            )
-        )
+        result.append(note(sentence=text, value=rate / rows, unit="Hz", consequence=wrong, fix=fix))
     elif rows := _interpolated(values):
         text = f"the log is interpolated to {rate:.3g} Hz from about {rate / rows:.3g} Hz"
-        result.append(
-            Finding(check="resampled", verdict="note", sentence=text, value=rate / rows, unit="Hz", channels=names)
-        )
+        result.append(note(sentence=text, value=rate / rows, unit="Hz"))
     return result
 
 
@@ -87,7 +68,7 @@ def _table(channels: Channels) -> tuple[Array, list[Array], tuple[str, ...]] | N
     time = parts[0].time
     if not all(part.time is time or np.array_equal(part.time, time) for part in parts):
         return None
-    values = [np.unwrap(part.value) if part.name == "psi" else part.value for part in parts]
+    values = [part.unwrapped for part in parts]
     return time, values, tuple(part.name for part in parts)
 
 
@@ -165,10 +146,7 @@ def _fresh(channels: Channels) -> dict[str, Channel]:
 
 def _thinned(channels: Channels, names: tuple[str, ...], keep: NDArray[np.bool_]) -> dict[str, Channel]:
     """The channels of motion with some of their rows; commands stay, since what is held is what was commanded."""
-    return {
-        name: replace(c, time=c.time[keep], value=c.value[keep]) if name in names and command_kind(name) is None else c
-        for name, c in channels.items()
-    }
+    return altered(channels, names, lambda channel: channel.rows(keep))
 
 
 def _interpolated(values: Sequence[Array]) -> int:
@@ -190,3 +168,6 @@ def _interpolated(values: Sequence[Array]) -> int:
     # A measured row between two of the grid bends the line in both: steps of one, and of one less.
     even = bool(spans.size and np.mean(np.abs(spans - rows) <= 1.0) >= _EVEN)
     return round(rows) if even and rows >= 3.0 else 0
+
+
+RESAMPLED = Check("resampled", _examine)

@@ -1,7 +1,6 @@
 """Check of the sensors against each other: heading and gyro, positions and speeds; see `kinematics`."""
 
 from collections.abc import Sequence
-from typing import ClassVar, final
 
 from ...kinematics import Kinematics, kinematics_of, longest_row
 from ..finding import Check, Finding
@@ -11,42 +10,37 @@ _CHANNELS = {"gyro": ("r",), "compass": ("psi",), "misalignment": ("psi",), "vel
 """Channels that an error is of, by the first word of its name; all others are of positions."""
 
 
-@final
-class Sensors(Check):
-    """Compares the sensors of each log with each other."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Compare the sensors of each log with each other."""
+    result, known, apart = [], False, False
+    for record in records:
+        motions = [stretch.motion for stretch in record.stretches]
+        channels = record.log.channels
+        seen = computed_once([record], "kinematics", lambda m=motions, c=channels: kinematics_of(m, c, longest_row(c)))
+        known |= bool(seen.values)
+        apart |= bool(seen.beyond) or not seen.agree
+        log = f"{record.log.name}: " if len(records) > 1 else ""
+        result += [_wrong(seen, name, log + sentence) for name, sentence in seen.sentences.items()]
+    if result:
+        return result
+    text = "the sensors tell of one motion"
+    if apart:
+        text = "the records contradict each other by more than sensors do: units, signs or axes, or a record"
+    elif not known:
+        text = "too few records are of one motion, or it turns too little, to hold the sensors to each other"
+    return [Finding(check="sensors", verdict="ok" if known and not apart else "cannot tell", sentence=text)]
 
-    name: ClassVar[str] = "sensors"
 
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`."""
-        result, known, apart = [], False, False
-        for record in records:
-            motions = [stretch.motion for stretch in record.stretches]
-            channels = record.log.channels
-            seen = computed_once(
-                [record], "kinematics", lambda m=motions, c=channels: kinematics_of(m, c, longest_row(c))
-            )
-            known |= bool(seen.values)
-            apart |= bool(seen.beyond) or not seen.agree
-            log = f"{record.log.name}: " if len(records) > 1 else ""
-            result += [self._wrong(seen, name, log + sentence) for name, sentence in seen.sentences.items()]
-        if result:
-            return result
-        if apart:
-            text = "the records contradict each other by more than sensors do: units, signs or axes, or a record"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text)]
-        if not known:
-            text = "too few records are of one motion, or it turns too little, to hold the sensors to each other"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text)]
-        return [Finding(check=self.name, verdict="ok", sentence="the sensors tell of one motion")]
+def _wrong(seen: Kinematics, name: str, sentence: str) -> Finding:
+    return Finding(
+        check="sensors",
+        verdict="warning" if seen.large(name) else "note",  # what follows is corrected for it
+        value=seen.values.get(name, (None, None))[0],
+        channels=_CHANNELS.get(name.split("_")[0], ("x", "y")),
+        sentence=sentence,
+        consequence="forces would be blamed for it; undertow corrects the motion before it judges forces",
+        remedy="calibrate or move the sensor, or mend its clock, before the next log",
+    )
 
-    def _wrong(self, seen: Kinematics, name: str, sentence: str) -> Finding:
-        return Finding(
-            check=self.name,
-            verdict="warning" if seen.large(name) else "note",  # what follows is corrected for it
-            value=seen.values.get(name, (None, None))[0],
-            channels=_CHANNELS.get(name.split("_")[0], ("x", "y")),
-            sentence=sentence,
-            consequence="forces would be blamed for it; undertow corrects the motion before it judges forces",
-            remedy="calibrate or move the sensor, or mend its clock, before the next log",
-        )
+
+SENSORS = Check("sensors", _examine)

@@ -2,18 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, final
+from functools import partial
 
 import numpy as np
 
-from ...canonical import command_kind
+from ....physics.presentation import listing
+from ...canonical import kind_of
 from ...clock import LEAST_CORRELATION, band_passed
 from ...statistics.blocks import CI
 from ..axes import surveyed
 from ..expected_answers import (
     SIDE,
     Expected,
-    all_of,
     as_expected,
     called,
     classify_answers,
@@ -27,12 +27,10 @@ from ..expected_answers import (
 )
 from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
 from ..finding import Check, Finding
-from ..record import RATE, Record
+from ..record import RATE, STEP, Record, channels_called, command_names
 from ..response import Answer, Trials, trials
 from .swapped_channels import may_be_exchanged
 
-_STEP = 1.0 / RATE
-"""Of the even time base [s]."""
 _TURNING = (0.05, 1.0)
 """The band in which differentiated headings and yaw rates are compared [Hz]: slower is drift, faster is noise."""
 
@@ -50,7 +48,7 @@ class Placed:
 
 def placed(records: Sequence[Record]) -> dict[str, Placed]:
     """What logs of one boat show of their commands, whatever the commands are called; only what is certain."""
-    expected = expected_of(records, sorted({name for record in records for name in record.commands}))
+    expected = expected_of(records, command_names(records))
     told = classify_answers(records, expected)[0] if records else {}
     if told and not as_expected(told, expected) and may_be_exchanged(records):
         return {}
@@ -58,41 +56,37 @@ def placed(records: Sequence[Record]) -> dict[str, Placed]:
     return {name: Placed(answer.ahead, "" if apart else answer.side) for name, answer in told.items()}
 
 
-@final
-class Sides(Check):
-    """Finds thrusters that push astern when the command says ahead, and ones on the other side than they should be.
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Find thrusters that push astern when the command says ahead, and ones on the other side than they should be.
 
     What should be is what the vehicle file says, and what the names say where there is none. A sign is told where no
     delay of the commands explains the log as well without it; see `response.trials`.
+
+    A finding "direction" where there is a command, and "sides" where there are two.
     """
-
-    name: ClassVar[str] = "sides"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a finding "direction" where there is a command, and "sides" where there are two."""
-        names = sorted({name for record in records for name in record.commands})
-        expected = expected_of(records, names)
-        names = list(expected)
-        if not names:
-            return []
-        told, unsure, likely = classify_answers(records, expected)
-        if told and not as_expected(told, expected) and may_be_exchanged(records):
-            text = "u and v may be exchanged, so what the thrusters do to surge is not known"
-            return [
-                Finding(check=check, verdict="cannot tell", sentence=text, channels=tuple(names))
-                for check in ("direction", "sides")
-            ]
-        gain = _size(records, expected, likely.answers) if likely else None
-        likely = likely if gain is None or gain.share.warns else None
-        turned, moved = (likely and one(records, expected, likely) for one in (likely_reversed, likely_swapped))
-        size = _size(records, expected, told)
-        small = _too_small(expected, told, size) if size is not None and not size.likely else None
-        found = [small or turned or _direction(records, expected, told, unsure, size)]
-        if len(names) > 1 and _turns_apart(records):
-            text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
-            return [*found, Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))]
-        sides = small and small.model_copy(update={"check": "sides"})
-        return [*found, sides or moved or _sides(records, expected, told, unsure, size)] if len(names) > 1 else found
+    names = command_names(records)
+    expected = expected_of(records, names)
+    names = list(expected)
+    if not names:
+        return []
+    told, unsure, likely = classify_answers(records, expected)
+    if told and not as_expected(told, expected) and may_be_exchanged(records):
+        text = "u and v may be exchanged, so what the thrusters do to surge is not known"
+        return [
+            Finding(check=check, verdict="cannot tell", sentence=text, channels=tuple(names))
+            for check in ("direction", "sides")
+        ]
+    gain = _size(records, expected, likely.answers) if likely else None
+    likely = likely if gain is None or gain.share.warns else None
+    turned, moved = (likely and one(records, expected, likely) for one in (likely_reversed, likely_swapped))
+    size = _size(records, expected, told)
+    small = _too_small(expected, told, size) if size is not None and not size.likely else None
+    found = [small or turned or _direction(records, expected, told, unsure, size)]
+    if len(names) > 1 and _turns_apart(records):
+        text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
+        return [*found, Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))]
+    sides = small and small.model_copy(update={"check": "sides"})
+    return [*found, sides or moved or _sides(records, expected, told, unsure, size)] if len(names) > 1 else found
 
 
 def _misplaced(expected: Mapping[str, Expected], told: Mapping[str, Answer]) -> tuple[frozenset[str], frozenset[str]]:
@@ -126,7 +120,7 @@ def _too_small(expected: Mapping[str, Expected], told: Mapping[str, Answer], siz
     """The finding that thrusters seem to push another way, which explains too little to be told as a fault."""
     names = tuple(sorted(frozenset.union(*_misplaced(expected, told))))
     text = (
-        f"{all_of(names)} may push another way than expected, or sit on the other side; but that explains only "
+        f"{listing(names)} may push another way than expected, or sit on the other side; but that explains only "
         f"{size.share} of what is left of surge and yaw without it"
     )
     remedy = "drive each thruster alone, ahead and astern, and look at the log again"
@@ -137,7 +131,7 @@ def _turns_apart(records: Sequence[Record]) -> bool:
     """True when the gyro goes to port where the heading goes to starboard: one of the two signs is wrong."""
     both = [record for record in records if {"psi", "r"} <= set(record.log.channels)]
     pairs = [
-        band_passed(np.column_stack([np.gradient(s.motion.heading, _STEP), s.motion.velocity[:, 2]]), _STEP, _TURNING)
+        band_passed(np.column_stack([np.gradient(s.motion.heading, STEP), s.motion.velocity[:, 2]]), STEP, _TURNING)
         for record in both
         for s in record.stretches
         if s.motion.time.size > RATE / _TURNING[0]
@@ -156,24 +150,24 @@ def _direction(
     size: Size | None,
 ) -> Finding:
     names = list(expected)
+    finding = partial(Finding, check="direction")
     found = {name: answer for name, answer in told.items() if answer.ahead and expected[name].push}
     wrong = {name: answer for name, answer in found.items() if answer.ahead != expected[name].push}
     if not found:
         text = "the thrusters are not used one by one enough to tell whether one is reversed"
         if unsure:
-            text = f"whether a thruster is reversed cannot be told: {_either(unsure, expected)}"
-        return Finding(check="direction", verdict="cannot tell", sentence=text, channels=tuple(names))
+            text = f"whether a thruster is reversed cannot be told: {_either(unsure)}"
+        return finding(verdict="cannot tell", sentence=text, channels=tuple(names))
     parts = {name: answer.surge for name, answer in found.items()}
     if not wrong or size is None:
         least = min(found.values(), key=lambda answer: abs(answer.surge))
         as_told = "ahead" if all(answer.ahead > 0 for answer in found.values()) else "as the vehicle file says"
-        text = f"more command pushes {as_told} on {all_of(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
+        text = f"more command pushes {as_told} on {listing(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
         ends = least.surge - CI * least.surge_error, least.surge + CI * least.surge_error
         untold = [name for name in names if name not in found]
-        return Finding(
-            check="direction",
+        return finding(
             verdict="cannot tell" if untold else "ok",
-            sentence=f"{text}; of {all_of(untold)} the log does not tell" if untold else text,
+            sentence=f"{text}; of {listing(untold)} the log does not tell" if untold else text,
             value=least.surge,
             unit="m/s^2",
             ci95=ends,
@@ -188,8 +182,8 @@ def _direction(
     maps = [map_line(records, name, name in wrong, name in moved) for name in listed]
     pushes = "astern" if worst.ahead < 0 else "ahead, and that thruster of the vehicle astern"
     facts = {
-        "told": f"{all_of(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
-        "names": all_of(tuple(wrong)),
+        "told": f"{listing(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
+        "names": listing(tuple(wrong)),
         "cure": f"{', '.join(maps)}{or_vehicle(wrong, expected, 'curve or the angle')}",
     }
     ends = worst.surge - CI * worst.surge_error, worst.surge + CI * worst.surge_error
@@ -220,18 +214,16 @@ def _sides(
     if not wrong or size is None:
         known = all(expected[name].side for name in found)
         words = "in the vehicle file" if any(expected[name].thruster for name in found) else "named"
-        text = f"the sides of {all_of(tuple(found))} are as {words}" if known else "; ".join(lies)
-        remedy = "" if known else "name the commands by their sides in a channel map"
-        verdict = "ok" if known else "note"
+        text = f"the sides of {listing(tuple(found))} are as {words}" if known else "; ".join(lies)
         return Finding(
             check="sides",
-            verdict=verdict,
+            verdict="ok" if known else "note",
             sentence=text,
             value=value,
             unit="rad/s^2",
             ci95=ends,
             channels=tuple(found),
-            remedy=remedy,
+            remedy="" if known else "name the commands by their sides in a channel map",
             parts=parts,
         )
     moved = swapped(expected, told)
@@ -246,7 +238,7 @@ def _sides(
     return fault.in_words("defect" if size.refuses else "warning")
 
 
-def _either(unsure: Sequence[Trials], expected: Mapping[str, Expected]) -> str:
+def _either(unsure: Sequence[Trials]) -> str:
     """The remedies that explain the log alike, for commands whose delay is not certain."""
     told = []
     for trial in (unsure[0].best, *unsure[0].contrary[:2]):
@@ -260,7 +252,7 @@ def _either(unsure: Sequence[Trials], expected: Mapping[str, Expected]) -> str:
             for name, answer in trial.answers.items()
             if answer.turn and not answer.ahead
         ]
-        told.append(f"the boat answers {abs(trial.seconds):.1f} s {order} its commands and {all_of(signs)}")
+        told.append(f"the boat answers {abs(trial.seconds):.1f} s {order} its commands and {listing(signs)}")
     return f"the log is explained alike if {', or if '.join(told)}"
 
 
@@ -285,8 +277,11 @@ def _lies(records: Sequence[Record], name: str, answer: Answer, expected: Expect
 
 
 def _reversed(records: Sequence[Record], name: str, expected: Expected) -> str:
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    values = [channel.value for channel in channels_called(records, name)]
     low = min(float(value.min()) for value in values)
-    kind = (command_kind(name) or ("", ""))[0]
+    kind = kind_of(name)
     full = f", {low:.0f} us is the most ahead" if kind == "pwm" and expected.push > 0 else ""
     return f"{called(records, name)} is reversed{full}"
+
+
+SIDES = Check("sides", _examine)

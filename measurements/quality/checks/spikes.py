@@ -1,19 +1,18 @@
 """Check for spikes: single values that stand out of a record, and jumps across its range, as of short counters."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import ClassVar, final
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.motion import Array
-from ...canonical import Channel
+from ...canonical import MOTION, Channel
+from ...statistics.blocks import numbered_on
 from ..faults import BLOCK, Fault, Kind, Size, size_of
-from ..finding import Channels, Check, Finding, Fix
-from ..record import QUICK_ROW, Record
+from ..finding import Check, Finding, Fix, altered
+from ..record import QUICK_ROW, Record, channels_called
 
-_MOTION = ("x", "y", "psi", "u", "v", "r")
 _LEAST_ROWS = 50
 """Rows of which the outermost 2 % are one: of fewer, no usual range can be told.
 Steady, see `benchmarks/steady_limits.py`."""
@@ -30,26 +29,23 @@ _WHOLE = 0.8
 Steady, see `benchmarks/steady_limits.py`."""
 
 
-@final
-class Spikes(Check):
-    """Looks for values that leave their neighbours and come back at once, and for jumps across the whole range."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Look for values that leave their neighbours and come back at once, and for jumps across the whole range.
 
-    name: ClassVar[str] = "spikes"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a finding for each channel at fault, or one that says that none is."""
-        found = []
-        for name in _MOTION:
-            channels = [record.log.channels[name] for record in records if name in record.log.channels]
-            found += _sentence(name, [channel for channel in channels if channel.time.size >= _LEAST_ROWS])
-        return found or [
-            Finding(check=self.name, verdict="ok", sentence="no value stands out of its record", value=0.0, unit="1")
-        ]
+    A finding for each channel at fault, or one that says that none is.
+    """
+    found = []
+    for name in MOTION:
+        channels = channels_called(records, name)
+        found += _sentence(name, [channel for channel in channels if channel.time.size >= _LEAST_ROWS])
+    return found or [
+        Finding(check="spikes", verdict="ok", sentence="no value stands out of its record", value=0.0, unit="1")
+    ]
 
 
 def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
-    out = sum(int(np.count_nonzero(_spiked(_values(channel)))) for channel in channels)
-    jumps = [float(jump) for channel in channels for jump in _jumps(_values(channel))]
+    out = sum(int(np.count_nonzero(_spiked(channel.unwrapped))) for channel in channels)
+    jumps = [float(jump) for channel in channels for jump in _jumps(channel.unwrapped)]
     if len(jumps) > 1 and not out:
         unit = channels[0].unit
         facts = {"jump": abs(jumps[0]), "unit": unit, "count": len(jumps)}
@@ -64,21 +60,22 @@ def _sentence(name: str, channels: Sequence[Channel]) -> list[Finding]:
     if row > QUICK_ROW and name not in ("x", "y"):
         text = f"{out} values of {name} stand far out of their record: spikes, or turns quicker than {1.0 / row:.2g} Hz"
         return [Finding(check="spikes", verdict="note", sentence=text, value=share, unit="1", channels=(name,))]
-    fix = Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name))
+    drop = partial(altered, names=(name,), change=lambda channel: channel.rows(~_spiked(channel.unwrapped)))
+    fix = Fix(f"{out} values of {name} that stand far out of the record dropped", drop)
     fault = Fault(Kind.SPIKES, (name,), size, {"count": out, "part": 100.0 * share}, share, fix=fix)
     return [fault.in_words("defect" if size.refuses else "warning")]
 
 
 def _size(channels: Sequence[Channel], mended: Callable[[Array], Array]) -> Size:
     """How much of the bends of records goes where they are mended, and over the records' own power."""
-    rows, begun = [], 0
+    rows, blocks = [], []
     for channel in channels:
-        values = _values(channel)
+        values = channel.unwrapped
         bends = [np.diff(one, 2) ** 2 for one in (values, mended(values))]
-        number = begun + ((channel.time[1:-1] - channel.time[0]) // BLOCK).astype(np.int64)
-        rows.append((*bends, (values[1:-1] - np.median(values)) ** 2, number))
-        begun = int(number[-1]) + 1
-    return size_of(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+        blocks.append(((channel.time[1:-1] - channel.time[0]) // BLOCK).astype(np.int64))
+        rows.append((*bends, (values[1:-1] - np.median(values)) ** 2))
+    as_is, changed, power = (np.concatenate(column) for column in zip(*rows, strict=True))
+    return size_of(as_is, changed, power, numbered_on(blocks))
 
 
 def _smoothed(values: Array) -> Array:
@@ -92,10 +89,6 @@ def _unwrapped(values: Array) -> Array:
     steps, whole = np.diff(values), float(np.ptp(values))
     turns = np.where(np.isin(steps, _jumps(values)), -np.sign(steps), 0.0)
     return values + np.concatenate([[0.0], np.cumsum(turns)]) * (whole + float(np.median(np.abs(steps))))
-
-
-def _values(channel: Channel) -> Array:
-    return np.unwrap(channel.value) if channel.name == "psi" else channel.value
 
 
 def _spiked(values: Array) -> NDArray[np.bool_]:
@@ -119,11 +112,4 @@ def _jumps(values: Array) -> Array:
     )
 
 
-def _without(name: str) -> Callable[[Channels], dict[str, Channel]]:
-    def apply(channels: Channels) -> dict[str, Channel]:
-        channel = channels[name]
-        keep = ~_spiked(_values(channel))
-        thinned = replace(channel, time=channel.time[keep], value=channel.value[keep])
-        return {**channels, name: thinned}
-
-    return apply
+SPIKES = Check("spikes", _examine)

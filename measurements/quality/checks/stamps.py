@@ -1,7 +1,7 @@
 """Check of the time stamps: repeated ones, and ones that go back."""
 
-from collections.abc import Sequence
-from typing import ClassVar, final
+from collections.abc import Iterator, Sequence
+from functools import partial
 
 from ...canonical import Channel
 from ...clock import APART
@@ -14,115 +14,85 @@ _TOLD = 3
 """Settings of the clock that a sentence tells before it counts the rest."""
 
 
-@final
-class Stamps(Check):
-    """Counts what reading had to drop or sort, see `cleaning.Cleaner`."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Count what reading had to drop or sort, see `cleaning.Cleaner`.
 
-    name: ClassVar[str] = "stamps"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a finding for repeated stamps, one for backward stamps, or one that says that all is well."""
-        channels = [channel for record in records for channel in record.log.channels.values()]
-        rows = sum(channel.time.size for channel in channels)
-        repeated = sum(channel.lost.repeated for channel in channels)
-        backward = sum(channel.lost.backward for channel in channels)
-        found = [*_set(channels), *_astray(channels, rows)]
-        if backward:
-            names = _names([c.name for c in channels if c.lost.backward])
-            share = backward / rows
-            found.append(
-                Finding(
-                    check=self.name,
-                    verdict="defect",
-                    sentence=f"time runs backwards: {backward} values stand after later ones ({100.0 * share:.2g} %)",
-                    value=share,
-                    unit="1",
-                    channels=names,
-                    consequence="derivatives change sign there; other verbs refuse the log",
-                    remedy="sort the rows by time",
-                    fix=Fix(f"rows of {', '.join(names)} sorted by time ({backward} were out of order)", _as_read),
-                )
-            )
-        if repeated:
-            names = _names([c.name for c in channels if c.lost.repeated])
-            share = repeated / (rows + repeated)
-            found.append(
-                Finding(
-                    check=self.name,
-                    verdict="warning" if share > _MANY else "note",
-                    sentence=f"{100.0 * share:.2g} % of the values repeat the stamp of another ({repeated} values)",
-                    value=share,
-                    unit="1",
-                    channels=names,
-                    consequence="two values at one instant have no derivative; the last of them is taken",
-                    remedy="find out why the logger wrote them, or whether its stamps are rounded",
-                    fix=Fix(f"{repeated} values with a repeated stamp dropped, the last of each kept", _as_read),
-                )
-            )
-        return found or [
-            Finding(
-                check=self.name,
-                verdict="ok",
-                sentence="every time stamp is later than the one before",
-                value=0.0,
-                unit="1",
-            )
-        ]
+    A finding for repeated stamps, one for backward stamps, or one that says that all is well.
+    """
+    found = list(_wrong([channel for record in records for channel in record.log.channels.values()]))
+    text = "every time stamp is later than the one before"
+    return found or [Finding(check="stamps", verdict="ok", sentence=text, value=0.0, unit="1")]
 
 
-def _set(channels: Sequence[Channel]) -> list[Finding]:
-    """A clock that was set: what follows is a stretch of its own."""
-    sets = tuple(dict.fromkeys(each for channel in channels for each in channel.lost.sets))
-    if not sets:
-        return []
-    back = any(by < 0.0 for _, by in sets)
-    text = ", ".join(
-        f"{'back' if by < 0.0 else 'forward'} by {abs(by):.6g} s at t = {at:.2f} s" for at, by in sets[:_TOLD]
+def _wrong(channels: Sequence[Channel]) -> Iterator[Finding]:
+    """What is wrong with the stamps of channels: a clock that was set, and rows that were dropped or sorted."""
+
+    def names(part: str) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(channel.name for channel in channels if getattr(channel.lost, part)))
+
+    rows = sum(channel.time.size for channel in channels)
+    astray, backward, repeated = (
+        sum(getattr(channel.lost, part) for channel in channels) for part in ("astray", "backward", "repeated")
     )
-    more = f" and {len(sets) - _TOLD} times more" if len(sets) > _TOLD else ""
-    return [
-        Finding(
+    if sets := tuple(dict.fromkeys(each for channel in channels for each in channel.lost.sets)):
+        back = any(by < 0.0 for _, by in sets)
+        text = ", ".join(
+            f"{'back' if by < 0.0 else 'forward'} by {abs(by):.6g} s at t = {at:.2f} s" for at, by in sets[:_TOLD]
+        )
+        more = f" and {len(sets) - _TOLD} times more" if len(sets) > _TOLD else ""
+        yield Finding(
             check="stamps",
             verdict="defect" if back else "warning",
             sentence=f"the clock was set {text}{more}",
             value=sets[0][1],
             unit="s",
-            channels=_names([channel.name for channel in channels if channel.lost.sets]),
+            channels=names("sets"),
             consequence=f"the pieces are put {APART:g} s apart, each a stretch of its own"
             + ("; other verbs refuse the log until that is written" if back else ""),
             remedy="keep the clock as it is while logging, or stamp by a clock that is never set",
             fix=Fix(f"pieces between which the clock was set put {APART:g} s apart", _as_read),
             short="the clock was set back" if back else "the clock was set",
         )
-    ]
-
-
-def _astray(channels: Sequence[Channel], rows: int) -> list[Finding]:
-    """Stamps that are wrong alone: their rows are dropped."""
-    names = _names([channel.name for channel in channels if channel.lost.astray])
-    count = sum(channel.lost.astray for channel in channels)
-    if not count:
-        return []
-    share = count / (rows + count)
-    return [
-        Finding(
-            check="stamps",
+    finding = partial(Finding, check="stamps", unit="1")
+    if astray:
+        share = astray / (rows + astray)
+        yield finding(
             verdict="warning" if share > _MANY else "note",
-            sentence=f"{count} values have a stamp that is astray, far from those around it ({100.0 * share:.2g} %)",
+            sentence=f"{astray} values have a stamp that is astray, far from those around it ({100.0 * share:.2g} %)",
             value=share,
-            unit="1",
-            channels=names,
+            channels=names("astray"),
             consequence="their rows are left out",
             remedy="find out what wrote these stamps",
-            fix=Fix(f"{count} values with a stamp that is astray dropped", _as_read),
+            fix=Fix(f"{astray} values with a stamp that is astray dropped", _as_read),
         )
-    ]
-
-
-def _names(every: Sequence[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(every))
+    if backward:
+        share = backward / rows
+        listed = ", ".join(names("backward"))
+        yield finding(
+            verdict="defect",
+            sentence=f"time runs backwards: {backward} values stand after later ones ({100.0 * share:.2g} %)",
+            value=share,
+            channels=names("backward"),
+            consequence="derivatives change sign there; other verbs refuse the log",
+            remedy="sort the rows by time",
+            fix=Fix(f"rows of {listed} sorted by time ({backward} were out of order)", _as_read),
+        )
+    if repeated:
+        share = repeated / (rows + repeated)
+        yield finding(
+            verdict="warning" if share > _MANY else "note",
+            sentence=f"{100.0 * share:.2g} % of the values repeat the stamp of another ({repeated} values)",
+            value=share,
+            channels=names("repeated"),
+            consequence="two values at one instant have no derivative; the last of them is taken",
+            remedy="find out why the logger wrote them, or whether its stamps are rounded",
+            fix=Fix(f"{repeated} values with a repeated stamp dropped, the last of each kept", _as_read),
+        )
 
 
 def _as_read(channels: Channels) -> dict[str, Channel]:
     """Reading has done it already."""
     return dict(channels)
+
+
+STAMPS = Check("stamps", _examine)

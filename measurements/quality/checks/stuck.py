@@ -1,7 +1,6 @@
 """Check for stuck sensors: a value that stays exactly the same while it should move."""
 
 from collections.abc import Sequence
-from typing import ClassVar, final
 
 import numpy as np
 
@@ -17,14 +16,7 @@ from ..record import QUICK_ROW, Record
 _PLACE = ("x", "y")
 _SENSORS: tuple[tuple[str, ...], ...] = (
     _PLACE,
-    ("psi",),
-    ("u",),
-    ("v",),
-    ("r",),
-    ("ax",),
-    ("ay",),
-    ("wind_u",),
-    ("wind_v",),
+    *((name,) for name in ("psi", "u", "v", "r", "ax", "ay", "wind_u", "wind_v")),
 )
 _GOES_ON = ("x", "psi")
 """What the motion carries on while the sensor sleeps: it jumps at the end of the stay."""
@@ -56,45 +48,40 @@ _DRIVES = {"psi": "turns", "r": "turns", "v": "turns", "u": "runs", "x": "runs",
 """What the boat must do for a record to change: a hull that turns drifts, one that runs straight need not."""
 
 
-@final
-class Stuck(Check):
-    """Looks for values that stop dead in the middle of a motion."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Look for values that stop dead in the middle of a motion.
 
-    name: ClassVar[str] = "stuck"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for each channel that is stuck, or one that says that none is."""
-        spans: dict[tuple[str, ...], list[float]] = {}
-        times: dict[tuple[str, ...], float] = {}
-        for record in records:
-            held = fixes_of(record.log.channels)
-            for names in _SENSORS:
-                if not set(names) <= set(record.log.channels):
-                    continue
-                channels = [record.log.channels[name] for name in names]
-                time = channels[0].time
-                if time.size < 3 or any(channel.time.size != time.size for channel in channels):
-                    continue
-                usual = held.rows if held is not None and names == _PLACE else 1
-                stays = [span for span in _stays(channels, usual) if _rest_moves(record.log, names, span)]
-                spans.setdefault(names, []).extend(high - low for low, high in stays)
-                times[names] = times.get(names, 0.0) + float(time[-1] - time[0])
-        found = [finding for names in _SENSORS if (finding := _never(records, names)) is not None]
-        for names, lengths in spans.items():
-            if not lengths:
+    One finding for each channel that is stuck, or one that says that none is.
+    """
+    spans: dict[tuple[str, ...], list[float]] = {}
+    times: dict[tuple[str, ...], float] = {}
+    for record in records:
+        held = fixes_of(record.log.channels)
+        for names in _SENSORS:
+            if not set(names) <= set(record.log.channels):
                 continue
-            share, longest = sum(lengths) / times[names], max(lengths)
-            counted = Share(share, 0.0)
-            facts = {"seconds": longest, "times": _times(len(lengths))}
-            fault = Fault(Kind.STUCK, names, Size(counted, counted), facts, longest, parts={"share": share})
-            refused = fault.size.refuses
-            told = fault.in_words("defect" if refused else "warning")
-            found.append(told.model_copy(update={"reach": Reach.LOG if refused else Reach.SECONDS}))
-        return found or [
-            Finding(
-                check=self.name, verdict="ok", sentence="no sensor repeats a value in mid-motion", value=0.0, unit="s"
-            )
-        ]
+            channels = [record.log.channels[name] for name in names]
+            time = channels[0].time
+            if time.size < 3 or any(channel.time.size != time.size for channel in channels):
+                continue
+            usual = held.rows if held is not None and names == _PLACE else 1
+            stays = [span for span in _stays(channels, usual) if _rest_moves(record.log, names, span)]
+            spans.setdefault(names, []).extend(high - low for low, high in stays)
+            times[names] = times.get(names, 0.0) + float(time[-1] - time[0])
+    found = [finding for names in _SENSORS if (finding := _never(records, names)) is not None]
+    for names, lengths in spans.items():
+        if not lengths:
+            continue
+        share, longest = sum(lengths) / times[names], max(lengths)
+        counted = Share(share, 0.0)
+        facts = {"seconds": longest, "times": "once" if len(lengths) == 1 else f"{len(lengths)} times"}
+        fault = Fault(Kind.STUCK, names, Size(counted, counted), facts, longest, parts={"share": share})
+        refused = fault.size.refuses
+        told = fault.in_words("defect" if refused else "warning")
+        found.append(told.model_copy(update={"reach": Reach.LOG if refused else Reach.SECONDS}))
+    return found or [
+        Finding(check="stuck", verdict="ok", sentence="no sensor repeats a value in mid-motion", value=0.0, unit="s")
+    ]
 
 
 def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
@@ -146,7 +133,7 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
     first, time = channels[0], channels[0].time
     if first.name not in _GOES_ON and first.period > QUICK_ROW:
         return []
-    values = [np.unwrap(c.value) if c.name == "psi" else c.value for c in channels]
+    values = [channel.unwrapped for channel in channels]
     steps = np.hypot(*map(np.diff, values)) if len(values) > 1 else np.abs(np.diff(values[0]))
     digit = _last_digit(steps)
     if digit is not None and first.name == "x":
@@ -210,5 +197,4 @@ def _resolution(values: Sequence[Array]) -> float:
     return float(np.hypot.reduce([float(np.median(gap)) if gap.size else 0.0 for gap in gaps]))
 
 
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"
+STUCK = Check("stuck", _examine)

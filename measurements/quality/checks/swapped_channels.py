@@ -3,62 +3,56 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import ClassVar, final
 
 import numpy as np
 
 from ....physics.motion import Array
-from ....physics.thrusters import push_and_turn, side_named
-from ...canonical import Channel, command_kind
+from ....physics.thrusters import push_and_turn
 from ...clock import band_passed
-from ..axes import track_of
+from ..axes import taken_from, track_of
+from ..expected_answers import side_of
 from ..faults import BLOCK, Fault, Kind, Size, blocks_of, size_of
-from ..finding import Channels, Check, Finding, Fix
+from ..finding import Check, Finding, Fix
 from ..lags import QUICK
-from ..record import RATE, Record, Stretch
+from ..record import RATE, STEP, Record, Stretch, thruster_of
 from ..response import answers, trials
 
-_STEP = 1.0 / RATE
-"""Of the even time base [s]."""
 _SPEEDS = ("u", "v")
 
 
-@final
-class Exchanged(Check):
-    """Reads u and v under each other's names, and tells it where that explains the log and nothing else does.
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Read u and v under each other's names, and tell it where that explains the log and nothing else does.
 
     Two records tell: the way made good, if there are positions, and the thrusters, which push ahead and turn the boat
     but do not push it aside. Each may say that the names are right, and then nothing is told.
+
+    Nothing where a log does not have both speeds, or no motion.
     """
-
-    name: ClassVar[str] = "exchanged"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: nothing where a log does not have both speeds, or no motion."""
-        having = [record for record in records if set(_SPEEDS) <= set(record.log.channels) and record.stretches]
-        if not having:
-            return []
-        way, thrust = _by_way(having), _by_thrust(having)
-        u, v = (having[0].log.entries.get(name) for name in _SPEEDS)
-        mends = {"u": v, "v": u} if u and v else {}
-        fault = partial(Fault, Kind.EXCHANGED, _SPEEDS, fix=Fix("u and v exchanged", _exchange), mends=mends)
-        said = [None if size is None else fault(size=size).ruled() for size in (way, thrust)]
-        if way is None and (thrust is None or (said[1] is None and thrust.share.value > 0.0)):
-            text = "too little motion to tell u from v"
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=_SPEEDS)]
-        if said[0] is not None and thrust is not None and thrust.share.high < 0.0:
-            text = (
-                "the way made good asks for u and v to be exchanged, and the thrusters ask for the contrary: another "
-                "axis is turned, or the heading is a quarter turn off"
-            )
-            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=_SPEEDS)]
-        told = said[0] if way is not None else said[1]
-        return [
-            told
-            or Finding(
-                check=self.name, verdict="ok", sentence="u is ahead and v to starboard, as named", channels=_SPEEDS
-            )
-        ]
+    having = [record for record in records if set(_SPEEDS) <= set(record.log.channels) and record.stretches]
+    if not having:
+        return []
+    finding = partial(Finding, check="exchanged", channels=_SPEEDS)
+    way, thrust = _by_way(having), _by_thrust(having)
+    u, v = (having[0].log.entries.get(name) for name in _SPEEDS)
+    mends = {"u": v, "v": u} if u and v else {}
+    fault = partial(
+        Fault,
+        Kind.EXCHANGED,
+        _SPEEDS,
+        fix=Fix("u and v exchanged", taken_from({"u": ("v", 1.0), "v": ("u", 1.0)})),
+        mends=mends,
+    )
+    said = [None if size is None else fault(size=size).ruled() for size in (way, thrust)]
+    if way is None and (thrust is None or (said[1] is None and thrust.share.value > 0.0)):
+        return [finding(verdict="cannot tell", sentence="too little motion to tell u from v")]
+    if said[0] is not None and thrust is not None and thrust.share.high < 0.0:
+        text = (
+            "the way made good asks for u and v to be exchanged, and the thrusters ask for the contrary: another "
+            "axis is turned, or the heading is a quarter turn off"
+        )
+        return [finding(verdict="cannot tell", sentence=text)]
+    told = said[0] if way is not None else said[1]
+    return [told or finding(verdict="ok", sentence="u is ahead and v to starboard, as named")]
 
 
 def may_be_exchanged(records: Sequence[Record]) -> bool:
@@ -87,7 +81,7 @@ def _by_thrust(records: Sequence[Record]) -> Size | None:
     names = [name for name in told if _pushes_ahead(records, name)]
     if len(names) < len(told) or not any(told[name].turn for name in names):
         return None
-    lag = round(next(one.best.seconds for one in trials(records) if names[0] in one.best.answers) / _STEP)
+    lag = round(next(one.best.seconds for one in trials(records) if names[0] in one.best.answers) / STEP)
     turn = np.array([told[name].yaw for name in names])
     named, exchanged = [], []
     for record in records:
@@ -107,8 +101,8 @@ def _by_thrust(records: Sequence[Record]) -> Size | None:
 
 def _pushes_ahead(records: Sequence[Record], name: str) -> bool:
     """True when a thruster is known to push along the hull: one that pushes aside drives sway itself."""
-    own = [t for record in records if record.vehicle for t in record.vehicle.thrusters if t.channel == name]
-    return bool(push_and_turn(own[0])[0]) if own else bool(side_named((command_kind(name) or ("", name))[1]))
+    own = thruster_of(records, name)
+    return bool(side_of(name) if own is None else push_and_turn(own)[0])
 
 
 def _tables(stretch: Stretch, columns: Sequence[int], lag: int, exchange: bool) -> tuple[Array, ...]:
@@ -119,15 +113,15 @@ def _tables(stretch: Stretch, columns: Sequence[int], lag: int, exchange: bool) 
     commands = stretch.commands[:, columns]
     table = np.column_stack(
         [
-            np.gradient(surge, _STEP),
-            np.gradient(sway, _STEP),
+            np.gradient(surge, STEP),
+            np.gradient(sway, STEP),
             *(surge, surge * np.abs(surge), sway * rate),
             *(sway, sway * np.abs(sway), rate, np.abs(surge) * rate, surge * rate),
         ]
     )
     rows = slice(max(lag, 0), table.shape[0] + min(lag, 0))
     moved = commands[max(-lag, 0) : commands.shape[0] - max(lag, 0)]
-    table = band_passed(np.column_stack([table[rows], moved]), _STEP, QUICK)
+    table = band_passed(np.column_stack([table[rows], moved]), STEP, QUICK)
     return table[:, 0], table[:, 1], table[:, 10:], table[:, 2:5], table[:, 5:10]
 
 
@@ -144,6 +138,4 @@ def _residual_squares(parts: Sequence[tuple[Array, ...]], turn: Array) -> tuple[
     return left, surge**2 + sway**2
 
 
-def _exchange(channels: Channels) -> dict[str, Channel]:
-    u, v = channels["u"], channels["v"]
-    return dict(channels) | {"u": replace(v, name="u"), "v": replace(u, name="v")}
+EXCHANGED = Check("exchanged", _examine)

@@ -2,11 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import ClassVar, final
 
 from ...canonical import Channel
 from ...channels.channel_map import TIME, Entry, map_text
-from ...formats.time_columns import PER_SECOND
+from ...formats.headers import PER_SECOND
 from ...log import Log
 from ..axes import track_of
 from ..faults import Fault, Kind
@@ -15,15 +14,12 @@ from ..record import Record
 from .units import FINE, turning_of
 
 
-@final
-class TimeUnit(Check):
-    """Finds stamps in another unit, where heading and yaw rate, and way and speed, both say so."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Find stamps in another unit, where heading and yaw rate, and way and speed, both say so.
 
-    name: ClassVar[str] = "time unit"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: a finding where the time is in another unit, else none."""
-        return [found for record in records if (found := _sentence(record.log)) is not None][:1]
+    A finding where the time is in another unit, else none.
+    """
+    return [found for record in records if (found := _sentence(record.log)) is not None][:1]
 
 
 def _sentence(log: Log) -> Finding | None:
@@ -49,3 +45,6 @@ def _sentence(log: Log) -> Finding | None:
     facts = {"told": f"the stamps are in {unit}", "cure": f"say so in a channel map: '{line}'"}
     fix = Fix(f"time turned from {unit} into seconds", apply)
     return Fault(Kind.TIME_UNIT, ("t",), turning.size, facts, factor, None, fix, mends=mends).ruled()
+
+
+TIME_UNIT = Check("time unit", _examine)

@@ -6,20 +6,20 @@ much better; another than the log's own is a fault, weighed by its size; see `fa
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import ClassVar, NamedTuple, final
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
-from ....physics.forces import modelled_acceleration
 from ....physics.motion import Array
 from ...canonical import Channel
 from ...log import Log
-from ...statistics.blocks import robust_fit
-from ..axes import LENGTHS, SPEEDS, Track, mixed_up, surveyed, track_of
-from ..course import course_of, off_course
+from ...statistics.blocks import numbered_on, robust_fit
+from ..axes import LENGTHS, SPEEDS, Mixed, Track, course_of, mixed_up, off_course, surveyed, track_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
-from ..finding import Channels, Check, Finding, Fix
+from ..finding import Channels, Check, Finding, Fix, altered
 from ..lags import Turns, blocks_of_pieces, turns, unexplained_turning
+from ..quick_motion import pushes_of
 from ..record import RATE, Record, Stretch
 
 FINE = 0.1
@@ -31,37 +31,32 @@ _DEGREE = float(np.pi / 180.0)
 """Radians in a degree: no number that decides."""
 
 
-@final
-class Units(Check):
-    """Compares the turning of the heading with the yaw rate, and the way made good with heading and speeds."""
+def _examine(records: Sequence[Record]) -> list[Finding]:
+    """Compare the turning of the heading with the yaw rate, and the way made good with heading and speeds.
 
-    name: ClassVar[str] = "units"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`: one finding for the angles, one for the speeds."""
-        logs = [record.log for record in records]
-        turned = any({"psi", "r"} <= set(log.channels) for log in logs)
-        turning = turning_of(logs)
-        degrees = None if turning is None else _in_degrees(records, turning)
-        cured = [_with(log, degrees.fix.apply) for log in logs] if degrees and degrees.fix else logs
-        track = track_of(cured)
-        found: list[Finding] = []
-        if degrees is not None:
-            found.append(degrees)
-        elif turning is not None:
-            found.append(_turns(turning, track))
-        elif turned:
-            found.append(_unlike(unexplained_turning(logs)))
-        opposed = None if turning is None else turning.sign < 0
-        speeds = _speeds(cured, track, opposed)
-        if speeds is None or (speeds.verdict == "ok" and all(_turned_by_heading(log) for log in cured)):
-            found += _course(cured, opposed)
-        found += [speeds] if speeds is not None else speed_unit(records)
-        return found or [
-            Finding(
-                check=self.name, verdict="cannot tell", sentence="nothing was measured twice; no unit can be checked"
-            )
-        ]
+    One finding for the angles, one for the speeds.
+    """
+    logs = [record.log for record in records]
+    turned = any({"psi", "r"} <= set(log.channels) for log in logs)
+    turning = turning_of(logs)
+    degrees = None if turning is None else _in_degrees(records, turning)
+    cured = [_with(log, degrees.fix.apply) for log in logs] if degrees and degrees.fix else logs
+    track = track_of(cured)
+    found: list[Finding] = []
+    if degrees is not None:
+        found.append(degrees)
+    elif turning is not None:
+        found.append(_turns(turning, track))
+    elif turned:
+        found.append(_unlike(unexplained_turning(logs)))
+    opposed = None if turning is None else turning.sign < 0
+    speeds = _speeds(cured, track, opposed)
+    if speeds is None or (speeds.verdict == "ok" and all(_turned_by_heading(log) for log in cured)):
+        found += _course(cured, opposed)
+    found += [speeds] if speeds is not None else speed_unit(records)
+    return found or [
+        Finding(check="units", verdict="cannot tell", sentence="nothing was measured twice; no unit can be checked")
+    ]
 
 
 class Turning(NamedTuple):
@@ -124,16 +119,15 @@ def _errors(found: Turns, rate: float) -> Array:
 
 def _wraps(logs: Sequence[Log]) -> Size | None:
     """How much of the steps of headings is explained by turns of 360, beside turns of 2 pi: a record wraps by one."""
-    columns, number, begun = [np.zeros((0, 3))], [np.zeros(0, dtype=np.int64)], 0
+    columns, blocks = [], []
     for log in logs:
         heading = log.channels["psi"]
         step = np.abs(np.diff(heading.value))
         radians, degrees = (np.minimum(step, np.abs(step - turn)) for turn in (2.0 * np.pi, 360.0))
         columns.append(np.column_stack([radians, degrees, step]) ** 2)
-        number.append(begun + ((heading.time[1:] - heading.time[0]) // BLOCK).astype(np.int64))
-        begun = int(number[-1][-1]) + 1 if number[-1].size else begun
+        blocks.append(((heading.time[1:] - heading.time[0]) // BLOCK).astype(np.int64))
     as_is, turned, power = np.concatenate(columns).T
-    return size_of(as_is, turned, power, np.concatenate(number)) if as_is.size else None
+    return size_of(as_is, turned, power, numbered_on(blocks)) if as_is.size else None
 
 
 def _in_degrees(records: Sequence[Record], turning: Turning) -> Finding | None:
@@ -180,11 +174,9 @@ def _turns(turning: Turning, track: Track | None) -> Finding:
 
 def _unlike(left: Size | None) -> Finding:
     """Heading and yaw rate that do not agree: nothing to do with each other, whichever is late, or too little seen."""
-    if left is not None:
-        facts = {"told": "heading and yaw rate", "cure": "'psi: null' or 'r: null'"}
-        if (result := Fault(Kind.UNRELATED, ("psi", "r"), left, facts, left.weight.value).ruled()) is not None:
-            return result
-    return Finding(check="units", verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r"))
+    names, cure = ("psi", "r"), "'psi: null' or 'r: null'"
+    found = left and _unrelated(names, "heading and yaw rate", cure, left, left.weight.value)
+    return found or Finding(check="units", verdict="cannot tell", sentence=_TURNS_LITTLE, channels=names)
 
 
 def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> Finding | None:
@@ -194,17 +186,12 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
         return None
     channels = ("u", "v", "x", "y") if all("v" in log.channels for log in both) else ("u", "x", "y")
     if track is None or not track.certain:
-        facts = {"told": "positions and speeds", "cure": "'u: null' (and v) or 'x: null' (and y)"}
-        found = (
-            None
-            if track is None
-            else Fault(Kind.UNRELATED, channels, track.unrelated, facts, track.unexplained).ruled()
-        )
+        cure = "'u: null' (and v) or 'x: null' (and y)"
+        found = track and _unrelated(channels, "positions and speeds", cure, track.unrelated, track.unexplained)
         return found or Finding(check="units", verdict="cannot tell", sentence=_MOVES_LITTLE, channels=channels)
     mixed, ratio, ends = mixed_up(track, opposed), track.scale, track.interval
     if mixed is not None:
-        facts = {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - track.unexplained)}
-        facts |= {"by": "heading and speeds"}
+        facts = _facts(mixed, track.unexplained, "heading and speeds")
         angle = float(np.degrees(track.angle))
         parts = {"angle": angle, "heading": float(track.turn), "sway": float(track.side)}
         found = Fault(Kind.AXES, mixed.channels, track.size, facts, ratio, ends, mixed.fix, parts).ruled()
@@ -235,28 +222,31 @@ def _course(logs: Sequence[Log], opposed: bool | None) -> list[Finding]:
     course = course_of(logs)
     if course is None:
         return []
-    facts = {"told": "heading and track", "cure": "'psi: null' or 'x: null' (and y)"}
-    unexplained_turning = Fault(
-        Kind.UNRELATED, ("psi", "x", "y"), course.unrelated, facts, course.unrelated.weight.value
-    ).ruled()
-    if unexplained_turning is not None:
-        return [unexplained_turning]
+    size, cure = course.unrelated, "'psi: null' or 'x: null' (and y)"
+    unrelated = _unrelated(("psi", "x", "y"), "heading and track", cure, size, size.weight.value)
+    if unrelated is not None:
+        return [unrelated]
     rated = any("r" in log.channels for log in logs)  # else the heading alone can be turned
     mixed = off_course(course, opposed if rated else True, surveyed(logs))
     if mixed is None:
         return []
-    facts = {
-        "told": mixed.sentence,
-        "cure": mixed.remedy,
-        "follows": 100.0 * (1.0 - course.unexplained),
-        "by": "the heading",
-    }
+    facts = _facts(mixed, course.unexplained, "the heading")
     angle = float(np.degrees(course.angle))
     fault = Fault(Kind.AXES, mixed.channels, course.size, facts, angle, unit="deg")
     if not course.drifts:
         return [found] if (found := fault.ruled()) is not None else []
     text = f"{mixed.sentence}, on one course or in turns to one side: a current or much drift does so, too"
     return [fault.in_words("warning").model_copy(update={"sentence": text})]
+
+
+def _unrelated(names: tuple[str, ...], told: str, cure: str, size: Size, value: float) -> Finding | None:
+    """The finding that two records have nothing to do with each other; None where they have."""
+    return Fault(Kind.UNRELATED, names, size, {"told": told, "cure": cure}, value).ruled()
+
+
+def _facts(mixed: Mixed, unexplained: float, by: str) -> dict[str, object]:
+    """What is told of axes that are mixed up, of which so much of the track is not explained by other records."""
+    return {"told": mixed.sentence, "cure": mixed.remedy, "follows": 100.0 * (1.0 - unexplained), "by": by}
 
 
 def _turned_by_heading(log: Log) -> bool:
@@ -332,14 +322,11 @@ def _by_mass(records: Sequence[Record]) -> tuple[float, Size] | None:
         if motion is None or vehicle is None:
             continue
         still = replace(motion, velocity=np.zeros_like(motion.velocity))
-        scales = [f"{thruster.name}_scale" for thruster in vehicle.thrusters]
-        without = vehicle.with_values(dict.fromkeys(scales, 0.0))
-        weather = modelled_acceleration(without, still)[:, 0]
-        alone = [without.with_values({s: vehicle.value(s)}) for s in scales]
-        push = [modelled_acceleration(one, still)[:, 0] - weather for one in alone]
+        weather, pushes = pushes_of(vehicle, still, [thruster.channel for thruster in vehicle.thrusters])
+        push, count = pushes[:, :, 0].T, len(vehicle.thrusters)
         surge, sway, rate = motion.velocity.T
-        total = _summed([*push, surge, surge * np.abs(surge), sway * rate, weather])
-        rows.append((total[:, : len(push)], _changed(surge), total[:, len(push) :]))
+        total = _summed([*push, surge, surge * np.abs(surge), sway * rate, weather[:, 0]])
+        rows.append((total[:, :count], _changed(surge), total[:, count:]))
     return _factor(rows, inverse=True)
 
 
@@ -392,14 +379,11 @@ _EITHER = "find out which of the two is in another unit, and map it with a scale
 
 
 def _scale(names: Sequence[str], factor: float, sentence: str) -> Fix:
-    def apply(channels: Channels) -> dict[str, Channel]:
-        return {
-            name: replace(channel, value=factor * channel.value) if name in names else channel
-            for name, channel in channels.items()
-        }
-
-    return Fix(sentence, apply)
+    return Fix(sentence, partial(altered, names=names, change=lambda c: replace(c, value=factor * c.value)))
 
 
 def _with(log: Log, change: Callable[[Channels], dict[str, Channel]]) -> Log:
     return replace(log, channels=change(log.channels))
+
+
+UNITS = Check("units", _examine)

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from undertow.measurements.channels.auxiliary import auxiliary_of
+from undertow.measurements.channels.mapping import auxiliary_of
 from undertow.measurements.formats.base import Name
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading

@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from undertow.measurements.channels.channel_map import Entry, entries_of, map_text, read_channel_map
-from undertow.measurements.channels.mixing import mixed
+from undertow.measurements.channels.channel_map import Entry, entries_of, map_text, mixed, read_channel_map
 from undertow.measurements.log import Log
 from undertow.physics.errors import LogError
 

@@ -8,8 +8,8 @@ import pytest
 from undertow.measurements.canonical import Channel
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log
-from undertow.measurements.preparation.jumps import Jump, jumps_of, without
 from undertow.measurements.preparation.prepare import WEAK, prepare, usable_spans
+from undertow.measurements.preparation.resampling import Jump, jumps_of, without_jumps
 
 RATE, SECONDS, SPEED = 10.0, 120.0, 1.5
 
@@ -89,7 +89,7 @@ def test_the_check_tells_it_and_the_fix_leaves_a_gap():
     assert "29.9 m at t = 49.90 s" in told.sentence
     assert "back after 3.1 s" in told.sentence
     assert told.fix is not None
-    fixed = without(jumping.channels, jumps_of(jumping.channels))
+    fixed = without_jumps(jumping.channels, jumps_of(jumping.channels))
     assert jumps_of(fixed) == ()
     assert not ((fixed["x"].time > 49.95) & (fixed["x"].time < 52.95)).any()
     assert len(usable_spans(log(fixed), None, WEAK)[0]) == 2

@@ -10,7 +10,7 @@ from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log
 from undertow.measurements.preparation.prepare import PAPER, WEAK, DataSet, Recipe, prepare
 from undertow.measurements.preparation.resampling import accelerations, feature_names, features, smooth
-from undertow.measurements.preparation.split import paper_preparation, split
+from undertow.measurements.preparation.split import split
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
@@ -82,7 +82,7 @@ def test_what_happens_later_cannot_reach_an_earlier_part(recipe):
 
 
 def test_the_paper_filters_each_part_after_the_cut():
-    found = paper_preparation(log(), PORT)
+    found = split(prepare(log(), PORT))
     for part in parts(found):
         expected = smooth(part.raw[0], 1.2, 4)
         np.testing.assert_array_equal(part.motions[0].velocity, expected.velocity)
@@ -128,7 +128,7 @@ def test_features_and_their_names():
 
 
 def test_standardisation_is_fitted_on_what_it_is_given_and_survives_json(tmp_path):
-    found = paper_preparation(log(), PORT)
+    found = split(prepare(log(), PORT))
     scaling = Standardisation.fit(found.train.motions)
     values = np.concatenate([features(one) for one in found.train.motions])
     scaled = scaling.apply(values)

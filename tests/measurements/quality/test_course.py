@@ -11,7 +11,7 @@ from logged import without_a_file
 from undertow.measurements.canonical import Channel
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log
-from undertow.measurements.quality.course import course_of
+from undertow.measurements.quality.axes import course_of
 from undertow.measurements.quality.finding import Finding
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from undertow.measurements.log import read_log
-from undertow.measurements.quality.checks.drive import Drive
+from undertow.measurements.quality.checks.drive import DRIVE
 from undertow.measurements.quality.record import Record
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -22,13 +22,13 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
 
 
 def test_it_is_not_taken_for_another_run(record: Record):
-    assert [finding.verdict for finding in Drive().examine([record])] == ["ok"]
+    assert [finding.verdict for finding in DRIVE.examine([record])] == ["ok"]
 
 
 @pytest.mark.parametrize(("known", "verdict"), [(True, "defect"), (False, "warning")])
 def test_commands_of_another_run_are_still_told(record: Record, known: bool, verdict: str):
     """Without a vehicle its hull is fitted too, and takes some of the motion for its own."""
     mirrored = tuple(replace(s, commands=s.commands[::-1].copy()) for s in record.stretches)
-    found = Drive().examine([replace(record, stretches=mirrored, vehicle=record.vehicle if known else None, known={})])
+    found = DRIVE.examine([replace(record, stretches=mirrored, vehicle=record.vehicle if known else None, known={})])
     assert [finding.verdict for finding in found] == [verdict]
     assert "does not answer" in found[0].sentence

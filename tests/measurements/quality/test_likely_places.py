@@ -6,7 +6,7 @@ import pytest
 from undertow.measurements.log import read_log
 from undertow.measurements.quality import expected_answers
 from undertow.measurements.quality.checks import sides
-from undertow.measurements.quality.checks.sides import Sides
+from undertow.measurements.quality.checks.sides import SIDES
 from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.record import Record
 from undertow.measurements.quality.response import Answer, Trial, Trials
@@ -34,7 +34,7 @@ def judged(record: Record, monkeypatch: pytest.MonkeyPatch, best: Trial, *rivals
     for module in (expected_answers, sides):
         monkeypatch.setattr(module, "trials", lambda records: [Trials(best, rivals)])
     monkeypatch.setattr(expected_answers, "answers", lambda records: {})
-    return {finding.check: finding for finding in Sides().examine([record])}
+    return {finding.check: finding for finding in SIDES.examine([record])}
 
 
 RIGHT = (Answer(*AHEAD, *AHEAD), Answer(*AHEAD, *ASTERN))

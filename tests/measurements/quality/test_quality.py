@@ -16,14 +16,13 @@ from places import ROOT
 from undertow.measurements.canonical import Channel, Output
 from undertow.measurements.inspection import inspect_log, inspect_logs
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.quality.checks.sides import Sides
-from undertow.measurements.quality.examination import examine, pool, verdict
+from undertow.measurements.quality.checks.sides import SIDES
+from undertow.measurements.quality.examination import CHECKS, examine, pool, verdict
 from undertow.measurements.quality.expected_answers import side_of
 from undertow.measurements.quality.finding import SEVERITY, Finding
 from undertow.measurements.quality.fixes import fixes_of
 from undertow.measurements.quality.lags import Response, lag_of
 from undertow.measurements.quality.record import Record
-from undertow.measurements.quality.registry import CHECKS
 from undertow.measurements.quality.response import Answer, Trial, Trials, answers
 from undertow.measurements.statistics.blocks import robust_fit
 from undertow.physics.motion import body_to_earth
@@ -228,14 +227,14 @@ def test_positions_in_feet_and_opposite_axes_are_told(odometry: Log):
 def test_unnamed_thrusters_are_told_their_sides(autopilot: Log):
     names = {"pwm_port": "pwm_c3", "pwm_stbd": "pwm_c1"}
     channels = {names.get(n, n): replace(c, name=names.get(n, n)) for n, c in autopilot.channels.items()}
-    found = only(Sides().examine([Record.of(replace(autopilot, channels=channels))]), "sides")
+    found = only(SIDES.examine([Record.of(replace(autopilot, channels=channels))]), "sides")
     assert (found.verdict, found.parts) == ("note", {"pwm_c1": "starboard", "pwm_c3": "port"})
     assert [side_of(n) for n in ("pwm_left", "newton_bow", "pwm_port_stbd")] == ["port", "", ""]
 
 
 def test_two_commands_that_move_as_one_tell_no_side(autopilot: Log):
     both = autopilot.channels | {"pwm_stbd": replace(autopilot.channels["pwm_port"], name="pwm_stbd")}
-    findings = Sides().examine([Record.of(replace(autopilot, channels=both))])
+    findings = SIDES.examine([Record.of(replace(autopilot, channels=both))])
     assert {finding.verdict for finding in findings} == {"cannot tell"}
 
 
@@ -256,14 +255,14 @@ def test_a_reversed_output_keeps_its_side_in_the_advice_unless_the_sides_are_tol
     autopilot: Log, monkeypatch: pytest.MonkeyPatch
 ):
     swapped = renamed(turned_round(autopilot, "pwm_port"), pwm_port="pwm_stbd", pwm_stbd="pwm_port")
-    remedies = {f.check: f.remedy for f in Sides().examine([Record.of(swapped)])}
+    remedies = {f.check: f.remedy for f in SIDES.examine([Record.of(swapped)])}
     # Whoever follows the advice on the direction alone loses no command.
     lines = re.findall(r"'(pwm_\w+): (?:\{from: )?(pwm_\w+)", remedies["direction"])
     assert lines == [("pwm_stbd", "pwm_stbd"), ("pwm_port", "pwm_port")]
     told = answers([Record.of(swapped)])
     unsure = told | {"pwm_port": replace(told["pwm_port"], yaw_error=np.inf)}
     monkeypatch.setattr("undertow.measurements.quality.expected_answers.answers", lambda records: unsure)
-    alone = Sides().examine([Record.of(swapped)])
+    alone = SIDES.examine([Record.of(swapped)])
     assert only(alone, "sides").verdict == "cannot tell"
     (line,) = re.findall(r"'(.*)'", only(alone, "direction").remedy)
     assert line == "pwm_stbd: {from: pwm_port, scale: -1, offset: 3000}"
@@ -339,14 +338,14 @@ def test_positions_alone_tell_the_sides(odometry: Log):
         coarse = bare[name]
         noise = 0.03 * rng.standard_normal(coarse.time[::4].size)
         bare[name] = replace(coarse, time=coarse.time[::4], value=coarse.value[::4] + noise)
-    found = {f.check: f.verdict for f in Sides().examine([Record.of(replace(odometry, channels=bare))])}
+    found = {f.check: f.verdict for f in SIDES.examine([Record.of(replace(odometry, channels=bare))])}
     assert found == {"direction": "ok", "sides": "ok"}
 
 
 def test_turns_without_a_sure_push_are_told_as_they_are(odometry: Log, monkeypatch: pytest.MonkeyPatch):
     told = {n: replace(a, surge_error=np.inf) for n, a in answers([Record.of(odometry)]).items()}
     monkeypatch.setattr("undertow.measurements.quality.expected_answers.answers", lambda records: told)
-    found = only(Sides().examine([Record.of(odometry)]), "sides")
+    found = only(SIDES.examine([Record.of(odometry)]), "sides")
     assert (found.verdict, found.sentence.split(",")[0]) == ("cannot tell", "the boat turns by its thrusters")
 
 
@@ -362,7 +361,7 @@ def test_a_command_that_hardly_moves_is_not_accused_of_what_else_moves_the_boat(
     log = replace(odometry, channels={n: replace(u, name=n, origin=n, time=time, value=v) for n, v in values.items()})
     answer = answers([Record.of(log)])["rad_s_propeller"]
     assert (answer.ahead, answer.surge_error) == (0, np.inf)
-    assert only(Sides().examine([Record.of(log)]), "direction").verdict == "cannot tell"
+    assert only(SIDES.examine([Record.of(log)]), "direction").verdict == "cannot tell"
 
 
 def test_a_slow_log_a_gap_and_a_shaky_clock_are_told(odometry: Log):

@@ -14,7 +14,7 @@ from places import ROOT
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
-from undertow.measurements.quality.checks.neutral import Neutral
+from undertow.measurements.quality.checks.neutral import NEUTRAL
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.record import Record
@@ -172,7 +172,7 @@ def test_the_neutral_that_agrees_with_the_curve_is_not_accused(simulated: Log, c
     values |= {f"pwm_{side}": np.where(time > 40.0, 1700.0, neutral) for side in ("port", "stbd")}
     u = simulated.channels["u"]
     log = replace(simulated, channels={n: replace(u, name=n, time=time, value=v) for n, v in values.items()})
-    (found,) = Neutral().examine([Record.of(log, boat)])
+    (found,) = NEUTRAL.examine([Record.of(log, boat)])
     assert (found.verdict, found.value) == ("ok", neutral)
 
 

@@ -9,12 +9,12 @@ from places import shared
 
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.preparation.jumps import jumps_of
+from undertow.measurements.preparation.resampling import jumps_of
 from undertow.measurements.quality.checks import sensors
-from undertow.measurements.quality.checks.compass_deviation import Deviation
+from undertow.measurements.quality.checks.compass_deviation import DEVIATION
 from undertow.measurements.quality.checks.limited import _beyond
-from undertow.measurements.quality.checks.spikes import Spikes
-from undertow.measurements.quality.checks.stuck import Stuck
+from undertow.measurements.quality.checks.spikes import SPIKES
+from undertow.measurements.quality.checks.stuck import STUCK
 from undertow.measurements.quality.faults import (
     OVERWHELMING,
     Fault,
@@ -27,8 +27,8 @@ from undertow.measurements.quality.faults import (
 )
 from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.lags import unexplained_turning
-from undertow.measurements.quality.quick_motion import STEP, neutral_of, parts_of, push_range, rates_in_band
-from undertow.measurements.quality.record import Record
+from undertow.measurements.quality.quick_motion import neutral_of, parts_of, push_range, rates_in_band
+from undertow.measurements.quality.record import STEP, Record
 from undertow.physics.motion import body_to_earth
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP, programme
@@ -85,7 +85,7 @@ def test_a_quick_turn_between_the_rows_of_a_slow_record_is_no_spike(rate: float,
     turning = 0.05 * np.sin(0.2 * time)
     turning[time.size // 2] = 0.6
     log = Log.from_arrays(time, {"psi": np.cumsum(turning) / rate, "r": turning, "u": np.ones(time.size)})
-    (found,) = Spikes().examine([Record(log, (), ())])
+    (found,) = SPIKES.examine([Record(log, (), ())])
     assert found.verdict == verdict
     assert (found.fix is None) is (verdict == "note")
 
@@ -212,7 +212,7 @@ def test_a_hull_that_drifts_alike_on_every_heading_is_no_compass_that_deviates(t
     u = 1.5 + 0.5 * np.sin(0.2 * time)
     aside = u * np.tan(np.radians(8.0 + turned * np.cos(psi)))
     noise = 0.01 * np.random.default_rng(1).standard_normal(time.size)
-    (found,) = Deviation().examine([Record.of(moving(time, psi, u, aside + noise))])
+    (found,) = DEVIATION.examine([Record.of(moving(time, psi, u, aside + noise))])
     assert found.verdict == verdict
     assert ("may as well be the drift of the hull" in found.sentence) is (verdict == "cannot tell")
 
@@ -225,7 +225,7 @@ def test_a_boat_at_rest_whose_receiver_says_0_is_not_stuck(rests: bool, verdict:
     turning = 0.3 * goes * np.sin(0.9 * time) + 0.003 * rng.standard_normal(time.size)
     u[640:655] = 0.0
     log = Log.from_arrays(time, {"psi": 0.1 * np.cumsum(turning), "r": turning, "u": u, "v": 0.1 * turning})
-    assert [f.verdict for f in Stuck().examine([Record.of(log)])] == [verdict]
+    assert [f.verdict for f in STUCK.examine([Record.of(log)])] == [verdict]
 
 
 def test_a_boat_that_spins_is_as_quick_as_one_that_goes_somewhere():
@@ -245,7 +245,7 @@ def test_an_error_that_is_corrected_warns_where_it_is_large(scale: float, large:
     psi = np.cumsum(turning) * 0.1
     log = moving(time, psi, np.ones(time.size), 0.0 * time)
     log = replace(log, channels={**log.channels, "r": replace(log.channels["r"], value=scale * np.gradient(psi, time))})
-    found = [f for f in sensors.Sensors().examine([Record.of(log)]) if "the gyro shows" in f.sentence]
+    found = [f for f in sensors.SENSORS.examine([Record.of(log)]) if "the gyro shows" in f.sentence]
     assert [f.verdict for f in found] == ["warning" if large else "note"]
 
 

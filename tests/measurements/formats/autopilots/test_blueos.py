@@ -13,7 +13,7 @@ from logged import note
 from round_trip import assert_equal, expected, motion_of, world
 from verbs import inspected
 
-from undertow.measurements.formats.autopilots.mavlink_json import JsonTelemetry
+from undertow.measurements.formats.autopilots.mavlink import JsonTelemetry
 from undertow.measurements.formats.base import Request
 from undertow.measurements.log import Log, read_log
 from undertow.physics.errors import LogError
