@@ -1,30 +1,19 @@
 """The verb `discover`: rank, test and select the physical effects that the vehicle model misses."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from ..measurements.log_options import Reading
+from ..measurements.log_options import AS_GUESSED
 from ..physics.errors import RequestError
 from ..physics.stage import freeze_loaded_objects
-from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_repairs, warn
+from .console import failing_clearly, print_json, progress, prose, say, show, show_calibrated, show_steps, warn
 from .init_verb import offered
-from .options import (
-    AsIsOption,
-    FixOption,
-    ForceOption,
-    FrameOption,
-    JsonOption,
-    Logs,
-    MapOption,
-    NamespaceOption,
-    SeedOption,
-    check_folder,
-    logs_in_steps,
-)
+from .options import ForceOption, JsonOption, Logs, ReadingOptions, SeedOption, check_folder, logs_in_steps
 
 if TYPE_CHECKING:
     from ..workflows.run_folder.write import Run
@@ -58,11 +47,7 @@ def discover(
         str,
         typer.Option("--split", help="Rows to judge on: folds (all, by models that never saw them) or test."),
     ] = "folds",
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
-    as_is: AsIsOption = False,
-    fix: FixOption = False,
+    reading: ReadingOptions = AS_GUESSED,
     as_json: JsonOption = False,
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
@@ -70,9 +55,10 @@ def discover(
         if judge not in ("folds", "test"):
             raise RequestError(f"--split {judge}: expected folds, or test to keep the last part of each log aside")
         if vehicle is None:
-            vehicle, channels = offered(logs, Reading(frame, channels, namespace), out)
-        check = partial(check_folder, out, (logs, vehicle, channels), report=not no_report, force=force)
-        read = partial(logs_in_steps, logs, vehicle, Reading(frame, channels, namespace, as_is, fix), judge)
+            vehicle, channels = offered(logs, replace(reading, as_is=False, fix=False), out)
+            reading = replace(reading, channel_map=channels)
+        check = partial(check_folder, out, (logs, vehicle, reading.channel_map), report=not no_report, force=force)
+        read = partial(logs_in_steps, logs, vehicle, reading, judge)
         text = "json" if as_json else "whole"
         if residual is not None:
             from ..workflows.whole_answer import check_kind
@@ -151,8 +137,7 @@ def tell_discovery(
         print_json(findings.to_dict())
         return
     say("")
-    warn(findings.warnings)
-    tell_repairs(run.inputs.repairs)
+    warn(findings.warnings, run.inputs.repairs)
     nominal = run.discovery.nominal
     for line in terminal.opening_lines(findings, run.comparison, nominal):
         show(line)
@@ -167,11 +152,7 @@ def tell_discovery(
     if findings.unnamed:
         show(terminal.unnamed_table(findings.unnamed))
     show(terminal.sensors_list(findings.sensors))
-    if findings.calibrated:
-        show(
-            terminal.calibrated_table(findings.calibrated),
-            terminal.not_calibrated_list(findings.left, findings.absorbed),
-        )
+    show_calibrated(findings)
     show_steps(findings.steps, findings.candidates, run.comparison)
     show(terminal.energy_text(findings.passivity))
     prose(terminal.not_judged(findings.candidates))

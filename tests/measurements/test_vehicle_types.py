@@ -15,7 +15,7 @@ from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
 from undertow.measurements.vehicle_types import Craft, by_firmware, by_mav_type, by_px4_status
 from undertow.physics.errors import LogError
-from undertow.workflows.init import init
+from undertow.workflows.inspect_and_init import init
 
 
 def text_log(path, message: str):
