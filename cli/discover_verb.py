@@ -17,7 +17,6 @@ from .options import ForceOption, JsonOption, Logs, ReadingOptions, SeedOption, 
 
 if TYPE_CHECKING:
     from ..workflows.run_folder.write import Run
-    from ..workflows.train import TrainRun
 
 _FORKED = ("numpy.fft", "numpy.ma", "undertow.exports.mcap_file")
 """Modules that more than one process of a discovery asks for."""
@@ -126,7 +125,10 @@ def tell_discovery(
     run = find(inputs, settings, progress=progress, basis=basis)
     trained = None
     if residual is not None:
-        run, trained = _with_network(run, residual, seed)
+        from ..residuals.training.training_settings import TrainingSettings
+        from ..workflows.whole_answer import with_network
+
+        run, trained = with_network(run, residual, settings=TrainingSettings(seed=seed), progress=progress)
     write_run(run, out, report=report, force=force, progress=progress)
     if trained is not None:
         from ..workflows.train import write_network
@@ -164,14 +166,6 @@ def tell_discovery(
     _tell_files(out, time.perf_counter() - begun, run, report)
     if (out / "series.mcap").is_file():
         say(f"Series for Foxglove and PlotJuggler: {out / 'series.mcap'}")
-
-
-def _with_network(run: "Run", kind: str, seed: int) -> "tuple[Run, TrainRun | None]":
-    """The run with a network of what its corrected model leaves."""
-    from ..residuals.training.training_settings import TrainingSettings
-    from ..workflows.whole_answer import with_network
-
-    return with_network(run, kind, settings=TrainingSettings(seed=seed), progress=progress)
 
 
 def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 from scipy.special import log_ndtr, ndtr
 from scipy.stats import chi2, norm
 from scipy.stats import t as student
@@ -362,7 +362,8 @@ def _interval(mean: Array, deviation: Array, weight: Array) -> tuple[float, floa
     low, high = float((mean - reach * deviation).min()), float((mean + reach * deviation).max())
 
     def end(target: float) -> float:
-        return float(brentq(lambda value: weight @ ndtr((value - mean) / deviation) - target, low, high, xtol=1e-14))
+        found = root_scalar(lambda x: weight @ ndtr((x - mean) / deviation) - target, bracket=(low, high), xtol=1e-14)
+        return float(found.root)
 
     return end(tail), end(1.0 - tail)
 

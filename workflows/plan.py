@@ -299,7 +299,7 @@ def question_of(looked: SearchResult, effects: Sequence[str], heading: float | N
 
 
 def write_plan(plan: Plan, out: PathLike, *, force: bool = False) -> Path:
-    """Write a folder with the mission in every format, and `mission.json`, whole; without a place, no waypoint file.
+    """Write a folder with the mission in every format, and `mission.json`; without a place, no waypoint file.
 
     Parameters
     ----------
