@@ -58,7 +58,8 @@ if TYPE_CHECKING:  # what editors and type checkers see of the names below, each
     from .residuals.training.training_settings import Augmentation as Augmentation
     from .residuals.training.training_settings import Choice as Choice
     from .residuals.training.training_settings import TrainingSettings as TrainingSettings
-    from .workflows.check import check as check
+    from .workflows.check_and_explain import check as check
+    from .workflows.check_and_explain import distil as distil
     from .workflows.compare import ci as ci
     from .workflows.compare import compare as compare
     from .workflows.compare import first_limits as first_limits
@@ -67,12 +68,11 @@ if TYPE_CHECKING:  # what editors and type checkers see of the names below, each
     from .workflows.control import control as control
     from .workflows.discover_and_add import add as add
     from .workflows.discover_and_add import discover as discover
-    from .workflows.explain import distil as distil
     from .workflows.export import export as export
     from .workflows.first_vehicle import Hull as Hull
     from .workflows.fit import fit as fit
-    from .workflows.init import init as init
     from .workflows.inputs import read_inputs as read_inputs
+    from .workflows.inspect_and_init import init as init
     from .workflows.plan import plan as plan
     from .workflows.plan import write_plan as write_plan
     from .workflows.report import report as report
@@ -127,19 +127,19 @@ _PUBLIC = {
     "adapt": "discovery.calibration.following",
     "audit": "comparison.audit",
     "build_fleet": "fleet.build_fleet",
-    "check": "workflows.check",
+    "check": "workflows.check_and_explain",
     "ci": "workflows.compare",
     "compare": "workflows.compare",
     "compress": "workflows.compress",
     "control": "workflows.control",
     "diary_of": "fleet.diary",
     "discover": "workflows.discover_and_add",
-    "distil": "workflows.explain",
+    "distil": "workflows.check_and_explain",
     "export": "workflows.export",
     "ensemble": "discovery.factors.factors",
     "first_limits": "workflows.compare",
     "fit": "workflows.fit",
-    "init": "workflows.init",
+    "init": "workflows.inspect_and_init",
     "inspect_log": "measurements.inspection",
     "load_limits": "comparison.error_limits",
     "load_model": "comparison.models_by_name",

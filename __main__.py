@@ -1,15 +1,16 @@
 """The registry of verbs: what `undertow` offers on the command line."""
 
+import os
 import sys
 
 if __name__ == "__main__" or sys.argv[0].endswith(("undertow", "undertow.exe")):  # not when it is imported
     from .cli.interruption import listen
-    from .cli.linear_algebra import one_thread
     from .physics.stage import collect_seldom
 
     listen()  # before anything else: what follows takes a second, in which Ctrl-C is pressed too
     collect_seldom()
-    one_thread()
+    # NumPy is told before it is loaded: its threads wait for each other at full speed where matrices are small.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from typing import Annotated
 
@@ -22,7 +23,7 @@ from .cli.check_verb import check
 from .cli.ci_verb import ci
 from .cli.cluster_verb import cluster
 from .cli.compare_verb import compare
-from .cli.console import Verbs, check_here, open_streams, say, sending, telling
+from .cli.console import Verbs, check_here, open_streams, say, sending
 from .cli.control_verb import control
 from .cli.demo_verb import demo
 from .cli.diary_verb import diary
@@ -35,7 +36,7 @@ from .cli.fleet_verb import fleet
 from .cli.init_verb import init
 from .cli.inspect_verb import inspect
 from .cli.merge_verb import merge
-from .cli.options import below
+from .cli.options import below, telling
 from .cli.plan_verb import plan
 from .cli.report_verb import report
 from .cli.simulate_verb import amounts, simulate

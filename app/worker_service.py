@@ -221,7 +221,7 @@ class WorkerService:
         RequestError
             when there are several logs, or nothing can be repaired.
         """
-        from ..workflows.inspect import look_over
+        from ..workflows.inspect_and_init import look_over
 
         fixed = _fresh(Path(folder), "repaired.csv")
         mapped = Path(source.channel_map) if source.channel_map else None
@@ -326,7 +326,7 @@ class WorkerService:
         if source.vehicle:
             vehicle = load_vehicle(source.vehicle)
         else:
-            from ..workflows.init import PLACES, init
+            from ..workflows.inspect_and_init import PLACES, init
 
             reading = Reading(source.frame or None, mapped)
 

@@ -30,6 +30,7 @@ from honest import HONEST
 from planted import THIN, WIDE, Case
 from torch import Tensor, nn
 
+from undertow.cli.train_verb import settings_with
 from undertow.comparison.audit import Audit, audit
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.files import write_text
@@ -45,10 +46,9 @@ from undertow.residuals.models.network_model import NetworkModel, scaling_of
 from undertow.residuals.networks.base import Memory, Network, Scaling
 from undertow.residuals.networks.registry import build
 from undertow.residuals.training.trained import Trained
-from undertow.workflows.check import check
+from undertow.workflows.check_and_explain import check
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.train import Choice, train
-from undertow.workflows.training_options import settings_with
 
 _REPORTED = 101
 """First seed of models whose figures are reported; those below were used while the search was made."""

@@ -19,11 +19,12 @@ from measured import Figures
 
 import undertow
 from undertow.discovery.balance.base import WeakSettings
-from undertow.fleet.fleet_folder import FleetLog, has_factors, index_of, iso, keep_factors, write_index
+from undertow.fleet.fleet_folder import FleetLog, factors_path, has_factors, index_of, iso, write_index
 from undertow.fleet.hull_factors import hull_factors, to_bytes
 from undertow.fleet.parameter_estimates import read_fleet
 from undertow.fleet.workers import Engine, local_cluster, mapped
 from undertow.measurements.log_options import AS_GUESSED
+from undertow.physics.files import write_bytes
 from undertow.physics.motion import Motion
 from undertow.physics.worlds.world import NOISE, World, simulate_world
 from undertow.workflows.compress import in_pieces
@@ -72,7 +73,8 @@ def streamed(figures: Figures, share: float, kept: Path | None) -> None:
             key = hashlib.sha256(f"hour {number}".encode()).hexdigest()
             begun = time.process_time()
             if not has_factors(folder, key):
-                keep_factors(folder, key, to_bytes(hull_factors(_hour(world, number), HULL, digest=key, start=0.0)))
+                content = to_bytes(hull_factors(_hour(world, number), HULL, digest=key, start=0.0))
+                write_bytes(factors_path(folder, key), content)
                 spent.append(time.process_time() - begun)
             day, boat = 86400.0 * (20_000 + number // BOATS), number % BOATS
             logs.append(FleetLog(log=f"hour {number}", boat=f"boat-{boat:02d}", time=iso(day + 3600.0 * 12), hours=1.0,
@@ -114,7 +116,7 @@ def of_a_cluster(figures: Figures) -> None:
         marks.append(time.perf_counter())
         content = to_bytes(hull_factors(in_pieces(motions, WeakSettings()), HULL, digest="0" * 64, start=0.0))
         marks.append(time.perf_counter())
-        keep_factors(Path(scratch), "0" * 64, content)
+        write_bytes(factors_path(Path(scratch), "0" * 64), content)
         marks.append(time.perf_counter())
         told = FleetLog(log="a", boat="a", time="2026-01-01T00:00:00Z", hours=1.0, factors="0" * 64, sha256="0" * 64,
                         vehicle="v")  # fmt: skip

@@ -42,7 +42,7 @@ from pathlib import Path
 sys.path.insert(0, {str(HELPERS)!r})
 from memory import peak_memory
 from undertow.physics.vehicle import load_vehicle
-from undertow.workflows.inspect import look_over
+from undertow.workflows.inspect_and_init import look_over
 look_over([Path(sys.argv[1])], load_vehicle("blueboat"))
 print(f"{{time.process_time():.1f}} | {{peak_memory() / 1e6:.0f}}")
 """

@@ -31,7 +31,7 @@ from undertow.measurements.inspection import Inspection
 from undertow.measurements.log import Log
 from undertow.measurements.log_options import Reading
 from undertow.physics.errors import LogError, RequestError
-from undertow.workflows.inspect import look_over
+from undertow.workflows.inspect_and_init import look_over
 
 KINDS = (*frames_and_values.KINDS, *tables_and_times.KINDS)
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "what_it_reads.md"

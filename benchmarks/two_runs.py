@@ -39,7 +39,7 @@ from undertow.physics.worlds.world import NOISE, simulate_world
 from undertow.reports.page.fleet import Relation, SharedNumber, shared_numbers
 from undertow.reports.run_contents import RunFolder
 from undertow.workflows.inputs import read_inputs
-from undertow.workflows.inspect import look_over
+from undertow.workflows.inspect_and_init import look_over
 from undertow.workflows.run_folder.read import read_run
 
 HULLS = ("blueboat_paper", "otter", "blueboat")

@@ -6,20 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..measurements.log_options import Reading
+from ..measurements.log_options import AS_GUESSED
 from .console import complain, failing_clearly, prose, say, tell_replaced
-from .options import (
-    AsIsOption,
-    ForceOption,
-    FrameOption,
-    JsonOption,
-    MapOption,
-    NamespaceOption,
-    SeedOption,
-    VehicleOption,
-    VehicleOut,
-    earlier_files,
-)
+from .options import ForceOption, JsonOption, SeedOption, UnrepairedReading, VehicleOption, VehicleOut, earlier_files
 
 if TYPE_CHECKING:
     from ..discovery.calibration.following import Update
@@ -61,16 +50,12 @@ def adapt(
     values: Annotated[Path | None, typer.Option("--values", help="CSV of the rows that are printed.")] = None,
     force: ForceOption = False,
     seed: SeedOption = 0,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
-    as_is: AsIsOption = False,
+    reading: UnrepairedReading = AS_GUESSED,
     as_json: JsonOption = False,
 ) -> None:
     """Follow what a boat's parameters are while its log is written, and say when one of them changes."""
     with failing_clearly():
         from ..discovery.calibration.change_watch import AlarmSettings
-        from ..discovery.calibration.following import Update
         from ..physics.errors import LogError, RequestError
         from ..physics.stage import collect_and_freeze
         from ..physics.vehicle import load_vehicle
@@ -81,22 +66,22 @@ def adapt(
         settings = LiveSettings(run_in, follow, idle, alarm=AlarmSettings(alarm_hours, seed=seed))
         boat = load_vehicle(vehicle)
         targets = (("--out", "adapt", out), ("--values", "adapt --values", values))
-        earlier = earlier_files(targets, (Path(log), vehicle, channels, like), force=force)
-        reading = Reading(frame, channels, namespace, as_is)
-        screen = _Screen(every, as_json, values is not None)
+        earlier = earlier_files(targets, (Path(log), vehicle, reading.channel_map, like), force=force)
+        screen: _Screen | None = None
         stopped: KeyboardInterrupt | LogError | None = None
         try:
             for event in follow_live(log, boat, effect or (), reading, settings, like):
                 if isinstance(event, Note):
                     complain(f"  {event.text}")
                 elif isinstance(event, Begun):
-                    screen.begin(event, alarm_hours)
+                    screen = _Screen(event, every, as_json, values is not None)
+                    screen.begin(alarm_hours)
                     collect_and_freeze()
-                elif isinstance(event, Update):
+                elif screen is not None:
                     screen.tell(event)
         except (KeyboardInterrupt, LogError) as error:  # the ways in which a log that has no end is left, or ends badly
             stopped = error
-        if screen.last is not None:
+        if screen is not None and screen.last is not None:
             screen.write(boat, out, values)
             tell_replaced(earlier)
             screen.end(out, values)
@@ -107,17 +92,16 @@ def adapt(
 class _Screen:
     """What is printed of a log that is followed, and kept of it for the files."""
 
-    def __init__(self, every: float, as_json: bool, keeps: bool) -> None:
-        self._every, self._json, self._keeps = every, as_json, keeps
+    def __init__(self, begun: "Begun", every: float, as_json: bool, keeps: bool) -> None:
+        self._begun, self._every, self._json, self._keeps = begun, every, as_json, keeps
         self._next, self._rows, self._alarms = -float("inf"), list[str](), 0
         self._updates = self._excited = 0
-        self.begun: Begun | None = None
         self.last: Update | None = None
 
-    def begin(self, begun: "Begun", hours: float) -> None:
+    def begin(self, hours: float) -> None:
         from ..reports.following_words import heading
 
-        self.begun = begun
+        begun = self._begun
         wider = "" if begun.widening == 1.0 else f", taken with {begun.widening:.3g} times its variance"
         complain(
             f"  noise and size of the forces from {begun.seconds:.0f} s under way; one false alarm in {hours:g} h is "
@@ -131,8 +115,6 @@ class _Screen:
         from ..physics.files import strict_json
         from ..reports.following_words import alarm_sentence, followed_row, row, table_row
 
-        if self.begun is None:
-            return
         self.last, self._updates = update, self._updates + 1
         self._excited += update.excited
         due = update.time >= self._next
@@ -142,12 +124,12 @@ class _Screen:
             self._rows.append(table_row(update))
         alarm = update.alarm
         if self._json and (due or alarm):
-            print(strict_json(followed_row(update, self.begun.symbols).to_dict(), None), flush=True)
+            print(strict_json(followed_row(update, self._begun.symbols).to_dict(), None), flush=True)
         elif not self._json:
             if due:
                 print(row(update))
             if alarm is not None:
-                unit = self.begun.units[self.begun.symbols.index(alarm.symbol)]
+                unit = self._begun.units[self._begun.symbols.index(alarm.symbol)]
                 say("")
                 prose(f"ALARM {alarm_sentence(alarm, unit)}", "bold red")
             sys.stdout.flush()
@@ -157,13 +139,13 @@ class _Screen:
         from ..physics.files import on_top, write_text
         from ..reports.following_words import table_heading
 
-        if self.last is None or self.begun is None:
+        if self.last is None:
             return
         if out is not None:
-            now = dict(zip(self.begun.symbols, self.last.values.tolist(), strict=True))
+            now = dict(zip(self._begun.symbols, self.last.values.tolist(), strict=True))
             boat.with_values(now, name=f"{boat.name}, followed").save(out, by="adapt")
         if values is not None:
-            text = "\n".join([table_heading(self.begun.symbols), *self._rows, ""])
+            text = "\n".join([table_heading(self._begun.symbols), *self._rows, ""])
             write_text(values, on_top("adapt --values", text))
 
     def end(self, out: Path | None, values: Path | None) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import Reading
+from ..measurements.log_options import AS_GUESSED
 from ..physics.effects import EFFECTS
 from .console import (
     failing_clearly,
@@ -15,24 +15,12 @@ from .console import (
     prose,
     say,
     show,
+    show_calibrated,
     show_steps,
-    tell_repairs,
     tell_replaced,
     warn,
 )
-from .options import (
-    AsIsOption,
-    FixOption,
-    ForceOption,
-    FrameOption,
-    JsonOption,
-    MapOption,
-    NamespaceOption,
-    RunLogs,
-    VehicleOut,
-    earlier_files,
-    read_logs,
-)
+from .options import ForceOption, JsonOption, ReadingOptions, RunLogs, VehicleOut, earlier_files, read_logs
 
 
 def catalogue() -> str:
@@ -62,11 +50,7 @@ def add(
         ),
     ] = None,
     force: ForceOption = False,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
-    as_is: AsIsOption = False,
-    fix: FixOption = False,
+    reading: ReadingOptions = AS_GUESSED,
     as_json: JsonOption = False,
 ) -> None:
     """Add effects by name, refit, and print the error before and after."""
@@ -81,25 +65,24 @@ def add(
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
         if run is None and log:
             raise RequestError("add: --log says where a log of --run is now; with --vehicle, logs follow the effects")
-        read = (run, effects if run is None else (), vehicle, channels, log)
+        read = (run, effects if run is None else (), vehicle, reading.channel_map, log)
         earlier = earlier_files((("--out", "add", out),), read, force=force)
         names, paths, nominal, searched, judge = effects, [], vehicle, None, None
         if run is not None:
             given = [word for word in effects if _is_log(word)]
-            options = (("--frame", frame), ("--namespace", namespace))
-            given += [name for name, value in options if value is not None] + ["--fix"] * fix
+            options = (("--frame", reading.frame), ("--namespace", reading.namespace))
+            given += [name for name, value in options if value is not None] + ["--fix"] * reading.fix
             if given:
                 raise RequestError(
                     f"add: --run takes the logs, and how they are read, from the run; leave out {' '.join(given)}, "
                     "or give --vehicle V in place of --run. Where they were moved, --log LOG and --map MAP say where to"
                 )
-            record = read_run_inputs(run, Moved(tuple(log or ()), channels))
+            record = read_run_inputs(run, Moved(tuple(log or ()), reading.channel_map))
             names, paths, nominal = effects, record.logs, record.vehicle
-            reading = replace(record.reading, as_is=as_is or record.reading.as_is)
+            reading = replace(record.reading, as_is=reading.as_is or record.reading.as_is)
             refit, searched = record.settings.refit if refit is None else refit, record.findings
             judge = record.judge
         else:
-            reading = Reading(frame, channels, namespace, as_is, fix)
             names, paths = _effects_then_logs(effects)
         if not names:
             raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
@@ -115,21 +98,13 @@ def add(
             print_json({"schema": "undertow.added/1", **wanted})
             return
         from ..reports.page.outcome import also_worse
-        from ..reports.terminal.findings_screen import (
-            added_table,
-            calibrated_table,
-            energy_text,
-            not_calibrated_list,
-            unnamed_table,
-        )
+        from ..reports.terminal.findings_screen import added_table, energy_text, unnamed_table
         from ..reports.terminal.layout import UNSURE
 
         say("")
-        warn(findings.warnings)
-        tell_repairs(found.inputs.repairs)
+        warn(findings.warnings, found.inputs.repairs)
         prose(" ".join([findings.headline, *findings.reasons]))
-        if findings.calibrated:
-            show(calibrated_table(findings.calibrated), not_calibrated_list(findings.left, findings.absorbed))
+        show_calibrated(findings)
         tables = [added_table(findings.candidates, found.discovery.nominal)] if findings.candidates else []
         show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
         show_steps(findings.steps, findings.candidates, found.comparison)

@@ -5,18 +5,9 @@ from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import Reading
+from ..measurements.log_options import AS_GUESSED
 from .console import failing_clearly, print_json, progress, prose, say, show, tell_replaced
-from .options import (
-    ForceOption,
-    FrameOption,
-    JsonOption,
-    MapOption,
-    NamespaceOption,
-    RunLogs,
-    SeedOption,
-    earlier_files,
-)
+from .options import ForceOption, JsonOption, PlainReading, RunLogs, SeedOption, earlier_files
 
 
 def check(
@@ -39,20 +30,19 @@ def check(
     log: RunLogs = None,
     force: ForceOption = False,
     seed: SeedOption = 0,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
+    reading: PlainReading = AS_GUESSED,
     as_json: JsonOption = False,
 ) -> None:
     """Judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
     with failing_clearly():
         from ..physics.files import write_json
-        from ..workflows.check import check as judge
+        from ..workflows.check_and_explain import check as judge
         from ..workflows.run_folder.moved_files import Moved
 
-        earlier = earlier_files((("--out", "check", out),), (model, logs, log, vehicle, channels), force=force)
-        reading = Reading(frame, channels, namespace)
-        moved = Moved(tuple(log or ()), None if logs else channels)
+        earlier = earlier_files(
+            (("--out", "check", out),), (model, logs, log, vehicle, reading.channel_map), force=force
+        )
+        moved = Moved(tuple(log or ()), None if logs else reading.channel_map)
         found = judge(model, logs or [], vehicle, reading, moved=moved, seed=seed, progress=progress)
         if out is not None:
             write_json(out, found.to_dict())

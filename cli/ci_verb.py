@@ -5,22 +5,9 @@ from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import Reading
-from .console import failing_clearly, print_json, prose, say, show, tell_repairs, tell_replaced, warn
-from .options import (
-    FEW_LOGS,
-    AsIsOption,
-    FixOption,
-    ForceOption,
-    FrameOption,
-    JsonOption,
-    Logs,
-    MapOption,
-    NamespaceOption,
-    VehicleOption,
-    earlier_files,
-    read_logs,
-)
+from ..measurements.log_options import AS_GUESSED
+from .console import failing_clearly, print_json, prose, say, show, tell_replaced, warn
+from .options import ForceOption, JsonOption, Logs, ReadingOptions, VehicleOption, earlier_files, named, read_logs
 
 
 def ci(
@@ -39,11 +26,7 @@ def ci(
         float | None, typer.Option("--margin", help="Share of today's errors that --write-limits leaves free; 0.2.")
     ] = None,
     force: ForceOption = False,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
-    as_is: AsIsOption = False,
-    fix: FixOption = False,
+    reading: ReadingOptions = AS_GUESSED,
     as_json: JsonOption = False,
 ) -> None:
     """Judge a vehicle as it is by limits of its errors on logs; exit code 1 when it breaks one."""
@@ -63,21 +46,19 @@ def ci(
         if as_json and write is not None:
             raise RequestError("ci: --write-limits judges nothing that --json could print; leave one of them out")
         earlier = earlier_files(
-            (("--write-limits", WRITTEN_BY, write),), (logs, vehicle, limits, model, channels), force=force
+            (("--write-limits", WRITTEN_BY, write),), (logs, vehicle, limits, model, reading.channel_map), force=force
         )
         wanted = None if limits is None else load_limits(limits)  # before the logs, which take long
-        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is, fix), "all")
+        inputs = read_logs(logs, vehicle, reading, "all")
         if wanted is None:
             share = MARGIN if margin is None else margin
             made = first_limits(inputs, share, model)
             judged = inputs.vehicle.name if model is None else model
             made.save(write or "", f"errors of {judged} on {inputs.log_names}, and {percent(share)} more")
             tell_replaced(earlier)
-            warn(inputs.warnings)
-            tell_repairs(inputs.repairs)
-            named = " ".join(map(str, logs)) if len(logs) <= FEW_LOGS else "LOG..."
+            warn(inputs.warnings, inputs.repairs)
             say(f"Limits: {write}. Look at them, then:")
-            say(f"  undertow ci {named} --vehicle {vehicle} --limits {write}")
+            say(f"  undertow ci {named(logs)} --vehicle {vehicle} --limits {write}")
             return
         found = judge(inputs, wanted, model)
         if as_json:
@@ -86,8 +67,7 @@ def ci(
             from ..reports.terminal.audit_screen import limits_table, verdict_text
             from ..reports.terminal.layout import BAD, GOOD
 
-            warn(found.warnings)
-            tell_repairs(inputs.repairs)
+            warn(found.warnings, inputs.repairs)
             prose(verdict_text(found), GOOD if found.verdict == "holds" else BAD)
             show(limits_table(found))
     if found.verdict == "broken":

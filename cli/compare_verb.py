@@ -5,21 +5,9 @@ from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import Reading
+from ..measurements.log_options import AS_GUESSED
 from .console import failing_clearly, print_json, progress, say, show, tell_replaced, warn
-from .options import (
-    AsIsOption,
-    FixOption,
-    ForceOption,
-    FrameOption,
-    JsonOption,
-    Logs,
-    MapOption,
-    NamespaceOption,
-    VehicleOption,
-    earlier_files,
-    read_logs,
-)
+from .options import ForceOption, JsonOption, Logs, ReadingOptions, VehicleOption, earlier_files, read_logs
 
 
 def compare(
@@ -47,11 +35,7 @@ def compare(
         Path | None, typer.Option("--page", help="Folder to write: report.html, and what it is made of.")
     ] = None,
     force: ForceOption = False,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
-    as_is: AsIsOption = False,
-    fix: FixOption = False,
+    reading: ReadingOptions = AS_GUESSED,
     as_json: JsonOption = False,
 ) -> None:
     """Compare models with measurements on the same rows: which to trust, by how much, and where they fail."""
@@ -61,11 +45,11 @@ def compare(
         from ..workflows.run_folder.run_files import check_page
 
         targets = (("--out", "compare", out), ("--series", "compare --series", series))
-        reads = (logs, vehicle, channels, model)
+        reads = (logs, vehicle, reading.channel_map, model)
         earlier = earlier_files(targets, reads, force=force)
         if page is not None:
             check_page(page, reads, force=force)
-        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is, fix), judge)
+        inputs = read_logs(logs, vehicle, reading, judge)
         found = compare_models(inputs, model or [], series, page=page, force=force, progress=progress)
         if out is not None:
             write_json(out, found.to_dict())

@@ -3,12 +3,10 @@
 import io
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import wraps
-from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import typer
 from typer.core import TyperGroup
@@ -19,7 +17,7 @@ from ..reports.terminal.progress import Progress
 if TYPE_CHECKING:
     from ..comparison.facts import Comparison
     from ..discovery.effect_findings import EffectFinding
-    from ..discovery.findings import Step
+    from ..discovery.findings import Findings, Step
 
 
 WIDEST = 120
@@ -149,29 +147,6 @@ def print_json(data: dict[str, Any]) -> None:
     print(strict_json(data))
 
 
-QuietOption = Annotated[
-    bool,
-    typer.Option(
-        "--quiet", "-q", help="Tell nothing of work that goes on; results, warnings and errors are told all the same."
-    ),
-]
-
-
-def telling(verb: Callable[..., None]) -> Callable[..., None]:
-    """A verb that takes --quiet beside its own options, and knows when it began."""
-
-    @wraps(verb)
-    def told(*words: Any, quiet: bool = False, **options: Any) -> None:
-        progress.begin(quiet)
-        verb(*words, **options)
-
-    own = signature(verb)
-    option = Parameter("quiet", Parameter.KEYWORD_ONLY, default=False, annotation=QuietOption)
-    vars(told)["__signature__"] = own.replace(parameters=[*own.parameters.values(), option])
-    told.__annotations__ = {**verb.__annotations__, "quiet": QuietOption}
-    return told
-
-
 class Verbs(TyperGroup):
     """The verbs, whose messages about mistyped words quote those words as short and harmless as all others do."""
 
@@ -247,15 +222,19 @@ def show_steps(
     prose(remaining_error(steps, comparison.best.horizon if comparison else ""))
 
 
-def tell_repairs(repairs: Iterable[str]) -> None:
-    """What was repaired in the logs in memory, a paragraph a log."""
-    for text in repairs:
-        prose(f"{text[:1].upper()}{text[1:]}.")
+def show_calibrated(findings: "Findings") -> None:
+    """The model's own numbers that were fitted, and those that were not; nothing where none was."""
+    from ..reports.terminal.findings_screen import calibrated_table, not_calibrated_list
+
+    if findings.calibrated:
+        show(calibrated_table(findings.calibrated), not_calibrated_list(findings.left, findings.absorbed))
 
 
-def warn(warnings: Iterable[str]) -> None:
-    """What is wrong with the logs, above everything else."""
+def warn(warnings: Iterable[str], repairs: Iterable[str] = ()) -> None:
+    """What is wrong with the logs, above everything else, and what was repaired in memory, a paragraph each."""
     from ..reports.terminal.layout import UNSURE
 
     for text in warnings:
         prose(f"Warning: {text}", UNSURE)
+    for text in repairs:
+        prose(f"{text[:1].upper()}{text[1:]}.")

@@ -1,34 +1,22 @@
 """The verb `discover`: rank, test and select the physical effects that the vehicle model misses."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from ..measurements.log_options import Reading
+from ..measurements.log_options import AS_GUESSED
 from ..physics.errors import RequestError
 from ..physics.stage import freeze_loaded_objects
-from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_repairs, warn
+from .console import failing_clearly, print_json, progress, prose, say, show, show_calibrated, show_steps, warn
 from .init_verb import offered
-from .options import (
-    AsIsOption,
-    FixOption,
-    ForceOption,
-    FrameOption,
-    JsonOption,
-    Logs,
-    MapOption,
-    NamespaceOption,
-    SeedOption,
-    check_folder,
-    logs_in_steps,
-)
+from .options import ForceOption, JsonOption, Logs, ReadingOptions, SeedOption, check_folder, logs_in_steps
 
 if TYPE_CHECKING:
     from ..workflows.run_folder.write import Run
-    from ..workflows.train import TrainRun
 
 _FORKED = ("numpy.fft", "numpy.ma", "undertow.exports.mcap_file")
 """Modules that more than one process of a discovery asks for."""
@@ -58,11 +46,7 @@ def discover(
         str,
         typer.Option("--split", help="Rows to judge on: folds (all, by models that never saw them) or test."),
     ] = "folds",
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
-    as_is: AsIsOption = False,
-    fix: FixOption = False,
+    reading: ReadingOptions = AS_GUESSED,
     as_json: JsonOption = False,
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
@@ -70,9 +54,10 @@ def discover(
         if judge not in ("folds", "test"):
             raise RequestError(f"--split {judge}: expected folds, or test to keep the last part of each log aside")
         if vehicle is None:
-            vehicle, channels = offered(logs, Reading(frame, channels, namespace), out)
-        check = partial(check_folder, out, (logs, vehicle, channels), report=not no_report, force=force)
-        read = partial(logs_in_steps, logs, vehicle, Reading(frame, channels, namespace, as_is, fix), judge)
+            vehicle, channels = offered(logs, replace(reading, as_is=False, fix=False), out)
+            reading = replace(reading, channel_map=channels)
+        check = partial(check_folder, out, (logs, vehicle, reading.channel_map), report=not no_report, force=force)
+        read = partial(logs_in_steps, logs, vehicle, reading, judge)
         text = "json" if as_json else "whole"
         if residual is not None:
             from ..workflows.whole_answer import check_kind
@@ -140,7 +125,10 @@ def tell_discovery(
     run = find(inputs, settings, progress=progress, basis=basis)
     trained = None
     if residual is not None:
-        run, trained = _with_network(run, residual, seed)
+        from ..residuals.training.training_settings import TrainingSettings
+        from ..workflows.whole_answer import with_network
+
+        run, trained = with_network(run, residual, settings=TrainingSettings(seed=seed), progress=progress)
     write_run(run, out, report=report, force=force, progress=progress)
     if trained is not None:
         from ..workflows.train import write_network
@@ -151,8 +139,7 @@ def tell_discovery(
         print_json(findings.to_dict())
         return
     say("")
-    warn(findings.warnings)
-    tell_repairs(run.inputs.repairs)
+    warn(findings.warnings, run.inputs.repairs)
     nominal = run.discovery.nominal
     for line in terminal.opening_lines(findings, run.comparison, nominal):
         show(line)
@@ -167,11 +154,7 @@ def tell_discovery(
     if findings.unnamed:
         show(terminal.unnamed_table(findings.unnamed))
     show(terminal.sensors_list(findings.sensors))
-    if findings.calibrated:
-        show(
-            terminal.calibrated_table(findings.calibrated),
-            terminal.not_calibrated_list(findings.left, findings.absorbed),
-        )
+    show_calibrated(findings)
     show_steps(findings.steps, findings.candidates, run.comparison)
     show(terminal.energy_text(findings.passivity))
     prose(terminal.not_judged(findings.candidates))
@@ -183,14 +166,6 @@ def tell_discovery(
     _tell_files(out, time.perf_counter() - begun, run, report)
     if (out / "series.mcap").is_file():
         say(f"Series for Foxglove and PlotJuggler: {out / 'series.mcap'}")
-
-
-def _with_network(run: "Run", kind: str, seed: int) -> "tuple[Run, TrainRun | None]":
-    """The run with a network of what its corrected model leaves."""
-    from ..residuals.training.training_settings import TrainingSettings
-    from ..workflows.whole_answer import with_network
-
-    return with_network(run, kind, settings=TrainingSettings(seed=seed), progress=progress)
 
 
 def _tell_files(out: Path, seconds: float, run: "Run", report: bool) -> None:

@@ -1,12 +1,18 @@
 """The verb `effects`: the catalogue, and one effect with what it looks like on a vehicle."""
 
 import re
-from typing import Annotated
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..physics.effects import EFFECTS, Effect
 from .console import failing_clearly, print_json, show
 from .options import JsonOption
+
+if TYPE_CHECKING:
+    from ..physics.reading import Plain
+    from ..physics.worlds.signatures import Signature
 
 
 def effects(
@@ -19,7 +25,6 @@ def effects(
     """Show the catalogue of effects, or one: its force, unit, typical size, where it shows, what it is taken for."""
     with failing_clearly():
         from ..physics.vehicle import load_vehicle
-        from ..workflows.effect_cards import effect_cards
 
         if name is None:
             if as_json:
@@ -48,3 +53,50 @@ def _effect_meant(name: str) -> str:
     plain = re.sub(r"\[.*\]$|\s*\(.*\)$", "", name.strip())
     owners = [effect.name for effect in EFFECTS if plain in effect.symbols]
     return owners[0] if owners else plain.replace(" ", "_").lower()
+
+
+EFFECTS_SCHEMA = "undertow.effects/1"
+
+
+def effect_cards(found: "Sequence[Signature]" = (), vehicle: str = "") -> "Plain":
+    """The catalogue, or some effects with their signatures on a vehicle, as `effects --json` prints it."""
+    cards = [_card(effect) for effect in EFFECTS] if not found else [_card(s.effect) | _seen(s) for s in found]
+    return {"schema": EFFECTS_SCHEMA, **({"vehicle": vehicle} if vehicle else {}), "effects": cards}
+
+
+def _card(effect: Effect) -> "Plain":
+    return {
+        "effect": effect.name,
+        "family": effect.family,
+        "equation": effect.equation,
+        "meaning": effect.meaning,
+        "reported": "added" if effect.added else "absolute",
+        "parameters": [
+            {
+                "symbol": p.symbol,
+                "unit": p.unit,
+                "null": p.null,
+                "section": p.section,
+                "lower": p.lower if p.lower > -float("inf") else None,
+                "upper": p.upper if p.upper < float("inf") else None,
+            }
+            for p in effect.parameters
+        ],
+        "needs": list(effect.channels),
+        "requires": list(effect.requires),
+        "includes": list(effect.includes),
+    }
+
+
+def _seen(found: "Signature") -> "Plain":
+    from ..physics.motion import FORCE_UNITS
+
+    return {
+        "typical": found.amount,
+        "shown_by": found.trial.text,
+        "axis": found.axis_name,
+        "size": found.size,
+        "unit": FORCE_UNITS[found.axis],
+        "apart": found.apart,
+        "alike": [{"effect": name, "cosine": cosine} for name, cosine in found.alike],
+    }

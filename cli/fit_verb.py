@@ -4,32 +4,18 @@ from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import Reading
-from .console import (
-    failing_clearly,
-    print_json,
-    progress,
-    prose,
-    say,
-    show,
-    show_steps,
-    tell_repairs,
-    tell_replaced,
-    warn,
-)
+from ..measurements.log_options import AS_GUESSED
+from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_replaced, warn
 from .options import (
-    AsIsOption,
-    FixOption,
     ForceOption,
-    FrameOption,
     JsonOption,
     Logs,
-    MapOption,
-    NamespaceOption,
+    ReadingOptions,
     SeedOption,
     VehicleOption,
     VehicleOut,
     earlier_files,
+    one_by_one,
     read_logs,
 )
 
@@ -44,11 +30,7 @@ def fit(
     hold: Annotated[list[str] | None, typer.Option("--hold", metavar="SYMBOL", help="Leave this as it is.")] = None,
     force: ForceOption = False,
     seed: SeedOption = 0,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
-    as_is: AsIsOption = False,
-    fix: FixOption = False,
+    reading: ReadingOptions = AS_GUESSED,
     as_json: JsonOption = False,
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
@@ -57,9 +39,9 @@ def fit(
         from ..reports.terminal import findings_screen as terminal
         from ..workflows.fit import fit as calibrate
 
-        earlier = earlier_files((("--out", "fit", out),), (logs, vehicle, channels), force=force)
-        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is, fix))
-        done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
+        earlier = earlier_files((("--out", "fit", out),), (logs, vehicle, reading.channel_map), force=force)
+        inputs = read_logs(logs, vehicle, reading)
+        done = calibrate(inputs, one_by_one(free), one_by_one(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
             done.vehicle.save(out, by="fit")
         tell_replaced(earlier)
@@ -67,15 +49,9 @@ def fit(
             print_json(done.to_dict())
             return
         say("")
-        warn(done.inputs.warnings)
-        tell_repairs(done.inputs.repairs)
+        warn(done.inputs.warnings, done.inputs.repairs)
         prose(" ".join(done.sentences))
         show(terminal.calibrated_table(done.calibration.parameters), terminal.not_calibrated_list(done.left))
         show_steps(done.steps)
         show(terminal.energy_text(done.calibration.lawful.passivity))
         say("Nothing is written without --out." if out is None else f"Calibrated vehicle: {out}")
-
-
-def _symbols(given: list[str] | None) -> list[str]:
-    """Symbols given one by one or with commas."""
-    return [symbol.strip() for text in given or [] for symbol in text.split(",")]

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..measurements.log_options import Reading
+from ..measurements.log_options import AS_GUESSED
 from .console import complain, failing_clearly, print_json, progress, say
-from .options import AsIsOption, ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, VehicleOption
+from .options import ForceOption, JsonOption, UnrepairedReading, VehicleOption, one_by_one
 
 if TYPE_CHECKING:
     from ..fleet.fleet_folder import FleetIndex
@@ -33,10 +33,7 @@ def fleet(
         str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Dask scheduler that does the work instead.")
     ] = None,
     force: ForceOption = False,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
-    as_is: AsIsOption = False,
+    reading: UnrepairedReading = AS_GUESSED,
     as_json: JsonOption = False,
 ) -> None:
     """Make logs of many boats one data set, or add logs to it; what was read once is not read again.
@@ -48,13 +45,12 @@ def fleet(
         from ..fleet.workers import Engine
         from ..physics.presentation import listing
 
-        symbols = [symbol.strip() for text in follow or [] for symbol in text.split(",")]
         built = build_fleet(
             logs,
             vehicle,
             out,
-            Reading(frame, channels, namespace, as_is),
-            follow=symbols,
+            reading,
+            follow=one_by_one(follow),
             engine=Engine(workers, scheduler),
             progress=progress,
             force=force,

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import Reading
+from ..measurements.log_options import AS_GUESSED, Reading
 from .console import failing_clearly, progress, prose, say, show, tell_replaced
-from .options import FEW_LOGS, AsIsOption, ForceOption, FrameOption, Logs, MapOption, NamespaceOption, earlier_files
+from .options import ForceOption, Logs, UnrepairedReading, earlier_files, named
 
 _VEHICLE, _CHANNELS = Path("vehicle.yaml"), Path("channels.yaml")
 """Files that are written unless an option names others."""
@@ -38,33 +38,29 @@ def init(
     like: Annotated[
         str | None, typer.Option("--like", help="Take the hull of this vehicle: a file, or the name of a shipped one.")
     ] = None,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
-    as_is: AsIsOption = False,
+    reading: UnrepairedReading = AS_GUESSED,
     force: ForceOption = False,
 ) -> None:
     """Make a vehicle file and a channel map of a log, every number with its source."""
     with failing_clearly():
         from ..reports.terminal.inspection_screen import init_screen
         from ..reports.terminal.layout import UNSURE
-        from ..workflows.init import Hull
-        from ..workflows.init import init as draft_of
+        from ..workflows.inspect_and_init import Hull
+        from ..workflows.inspect_and_init import init as draft_of
 
         targets = (("--out", "init", out), ("--channels", "init --channels", channels_out))
-        earlier = earlier_files(targets, (logs, like, channels), force=force)
+        earlier = earlier_files(targets, (logs, like, reading.channel_map), force=force)
         given = {"length": length, "mass": mass, "spacing": spacing, "thrust": thrust}
         if like is None and _on_a_terminal():
             given = {name: _ask(name) if value is None else value for name, value in given.items()}
-        draft = draft_of(logs, Hull(**given), like, Reading(frame, channels, namespace, as_is), progress=progress)
+        draft = draft_of(logs, Hull(**given), like, reading, progress=progress)
         draft.write(out, channels_out)
         tell_replaced(earlier)
         show(*init_screen(draft.vehicle, draft.thrusters, draft.to_look_at))
-        named = " ".join(map(str, logs)) if len(logs) <= FEW_LOGS else "LOG..."
         if draft.unsettled:
             prose(f"Settle first: {draft.unsettled}", UNSURE)
         say(f"Vehicle: {out}; channel map: {channels_out}. Look at both, then:")
-        say(f"  undertow discover {named} --vehicle {out} --map {channels_out} --out run")
+        say(f"  undertow discover {named(logs)} --vehicle {out} --map {channels_out} --out run")
 
 
 def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:
@@ -78,7 +74,7 @@ def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:
     from ..physics.errors import RequestError
     from ..physics.presentation import listing
     from ..physics.vehicle import shipped_vehicles
-    from ..workflows.init import init as draft_of
+    from ..workflows.inspect_and_init import init as draft_of
 
     draft = draft_of(logs, reading=reading, progress=progress)
     seen = listing([f"{one.channel} ({one.side or 'side unknown'})" for one in draft.thrusters])

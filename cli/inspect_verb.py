@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from ..measurements.log_options import Reading
+from ..measurements.log_options import AS_GUESSED
 from .console import failing_clearly, print_json, progress, say, say_lines, show, tell_replaced
-from .options import ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, earlier_files
+from .options import ForceOption, JsonOption, PlainReading, earlier_files
 
 
 def inspect(
@@ -15,9 +15,7 @@ def inspect(
         list[Path], typer.Argument(metavar="LOG...", help="Logs of one boat, or folders of them; several tell more.")
     ],
     vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Vehicle whose needs are checked.")] = None,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
+    reading: PlainReading = AS_GUESSED,
     map_out: Annotated[
         Path | None, typer.Option("--map-out", help="YAML file to write the channel map in use to, for --map.")
     ] = None,
@@ -37,16 +35,16 @@ def inspect(
         from ..physics.errors import LogError
         from ..physics.files import on_top, write_text
         from ..physics.vehicle import load_vehicle
-        from ..workflows.inspect import look_over
+        from ..workflows.inspect_and_init import look_over
 
         earlier = earlier_files(
             (("--map-out", "inspect --map-out", map_out), ("--fix", "inspect --fix", fix)),
-            (logs, vehicle, channels),
+            (logs, vehicle, reading.channel_map),
             force=force,
         )
         model = None if vehicle is None else load_vehicle(vehicle)
         try:
-            found, read = look_over(logs, model, Reading(frame, channels, namespace), fix=fix, progress=progress)
+            found, read = look_over(logs, model, reading, fix=fix, progress=progress)
         except LogError as error:
             if map_out is not None and error.mends:
                 write_text(map_out, on_top("inspect --map-out", error.mends))

@@ -1,19 +1,21 @@
 """Options that the verbs share, how they read logs, and the examples below the options."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import wraps
+from inspect import Parameter, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..measurements.log_options import AS_GUESSED, Reading
-from .console import progress
+from .console import failing_clearly, progress
 
 if TYPE_CHECKING:
     from ..measurements.prepared_logs import Inputs
 
 
-FEW_LOGS = 3
+_FEW = 3
 """Logs that are named in a command that is told as the next one: more would not fit on a line."""
 
 Logs = Annotated[
@@ -25,15 +27,25 @@ VehicleOption = Annotated[
 ]
 FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
 MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
-NamespaceOption = Annotated[
-    str | None, typer.Option("--namespace", help="Start of the topics of the vehicle meant, in a log of several.")
-]
 AsIsOption = Annotated[
     bool, typer.Option("--as-is", help="Take logs that are known to be broken as they are, and be warned.")
 ]
-FixOption = Annotated[
-    bool, typer.Option("--fix", help="Make the safe repairs of inspect --fix in memory, and say which.")
-]
+_READING = {
+    "frame": FrameOption,
+    "channel_map": MapOption,
+    "namespace": Annotated[
+        str | None, typer.Option("--namespace", help="Start of the topics of the vehicle meant, in a log of several.")
+    ],
+    "as_is": AsIsOption,
+    "fix": Annotated[
+        bool, typer.Option("--fix", help="Make the safe repairs of inspect --fix in memory, and say which.")
+    ],
+}
+"""Option of each field of a `Reading`."""
+PlainReading = Annotated[Reading, "frame", "channel_map", "namespace"]
+UnrepairedReading = Annotated[Reading, "frame", "channel_map", "namespace", "as_is"]
+ReadingOptions = Annotated[Reading, "frame", "channel_map", "namespace", "as_is", "fix"]
+"""A reading with the options of these fields: `telling` puts them in the place of the parameter `reading`."""
 RunLogs = Annotated[
     list[Path] | None,
     typer.Option("--log", metavar="LOG", help="Where a log of the run is now, if it was moved; it is checked."),
@@ -46,6 +58,54 @@ ForceOption = Annotated[
 SeedOption = Annotated[
     int, typer.Option("--seed", min=0, help="Seed of everything random; equal seeds give equal files.")
 ]
+
+
+QuietOption = Annotated[
+    bool,
+    typer.Option(
+        "--quiet", "-q", help="Tell nothing of work that goes on; results, warnings and errors are told all the same."
+    ),
+]
+
+
+def telling(verb: Callable[..., None]) -> Callable[..., None]:
+    """A verb that takes --quiet beside its own options, and knows when it began.
+
+    Where it has a parameter `reading`, the options of that stand in its place.
+    """
+    parameters: list[Parameter] = []
+    fields: tuple[str, ...] = ()
+    for own in signature(verb).parameters.values():
+        if own.name == "reading":
+            fields = own.annotation.__metadata__
+            parameters += [
+                own.replace(name=name, default=getattr(own.default, name), annotation=_READING[name]) for name in fields
+            ]
+        else:
+            parameters.append(own)
+    parameters.append(Parameter("quiet", Parameter.KEYWORD_ONLY, default=False, annotation=QuietOption))
+
+    @wraps(verb)
+    def told(*words: Any, quiet: bool = False, **options: Any) -> None:
+        progress.begin(quiet)
+        if fields:
+            with failing_clearly():
+                options["reading"] = Reading(**{name: options.pop(name) for name in fields})
+        verb(*words, **options)
+
+    vars(told)["__signature__"] = signature(verb).replace(parameters=parameters)
+    told.__annotations__ = {one.name: one.annotation for one in parameters}
+    return told
+
+
+def named(logs: list[Path]) -> str:
+    """Logs in a command that is told as the next one."""
+    return " ".join(map(str, logs)) if len(logs) <= _FEW else "LOG..."
+
+
+def one_by_one(given: list[str] | None) -> list[str]:
+    """Words that were given one by one or with commas."""
+    return [word.strip() for text in given or [] for word in text.split(",")]
 
 
 def read_logs(

@@ -45,8 +45,8 @@ def plan(
         if found is None:
             say("Nothing is open: the log tells all that was asked. Name effects to have a manoeuvre for them.")
             return
-        written = out is not None and found.manoeuvre.tells
-        if written and out is not None:
+        tells = found.manoeuvre.tells
+        if out is not None and tells:
             write_plan(found, out, force=force)
         if as_json:
             print_json(found.record.to_dict())
@@ -54,9 +54,9 @@ def plan(
         say("")
         for sentence in found.sentences:
             prose(sentence)
-        if written and out is not None:
-            say(f"Mission: {', '.join(str(out / name) for name in found.files)}")
-            if found.mission.place is None:
-                say("No waypoint file: give --at LAT,LON for one.")
-        else:
+        if out is None or not tells:
             say("Nothing is written without --out." if out is None else "Nothing is written: it would not tell.")
+            return
+        say(f"Mission: {', '.join(str(out / name) for name in found.files)}")
+        if found.mission.place is None:
+            say("No waypoint file: give --at LAT,LON for one.")

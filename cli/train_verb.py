@@ -1,25 +1,18 @@
 """The verb `train`: train a network that corrects the vehicle model, or stands in its place."""
 
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from ..measurements.log_options import Reading
-from .console import failing_clearly, interrupted, print_json, progress, prose, say, show, tell_repairs, warn
-from .options import (
-    AsIsOption,
-    FixOption,
-    ForceOption,
-    FrameOption,
-    JsonOption,
-    Logs,
-    MapOption,
-    NamespaceOption,
-    SeedOption,
-    VehicleOption,
-    read_logs,
-)
+from ..measurements.log_options import AS_GUESSED
+from ..physics.errors import RequestError
+from ..residuals.training.training_settings import Augmentation, TrainingSettings
+from .console import failing_clearly, interrupted, print_json, progress, prose, say, show, warn
+from .options import ForceOption, JsonOption, Logs, ReadingOptions, SeedOption, VehicleOption, read_logs
 
 
 def train(
@@ -62,23 +55,18 @@ def train(
     explain: Annotated[
         bool, typer.Option("--explain", help="Say what of the correction is a named effect, and what is memory.")
     ] = False,
-    frame: FrameOption = None,
-    channels: MapOption = None,
-    namespace: NamespaceOption = None,
-    as_is: AsIsOption = False,
-    fix: FixOption = False,
+    reading: ReadingOptions = AS_GUESSED,
     as_json: JsonOption = False,
 ) -> None:
     """Train a network that corrects the vehicle model, or stands in its place."""
     with failing_clearly():
         from ..workflows import train as trained
-        from ..workflows.training_options import parsed_options, settings_with
 
-        trained.check_folder(out, resume, (logs, vehicle, channels), force=force)
+        trained.check_folder(out, resume, (logs, vehicle, reading.channel_map), force=force)
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
         settings = settings_with(set_ or [], seed=seed, device=device, **given)
         choice = trained.choice_of(start, residual, parsed_options(option or []), pure=pure, heading=heading)
-        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is, fix))
+        inputs = read_logs(logs, vehicle, reading)
         try:
             done = trained.train(
                 inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=progress
@@ -100,8 +88,7 @@ def train(
         from ..reports.terminal.comparison_screen import comparison_table
 
         say("")
-        warn(done.inputs.warnings)
-        tell_repairs(done.inputs.repairs)
+        warn(done.inputs.warnings, done.inputs.repairs)
         prose(" ".join(done.sentences))
         show(comparison_table(done.models, done.inputs.parts.judge))
         if done.distilled is not None:
@@ -109,3 +96,65 @@ def train(
 
             show(distilled_table(done.distilled))
         say(f"Network: {out} (model.yaml, weights.safetensors{', distillation.json' * explain})")
+
+
+_FOR_EXAMPLE = {"--option": "units=64", "--set": "learning_rate=0.001"}
+
+
+def settings_with(texts: Sequence[str] = (), **given: Any) -> TrainingSettings:
+    """The recipe with what was given in place of its defaults; None stands for not given.
+
+    Parameters
+    ----------
+    texts : settings such as `learning_rate=0.001`, those of `Augmentation` among them
+
+    Raises
+    ------
+    RequestError
+        for an unknown setting, naming the nearest, or a value that cannot be used.
+    """
+    recipe, varied = TrainingSettings(), Augmentation()
+    plain = {f.name: getattr(recipe, f.name) for f in fields(recipe) if f.name != "augmentation"}
+    variants = {f.name: getattr(varied, f.name) for f in fields(varied)}
+    chosen = {name: value for name, value in given.items() if value is not None}
+    for name, value in _pairs("--set", texts).items():
+        known = plain | variants
+        if name not in known:
+            near = get_close_matches(name, known, n=1, cutoff=0.0)[0]
+            raise RequestError(f"--set {name}: did you mean {near!r}? There are: {', '.join(known)}")
+        if name in chosen:
+            raise RequestError(f"--set {name}: it is given twice; give it once")
+        chosen[name] = value if isinstance(known[name], str) else _number(f"--set {name}={value}", value)
+    augmentation = replace(varied, **{name: chosen.pop(name) for name in variants if name in chosen})
+    return replace(recipe, augmentation=augmentation, **chosen)
+
+
+def parsed_options(texts: Sequence[str]) -> dict[str, int | float]:
+    """Options of a network from texts such as `units=64`.
+
+    Raises
+    ------
+    RequestError
+        for a text of another form, or an option that is given twice.
+    """
+    return {name: _number(f"--option {name}={value}", value) for name, value in _pairs("--option", texts).items()}
+
+
+def _pairs(what: str, texts: Sequence[str]) -> dict[str, str]:
+    result: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name or not value:
+            raise RequestError(f"{what} {text}: expected NAME=VALUE, for example {_FOR_EXAMPLE[what]}")
+        if name in result:
+            raise RequestError(f"{what} {text}: {name} is given twice; give it once")
+        result[name] = value
+    return result
+
+
+def _number(text: str, value: str) -> int | float:
+    try:
+        number = float(value)
+    except ValueError:
+        raise RequestError(f"{text}: expected NAME=NUMBER") from None
+    return int(number) if number.is_integer() and "." not in value else number

@@ -22,9 +22,10 @@ from ..residuals.models.base import Model, VehicleModel, baselines
 from ..residuals.models.interval import LEVEL
 from ..residuals.models.network_inputs import in_box
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
-from ..residuals.series import HeldPredictions, SeriesTable, held_predictions, prediction_band, series
+from ..residuals.series import SeriesTable, held_predictions, prediction_band, series
 from .audit import Audit, audit_along
 from .facts import (
+    BASELINE,
     CALIBRATED,
     CORRECTED,
     NOMINAL,
@@ -67,7 +68,6 @@ def _held(error: Array, margin: Array) -> Held:
     return Held(rows=len(error), share=by_axis((error <= margin).mean(axis=0)), margin=by_axis(margin.mean(axis=0)))
 
 
-BASELINE = "baseline"
 _FITTED_TO = ("train", ALL)
 """What judges where a calibration has seen it."""
 _FAR_OUT = 0.05
@@ -252,7 +252,9 @@ def comparison(
             row(found, inside, timed=timed).but(
                 fitted_here=found.name in fitted,
                 band=band if found.model is after else None,
-                held=_comparison_held(found.model, parts),
+                held=None
+                if found.model.band is None
+                else held_predictions(found.model, found.model.band, parts.judged),
             )
             for found in judged
         ),
@@ -307,11 +309,6 @@ def band_of(model: Model, parts: Parts, fitted: Collection[str] = ()) -> Predict
     """
     seen = model.name in fitted or (model.name == CALIBRATED and parts.judge in _FITTED_TO)
     return model.band or (None if seen else prediction_band(model, parts.judged))
-
-
-def _comparison_held(model: Model, parts: Parts) -> HeldPredictions | None:
-    """The judged predictions that lie in the band of the run that a model comes from."""
-    return None if model.band is None else held_predictions(model, model.band, parts.judged)
 
 
 def _by_domain(error: np.ndarray, inside: np.ndarray) -> Domain:

@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
@@ -14,7 +14,7 @@ from ..physics.files import on_top, write_text
 from ..physics.motion import AXES
 from ..physics.presentation import Card, listing
 from ..physics.reading import Positive, complaint, complaints, read_yaml, reason, unknown_key
-from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, AccelerationRecord, Rollouts
+from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, AccelerationRecord, ByAxis, Rollouts
 from .facts import ComparedModel
 
 WRITTEN_BY = "ci --write-limits"
@@ -250,10 +250,16 @@ def held(model: ComparedModel, limits: Limits) -> tuple[HeldLimit, ...]:
     RequestError
         when the logs have no room for a prediction that has a limit.
     """
-    return tuple(_each(model, limits))
+    found: list[HeldLimit] = []
 
+    def hold(
+        quantity: str, errors: ByAxis, limits: AxisLimits, units: Mapping[str, str], horizon: str = "", lost: str = ""
+    ) -> None:
+        for axis, limit in limits.given().items():
+            measured = errors.of(axis)
+            one = HeldLimit(quantity=quantity, axis=axis, measured=measured, limit=limit, holds=measured <= limit)
+            found.append(one.but(unit=units[axis], horizon=horizon or None, told=lost))
 
-def _each(model: ComparedModel, limits: Limits) -> Iterator[HeldLimit]:
     for seconds in limits.horizons:
         name = f"{seconds:g}"
         errors = model.rollout.get(name)
@@ -263,19 +269,12 @@ def _each(model: ComparedModel, limits: Limits) -> Iterator[HeldLimit]:
                 "limit holds; leave it out, or give a longer log"
             )
         lost = f"{errors.diverged} of {errors.starts} ran away" if errors.diverged else ""
-        for axis, limit in limits.predictions[seconds].given().items():
-            unit, measured = ROLLOUT_UNITS[axis], errors.of(axis)
-            holds = measured <= limit
-            yield HeldLimit(
-                quantity="prediction", horizon=name, axis=axis, measured=measured, limit=limit, unit=unit, holds=holds,
-                told=lost,
-            )  # fmt: skip
-    for axis, limit in limits.acceleration.given().items():
-        unit, measured = ACCELERATION_UNITS[axis], model.acceleration.rmse.of(axis)
-        yield HeldLimit(
-            quantity="acceleration", axis=axis, measured=measured, limit=limit, unit=unit, holds=measured <= limit
-        )
+        hold("prediction", errors, limits.predictions[seconds], ROLLOUT_UNITS, name, lost)
+    hold("acceleration", model.acceleration.rmse, limits.acceleration, ACCELERATION_UNITS)
     if limits.laws:
         broken = [law.law for law in model.laws if law.counts and law.verdict == "fail"]
         text = ", ".join(broken)
-        yield HeldLimit(quantity="laws", measured=len(broken), limit=0.0, holds=model.audit == "pass", told=text)
+        found.append(
+            HeldLimit(quantity="laws", measured=len(broken), limit=0.0, holds=model.audit == "pass", told=text)
+        )
+    return tuple(found)

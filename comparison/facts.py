@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from ..reports.page.figures.record_plots import ComparisonPlots
 
 
+NOMINAL, CALIBRATED, CORRECTED = "nominal", "calibrated", "corrected"
+"""Names of the models of a run: the one that was given, with its own numbers fitted, and with what was missing."""
+BASELINE = "baseline"
+"""Kind of a model that knows nothing of the boat."""
+
+
 class PairedRecord(Record):
     """Difference of one error between two models on the same rows, as `comparison.json` has it.
 
@@ -66,7 +72,7 @@ def differences(models: Sequence[tuple[Model, Errors]], references: Sequence[str
     """
     result = []
     for k, (model, errors) in enumerate(models):
-        for other, base in models[: 1 if model.kind == "baseline" else k]:
+        for other, base in models[: 1 if model.kind == BASELINE else k]:
             if k > 0 and other.name in references:
                 result += _against(model.name, errors, other.name, base)
     return result
@@ -89,15 +95,19 @@ def _error_of(errors: Errors, horizon: str | None) -> ByAxis:
 
 def _against(name: str, errors: Errors, other: str, base: Errors) -> list[PairedRecord]:
     told = []
+
+    def tell(axis: str, done: Difference, unit: str, quantity: str, horizon: str | None = None) -> None:
+        found = {key: getattr(done, key) for key in ("difference", "relative", "ci95", "verdict", "blocks")}
+        told.append(
+            PairedRecord(model=name, against=other, quantity=quantity, horizon=horizon, axis=axis, unit=unit, **found)
+        )
+
     for axis, ours, theirs in zip(AXES, squares(errors).T, squares(base).T, strict=True):
-        done = paired_difference(ours, theirs)
-        told.append(_entry(name, other, "acceleration", None, axis, done, ACCELERATION_UNITS[axis]))
+        tell(axis, paired_difference(ours, theirs), ACCELERATION_UNITS[axis], "acceleration")
     for horizon in errors.rollouts:
         shortest = rows_of(errors, horizon)
-        pair = zip(ROLLED, rolled(errors, horizon).T, rolled(base, horizon).T, strict=True)
-        for axis, ours, theirs in pair:
-            done = paired_difference(ours, theirs, shortest)
-            told.append(_entry(name, other, "rollout", horizon, axis, done, ROLLOUT_UNITS[axis]))
+        for axis, ours, theirs in zip(ROLLED, rolled(errors, horizon).T, rolled(base, horizon).T, strict=True):
+            tell(axis, paired_difference(ours, theirs, shortest), ROLLOUT_UNITS[axis], "rollout", horizon)
     return told
 
 
@@ -114,28 +124,6 @@ def rolled(errors: Errors, horizon: str) -> Array:
 def rows_of(errors: Errors, horizon: str) -> int:
     """Number of starts within one horizon: rollouts from them share rows."""
     return max(1, round(float(horizon) / min(errors.rollouts[horizon].spacing)))
-
-
-def _entry(
-    name: str, other: str, quantity: str, horizon: str | None, axis: str, done: Difference, unit: str
-) -> PairedRecord:
-    return PairedRecord(
-        model=name,
-        against=other,
-        quantity=quantity,
-        horizon=horizon,
-        axis=axis,
-        difference=done.difference,
-        relative=done.relative,
-        ci95=done.ci95,
-        unit=unit,
-        verdict=done.verdict,
-        blocks=done.blocks,
-    )
-
-
-NOMINAL, CALIBRATED, CORRECTED = "nominal", "calibrated", "corrected"
-"""Names of the models of a run: the one that was given, with its own numbers fitted, and with what was missing."""
 
 
 class Amount(Record):

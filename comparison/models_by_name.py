@@ -258,12 +258,10 @@ def _named_in(vehicle: Vehicle) -> Digests:
 
 def _recorded(record: Any) -> Digests:
     """The logs of a record of a training or a run; nothing where it holds something else."""
-    found: dict[str, list[Any]] = {"log_sha256": [], "logs": []}
-    for key in found:
-        told = record.get(key) if isinstance(record, dict) else None
-        found[key] = told if isinstance(told, list) else []
-    pairs = _pairs([item for item in found["log_sha256"] if isinstance(item, dict)])
-    return pairs or [(name, None) for name in found["logs"] if isinstance(name, str)]
+    given = record if isinstance(record, dict) else {}
+    digests, names = (told if isinstance(told := given.get(key), list) else [] for key in ("log_sha256", "logs"))
+    pairs = _pairs([item for item in digests if isinstance(item, dict)])
+    return pairs or [(name, None) for name in names if isinstance(name, str)]
 
 
 def _pairs(items: Sequence[Mapping[str, str | None]]) -> Digests:

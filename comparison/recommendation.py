@@ -16,7 +16,7 @@ from ..residuals.models.base import Model
 from ..residuals.models.foreign import FunctionModel
 from ..residuals.scores import Errors
 from .audit import Audit
-from .facts import Best, Grounds, Margin, rolled, rows_of, squares
+from .facts import BASELINE, Best, Grounds, Margin, rolled, rows_of, squares
 
 _AXES = 3
 """Of the columns of rollout errors, the speeds; the position follows from them."""
@@ -120,7 +120,6 @@ def _diverged(errors: Errors) -> set[str]:
     return {horizon for horizon, found in errors.rollouts.items() if found.score.diverged}
 
 
-BASELINE = "baseline"
 _GUESS = "a guess that knows nothing of the boat"
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+from scipy.optimize import root_scalar
 from scipy.special import log_ndtr, ndtr
 from scipy.stats import chi2, norm
 from scipy.stats import t as student
@@ -222,8 +223,6 @@ LEVEL = 0.95
 """Of all intervals."""
 _MOST_ALIKE = 0.8
 """Correlation of one day with the next beyond which it is a boat that changes, and not scatter."""
-_HALVINGS = 50
-"""Of the bracket in which an end of an interval lies: to the last digit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -234,7 +233,6 @@ class Pooled:
     ----------
     mean, mean_interval : of the fleet
     spread, spread_interval : deviation of boats about it
-    alone, alone_deviation : (b,) what each boat's own logs say; infinite deviation for a boat that says nothing
     own, own_interval : (b,), (b, 2) each boat's value, by its own logs and by the fleet
     chance : (b,) of a boat as far from the others, were it one of them; 1 where nothing is known
     """
@@ -243,8 +241,6 @@ class Pooled:
     mean_interval: tuple[float, float]
     spread: float
     spread_interval: tuple[float, float]
-    alone: Array
-    alone_deviation: Array
     own: Array
     own_interval: Array
     chance: Array
@@ -295,13 +291,12 @@ def pool(values: Array, deviations: Array) -> Pooled:
     values, deviations : (b,) of the boats, in shares; a deviation that is not finite says nothing
     """
     known = np.isfinite(values) & np.isfinite(deviations)
-    alone, noise = np.where(known, values, np.nan), np.where(known, deviations, np.inf)
     y, s = values[known], deviations[known]
     if not y.size:
         empty = np.full(values.size, np.nan)
         ends = np.full((values.size, 2), np.nan)
         nothing = (np.nan, np.nan)
-        return Pooled(np.nan, nothing, np.nan, nothing, alone, noise, empty, ends, np.ones(values.size))
+        return Pooled(np.nan, nothing, np.nan, nothing, empty, ends, np.ones(values.size))
     spread, weight, mean, deviation = _believed(y, s)
     share = spread[:, None] ** 2 / (spread[:, None] ** 2 + s**2)
     own = mean[:, None] + share * (y - mean[:, None])
@@ -313,8 +308,6 @@ def pool(values: Array, deviations: Array) -> Pooled:
         _interval(mean, deviation, weight),
         float(spread[np.searchsorted(np.cumsum(weight), 0.5)]),
         (_quantile(spread, weight, 0.025), _quantile(spread, weight, 0.975)),
-        alone,
-        noise,
         _placed(weight @ own, known, np.nan),
         _placed(ends, known, np.nan),
         _placed(chance, known, 1.0),
@@ -365,18 +358,14 @@ def _apart(y: Array, s: Array, value: float, noise: float) -> float:
 
 def _interval(mean: Array, deviation: Array, weight: Array) -> tuple[float, float]:
     """The central 95 % of a mixture of normal laws."""
-    reach = float(norm.isf(0.5 * (1.0 - LEVEL))) + 1.0
-    ends = []
-    for target in (0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)):
-        low, high = float((mean - reach * deviation).min()), float((mean + reach * deviation).max())
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            if weight @ ndtr((middle - mean) / deviation) < target:
-                low = middle
-            else:
-                high = middle
-        ends.append(0.5 * (low + high))
-    return ends[0], ends[1]
+    reach, tail = float(norm.isf(0.5 * (1.0 - LEVEL))) + 1.0, 0.5 * (1.0 - LEVEL)
+    low, high = float((mean - reach * deviation).min()), float((mean + reach * deviation).max())
+
+    def end(target: float) -> float:
+        found = root_scalar(lambda x: weight @ ndtr((x - mean) / deviation) - target, bracket=(low, high), xtol=1e-14)
+        return float(found.root)
+
+    return end(tail), end(1.0 - tail)
 
 
 def _quantile(values: Array, weight: Array, target: float) -> float:

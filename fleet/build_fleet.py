@@ -12,8 +12,10 @@ from pathlib import Path
 from ..discovery.balance.base import WeakSettings
 from ..measurements.collection import log_digests
 from ..measurements.log_options import AS_GUESSED, Reading
+from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import LogError, RequestError, VehicleError, expect
+from ..physics.files import write_bytes
 from ..physics.folders import hold_folder
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle, load_vehicle
@@ -28,10 +30,10 @@ from .fleet_folder import (
     check_fleet_target,
     clear_factors,
     existing_index,
+    factors_path,
     has_factors,
     index_of,
     iso,
-    keep_factors,
     read_hull_factors,
     write_index,
 )
@@ -120,7 +122,6 @@ def _factors_of(task: LogTask, path: Path) -> LogAnswer:
     return LogAnswer(sha256, key, to_bytes(factors))
 
 
-PathLike = str | os.PathLike[str]
 _DAY = 86400.0
 """Seconds of a day."""
 _STAYS = " What an earlier call read of it stays in the fleet."
@@ -236,7 +237,7 @@ def _built(
         source, task = sources[left[at]], tasks[left[at]]
         told = answer if isinstance(answer, LogAnswer) else LogAnswer(problem=_lost(answer))
         if told.content is not None:
-            keep_factors(folder, told.key, told.content)
+            write_bytes(factors_path(folder, told.key), told.content)
             made.add(told.key)
         log = _log_of(folder, source, task, told)
         if isinstance(log, SkippedLog):

@@ -1,11 +1,11 @@
 """The folder of a fleet, made, added to and joined: `fleet.json` lists the logs, `factors/KEY.npz` holds each."""
 
-import os
 from collections.abc import Collection, Iterable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import ClassVar
 
+from ..measurements.prepared_logs import PathLike
 from ..physics.errors import RequestError
 from ..physics.file_records import Number, Record
 from ..physics.files import write_bytes, write_json
@@ -181,11 +181,6 @@ def has_factors(folder: Path, key: str) -> bool:
     return True
 
 
-def keep_factors(folder: Path, key: str, content: bytes) -> None:
-    """Write the factors of a key, whole or not at all."""
-    write_bytes(factors_path(folder, key), content)
-
-
 def clear_factors(folder: Path, index: FleetIndex) -> None:
     """Take away factors that no log of the index has any more; other files stay."""
     kept = {log.factors for log in index.logs}
@@ -202,9 +197,6 @@ def iso(seconds: float) -> str:
 def seconds_of(text: str) -> float:
     """The reverse of `iso`."""
     return datetime.fromisoformat(text).timestamp()
-
-
-PathLike = str | os.PathLike[str]
 
 
 def merge_fleets(fleets: Sequence[PathLike], out: PathLike, *, force: bool = False) -> FleetIndex:
@@ -235,7 +227,7 @@ def merge_fleets(fleets: Sequence[PathLike], out: PathLike, *, force: bool = Fal
             for log in index.logs:
                 if not has_factors(folder, log.factors):
                     read_hull_factors(one, log.factors)  # which refuses what is broken
-                    keep_factors(folder, log.factors, factors_path(one, log.factors).read_bytes())
+                    write_bytes(factors_path(folder, log.factors), factors_path(one, log.factors).read_bytes())
         merged = index_of(logs.values(), skipped.values())
         write_index(folder, merged)
         clear_factors(folder, merged)

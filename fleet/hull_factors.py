@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..discovery.balance.weak_form import LEAST_TESTS, WeakForm, WeakSettings
+from ..discovery.balance.weak_form import WeakForm, WeakSettings
 from ..discovery.candidates.candidate import nuisance_candidates
 from ..discovery.candidates.linearisation import Linearisation
 from ..discovery.factors.factors import Column, plain_arrays
@@ -218,10 +218,6 @@ def settings_of(vehicle: Vehicle) -> dict[str, float | str]:
         "idle": IDLE,
         "vehicle": vehicle.digest,
     }
-
-
-LEAST_PIECE = 4 * LEAST_TESTS * _WEAK.stride + 2.0 * _WEAK.half_width
-"""Seconds without which a piece has too few test functions."""
 
 
 def _columns(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Column, ...]:

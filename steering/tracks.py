@@ -49,32 +49,28 @@ class Leg(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """A track before it is fitted to a boat: what it is for, and its legs, from rest and due north."""
+    """A track before it is fitted to a boat: what it is for, and its legs after a start from rest, due north."""
 
     about: str
     legs: tuple[Leg, ...]
 
 
-def _legs(*legs: Leg) -> tuple[Leg, ...]:
-    return (Leg(4.0), *legs)
-
-
+_START = Leg(4.0)
+"""The way from rest to the pace with which every track begins."""
 _CORNER = (Leg(8.0), Leg(0.0, turn=90.0))
 TRACKS = {
-    "square": Course("four sides and four corners", _legs(*_CORNER * 4)),
+    "square": Course("four sides and four corners", _CORNER * 4),
     "lawn-mower": Course(
         "parallel lines, as a survey has them",
-        _legs(*(Leg(10.0), Leg(0.0, turn=180.0), Leg(10.0), Leg(0.0, turn=-180.0)) * 2, Leg(10.0)),
+        ((Leg(10.0), Leg(0.0, turn=180.0), Leg(10.0), Leg(0.0, turn=-180.0)) * 2 + (Leg(10.0),)),
     ),
-    "eight": Course(
-        "a circle to starboard and one to port", _legs(Leg(2.0), Leg(0.0, turn=360.0), Leg(0.0, turn=-360.0))
-    ),
+    "eight": Course("a circle to starboard and one to port", (Leg(2.0), Leg(0.0, turn=360.0), Leg(0.0, turn=-360.0))),
     "station": Course(
-        "a run, a stop, and half a minute at one place", _legs(Leg(6.0), Leg(5.0, speed=0.0), Leg(30.0, speed=0.0))
+        "a run, a stop, and half a minute at one place", (Leg(6.0), Leg(5.0, speed=0.0), Leg(30.0, speed=0.0))
     ),
     "transients": Course(
         "straight on, slower, faster, to rest and astern",
-        _legs(
+        (
             Leg(6.0),
             Leg(2.0, speed=0.4),
             Leg(6.0, speed=0.4),
@@ -159,7 +155,7 @@ def track_named(name: str, pace: Pace) -> Track:
         near = get_close_matches(name, TRACKS, n=1, cutoff=0.0)
         raise RequestError(f"unknown track {name!r}: did you mean {near[0]!r}? There are: {', '.join(TRACKS)}")
     legs = TRACKS[name].legs
-    return drawn(name, [*legs, Leg(LEAD_OUT, legs[-1].speed)], pace)
+    return drawn(name, [_START, *legs, Leg(LEAD_OUT, legs[-1].speed)], pace)
 
 
 def drawn(name: str, legs: Sequence[Leg], pace: Pace) -> Track:

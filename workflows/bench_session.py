@@ -1,6 +1,5 @@
 """A log on the bench: models fitted to it by hand, weighed on rows that no fit saw, and findings as cards."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,7 @@ import numpy as np
 from ..comparison.recommendation import what_decides
 from ..discovery.add_effects import Bench, ManualModel
 from ..discovery.basis import Basis
-from ..discovery.effect_findings import EffectFinding, FittedTerm
+from ..discovery.effect_findings import EffectFinding
 from ..discovery.findings import Findings, SensorError
 from ..discovery.sequential_fit import basis_for
 from ..discovery.settings import DiscoverySettings
@@ -24,7 +23,7 @@ from ..residuals.models.base import VehicleModel
 from ..residuals.scores import evaluate_all
 from ..residuals.series import prediction_band
 from .log_view import FORCES, HORIZON, LogView
-from .workbench_facts import OWN_NUMBERS, Card, Fit, ModelChoice, Value, Way
+from .workbench_facts import OWN_NUMBERS, Card, Fit, ModelChoice, Value
 
 _KEPT = 40
 """Models whose predictions are kept, the latest: a slider makes hundreds, each as long as the log."""
@@ -62,10 +61,6 @@ class BenchSession:
         if len(self._fits) > _KEPT:
             del self._fits[next(iter(self._fits))]
         return result
-
-    def way(self, stand: ModelChoice, time: float) -> Way:
-        """See `LogView.way`."""
-        return self.log.way(self.model(stand).vehicle, time)
 
     def model(self, stand: ModelChoice) -> VehicleModel:
         """The model of a stand."""
@@ -168,12 +163,14 @@ def weighed(bench: BenchSession, stand: ModelChoice, name: str) -> Card:
         inside = listing([f"{number(v.before)} in that of {v.symbol}" for v in unsure])
         verdict = "cannot tell"
         told = f"This log cannot tell: what the model has without it lies in the interval, {inside}. {told}"
-    return Card(name, words(name), "", told, verdict, tuple(map(_number, own)))
+    numbers = tuple(_number(value.symbol, value.after, value.unit, value.ci95) for value in own)
+    return Card(name, words(name), "", told, verdict, numbers)
 
 
-def _number(value: Value) -> str:
-    ends = "" if value.ci95 is None else f" (95 %: {interval(value.ci95)})"
-    return f"{value.symbol} = {within(value.after, value.ci95)} {unit_text(value.unit)}".strip() + ends
+def _number(symbol: str, value: float, unit: str, ci95: tuple[float, float] | None) -> str:
+    """A value with its interval."""
+    ends = f" (95 %: {interval(ci95)})" if ci95 else ""
+    return f"{symbol} = {within(value, ci95)} {unit_text(unit)}".strip() + ends
 
 
 _TELLS = 0.05
@@ -193,20 +190,12 @@ def sensor_cards(findings: Findings) -> tuple[Card, ...]:
     return tuple(_sensor(s, findings) for s in findings.sensors if s.verdict != "no evidence")
 
 
-def numbers_of(terms: Sequence[FittedTerm]) -> tuple[str, ...]:
-    """Values with their intervals."""
-    return tuple(
-        f"{t.symbol} = {within(t.value, t.ci95)} {unit_text(t.unit)}".strip()
-        + (f" (95 %: {interval(t.ci95)})" if t.ci95 else "")
-        for t in terms
-    )
-
-
 def _sensor(found: SensorError, findings: Findings) -> Card:
     of_commands = found.what in (found.error, COMMAND_OFFSET.symbol)  # of no other record is a delay the twin
     alike = [effect_words(c) for c in findings.candidates if of_commands and found.error in c.indistinguishable_from]
     title = words(found.error).capitalize()
-    return Card(found.correction, title, "", found.sentence, found.verdict, numbers_of(found.terms), twins=tuple(alike))
+    numbers = tuple(_number(term.symbol, term.value, term.unit, term.ci95) for term in found.terms)
+    return Card(found.correction, title, "", found.sentence, found.verdict, numbers, twins=tuple(alike))
 
 
 def _effect(found: EffectFinding, findings: Findings, bench: BenchSession, *, drawn: bool) -> Card:

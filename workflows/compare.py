@@ -4,9 +4,9 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..comparison.comparison import BASELINE, Judged, comparison, ends, judge, reference_models, row
+from ..comparison.comparison import Judged, comparison, ends, judge, reference_models, row
 from ..comparison.error_limits import HeldLimits, Limits, held, load_limits, with_margin
-from ..comparison.facts import CORRECTED, NOMINAL, ComparedModel, Comparison
+from ..comparison.facts import BASELINE, CORRECTED, NOMINAL, ComparedModel, Comparison
 from ..comparison.models_by_name import check_commands, fitted_notes, fitted_numbers, fitted_to, load_model
 from ..exports.mcap_series import compared, require_mcap, write_series
 from ..measurements.preparation.split import Fold
@@ -129,7 +129,7 @@ def _compared(
     for path in given:
         if given.count(path) > 1:
             raise RequestError(f"model {path} is given twice; give it once")
-    loaded = [_comparable(path, inputs) for path in given]  # before the fits, which take seconds
+    loaded = [_model(inputs, path) for path in given]  # before the fits, which take seconds
     nominal = VehicleModel(inputs.vehicle, NOMINAL, "physics")
     sources = fitted_to([("", nominal), *zip(given, loaded, strict=True)], inputs.paths)
     if any(one.path and one.known_disjoint for one in sources):
@@ -151,18 +151,10 @@ def _compared(
     rows = inputs.parts.judge
     told = [*inputs.repairs, *notes, *fitted_notes(sources, rows)]
     fitted = {one.model.name for one in sources if one.surely_saw(rows)}
-    fitted |= {
-        model.name for model in middle if model.kind == "hybrid"
-    }  # of a run, on most of whose rows it was trained
+    # A network of a run was trained on most of its rows.
+    fitted |= {model.name for model in middle if model.kind == "hybrid"}
     done = comparison(judged, inputs, timed=True, notes=told, fitted=fitted)
     return done, inputs, ends(found, done.best.model)
-
-
-def _comparable(path: str, inputs: Inputs) -> Model:
-    """A model that takes the commands that the logs were prepared for."""
-    model = load_model(path, inputs.vehicle)
-    check_commands(model, inputs)
-    return model
 
 
 MARGIN = 0.2
@@ -235,6 +227,7 @@ def first_limits(inputs: Inputs, margin: float = MARGIN, model: PathLike | None 
 
 
 def _model(inputs: Inputs, path: PathLike | None) -> Model:
+    """A model that takes the commands that the logs were prepared for; the nominal one where none is named."""
     if path is None:
         return VehicleModel(inputs.vehicle, NOMINAL, "physics")
     model = load_model(path, inputs.vehicle)

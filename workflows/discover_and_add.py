@@ -8,7 +8,6 @@ from types import NoneType
 import numpy as np
 
 from ..comparison.comparison import (
-    BASELINE,
     Judged,
     band_of,
     comparison,
@@ -17,7 +16,7 @@ from ..comparison.comparison import (
     score_step,
     where_ends_fail,
 )
-from ..comparison.facts import CALIBRATED, CORRECTED
+from ..comparison.facts import BASELINE, CALIBRATED, CORRECTED
 from ..comparison.recommendation import shares_of_error
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose_balance
@@ -222,7 +221,7 @@ def assess(
     if progress is not None:
         progress(Stage("scoring every step on held-out data", SCORING))
     models = _models(found, _folds(inputs, found))
-    last = models[-1] if len(models) > 1 else _renamed(models[0])
+    last = models[-1] if len(models) > 1 else VehicleModel(models[0].vehicle, CORRECTED, "symbolic")
     corrects = [] if last.vehicle == inputs.vehicle else [last]
     between = [model for model in models[1:] if model not in corrects]
     here, there = between[::2], between[1::2]
@@ -239,9 +238,8 @@ def assess(
     errors |= zip(there, found_there, strict=True)
     trim_memory()
     if progress is not None:
-        progress(
-            Stage("comparing with the calibrated model and baselines, and judging by the laws of a hull", COMPARING)
-        )
+        what = "comparing with the calibrated model and baselines, and judging by the laws of a hull"
+        progress(Stage(what, COMPARING))
     (nominal, *others), notes = known()
     trim_memory()
     named = bool(found.findings.missing or found.findings.likely) or not corrects
@@ -411,7 +409,3 @@ def _models(found: Discovery, folds: Sequence[Fold]) -> list[VehicleModel]:
         name, size = (CORRECTED, fitted) if k == last else (f"+ {label}", 0)
         models.append(VehicleModel(vehicle, name, "symbolic", size, unseen=apart))
     return models
-
-
-def _renamed(model: VehicleModel) -> VehicleModel:
-    return VehicleModel(model.vehicle, CORRECTED, "symbolic")

@@ -25,14 +25,12 @@ from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.sureness import file_numbers, source_marks
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel
-from .check import check
+from .check_and_explain import check
 from .run_folder.read import read_findings, read_record
 from .run_folder.run_files import Kind, check_targets, own_run
 
 if TYPE_CHECKING:
     from ..residuals.models.network_model import NetworkModel
-
-_NO_FORMULA = "a vehicle file or a run folder, whose model is a formula"
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -82,9 +80,9 @@ def export(
     network = _network(found) if asked.networks else None
     if network is None and not isinstance(found, VehicleModel):
         raise RequestError(
-            f"export: expected {_NO_FORMULA}, got {found.name} ({found.kind}); 'undertow explain' says what of a "
-            "network is a named effect, and 'undertow add' puts that into a vehicle; casadi and onnx take a network "
-            "that undertow trained as it is"
+            f"export: expected a vehicle file or a run folder, whose model is a formula, got {found.name} "
+            f"({found.kind}); 'undertow explain' says what of a network is a named effect, and 'undertow add' puts "
+            "that into a vehicle; casadi and onnx take a network that undertow trained as it is"
         )
     path = None if isinstance(model, Model) else Path(model)
     check_targets([("--out", Kind.EXPORTED, target)], [path], force=force)

@@ -281,7 +281,8 @@ def placed(vehicle: Vehicle, places: Sequence[Place]) -> Vehicle:
     at = {place.name: place for place in places}
     unknown = sorted(set(at) - {t.name for t in vehicle.thrusters})
     if unknown:
-        raise RequestError(f"{vehicle.name} has no thruster {unknown[0]!r}: expected {_names(vehicle.thrusters)}")
+        names = ", ".join(t.name for t in vehicle.thrusters)
+        raise RequestError(f"{vehicle.name} has no thruster {unknown[0]!r}: expected {names}")
     thrusters = [
         t.model_copy(update={"x": at[t.name].x, "y": at[t.name].y, "angle": at[t.name].angle}) if t.name in at else t
         for t in vehicle.thrusters
@@ -341,7 +342,8 @@ def rewired(entries: Mapping[str, Entry | None], vehicle: Vehicle, wires: Sequen
         entry = entries.get(wire.by)
         if entry is None:
             raise RequestError(f"no stream of the log is {wire.by}: expected one of {', '.join(sorted(entries))}")
-        result[wire.channel] = _turned(entry, thrusters[wire.channel]) if wire.turned else entry
+        still = float(command_of(thrusters[wire.channel], np.zeros(1))[0])
+        result[wire.channel] = turned(entry, still) if wire.turned else entry
     return result
 
 
@@ -384,11 +386,6 @@ def _words(entry: Entry | None) -> str:
     return f"{entry.source}{scaled}{f' plus {entry.offset:g}' if entry.offset else ''}"
 
 
-def _turned(entry: Entry, thruster: Thruster) -> Entry:
-    """The same mirrored about the command at which the thruster stands still."""
-    neutral = float(command_of(thruster, np.zeros(1))[0])
+def turned(entry: Entry, neutral: float) -> Entry:
+    """A line of the channel map mirrored about the command at which its thruster stands still."""
     return replace(entry, scale=-entry.scale, offset=2.0 * neutral - entry.offset)
-
-
-def _names(thrusters: Sequence[Thruster]) -> str:
-    return ", ".join(t.name for t in thrusters)

@@ -80,14 +80,12 @@ class Begun:
     Attributes
     ----------
     symbols, units : of what is followed
-    start : values in the vehicle file
     seconds : of motion from which noise and size of the forces are known
     widening : of the variance of the noise, rehearsed for the watch
     """
 
     symbols: tuple[str, ...]
     units: tuple[str, ...]
-    start: tuple[float, ...]
     seconds: float
     widening: float
 
@@ -181,8 +179,7 @@ def _made(
     if watch is None:
         return None
     follower = Follower(vehicle, pool, known, settings.adapt, watch)
-    start = tuple(vehicle.value(symbol) for symbol in follower.symbols)
-    return follower, Begun(follower.symbols, follower.units, start, known.seconds, watch.widening)
+    return follower, Begun(follower.symbols, follower.units, known.seconds, watch.widening)
 
 
 def _warnings(log: Log, vehicle: Vehicle, as_is: bool) -> tuple[str, ...]:

@@ -155,12 +155,14 @@ class Rows:
 
     def spread(self, values: Array) -> Array:
         """A column (rows,) with its breaks."""
-        return np.insert(np.asarray(values, float), self._breaks, np.nan) if self._breaks.size else values
+        return np.insert(np.asarray(values, float), self._breaks, np.nan)
 
     def measured(self, channels: Sequence[str]) -> dict[str, Array]:
         """Measured columns."""
-        at = np.insert(self._clock, self._breaks, self._clock[self._breaks - 1] + 1e-3) if self._breaks.size else None
-        found = {"time": self._clock if at is None else at, "anew": self.spread(np.concatenate(self._anew()))}
+        # One where predictions begin anew from the measurement, see `residuals.series.restarted`.
+        anew = [np.arange(s.motion.time.size) % round(RESTART / s.motion.time_step) == 0 for s in self._along]
+        time = np.insert(self._clock, self._breaks, self._clock[self._breaks - 1] + 1e-3)
+        found = {"time": time, "anew": self.spread(np.concatenate(anew))}
         parts = [
             np.column_stack([s.motion.position, s.motion.heading, s.motion.velocity, accelerations(s.motion)])
             for s in self._along
@@ -169,12 +171,6 @@ class Rows:
         names = (*_STATES, "u_dot", "v_dot", "r_dot")
         found |= {name: self.spread(whole[:, k]) for k, name in enumerate(names)}
         return found | {name: self.spread(commands[:, k]) for k, name in enumerate(channels)}
-
-    def _anew(self) -> list[Array]:
-        """One where predictions begin anew from the measurement, by stretch; see `residuals.series.restarted`."""
-        every = [round(RESTART / s.motion.time_step) for s in self._along]
-        rows = [np.arange(s.motion.time.size) for s in self._along]
-        return [(row % n == 0).astype(float) for row, n in zip(rows, every, strict=True)]
 
     def columns(self, model: VehicleModel, nominal: Vehicle, band: PredictionBand | None = None) -> dict[str, Array]:
         """Predictions of a model, the force that it leaves, in the nominal model's mass, and the ends of its band.
@@ -187,8 +183,7 @@ class Rows:
         said = np.concatenate(predicted([model], self._along)[0])
         measured = np.concatenate([accelerations(s.motion) for s in self._along])
         left = (measured - said[:, :3]) @ mass_matrix(nominal)
-        names = ("north", "east", "psi", "u", "v", "r")
-        result = {name: self.spread(said[:, 3 + k]) for k, name in enumerate(names)}
+        result = {name: self.spread(said[:, 3 + k]) for k, name in enumerate(_STATES)}
         result |= {name: self.spread(left[:, k]) for k, name in enumerate(FORCES)}
         if band is not None:
             widths = np.concatenate(half_widths(model, band, [s.motion for s in self._along]))

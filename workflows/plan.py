@@ -30,7 +30,7 @@ from ..reports.terminal.progress import SHOWN, showing
 from .inputs import read_inputs
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run_inputs
-from .run_folder.run_files import check_target_folder
+from .run_folder.run_files import check_target_folder, refused
 
 RECORD = "mission.json"
 
@@ -96,39 +96,6 @@ class PlanRecord(Record):
 def forms_of(mission: Mission) -> tuple[MissionFormat, ...]:
     """The formats in which a mission can be written: without a place, all but the waypoints."""
     return tuple(form for form in mission_formats() if mission.place is not None or not form.needs_place)
-
-
-def write_mission(
-    mission: Mission, record: PlanRecord, out: PathLike, reads: Sequence[PathLike] = (), *, force: bool = False
-) -> Path:
-    """Write the folder whole, in the place of an earlier one.
-
-    Parameters
-    ----------
-    record : of `mission.json`, without digests
-    reads : what the mission was made from, which no folder may replace
-
-    Raises
-    ------
-    RequestError
-        when the folder cannot be written, or something of another's would be lost.
-    """
-    target = check_mission_target(out, reads, force=force)
-
-    def build(work: Path) -> list[str]:
-        digests = {}
-        for form in forms_of(mission):
-            text = form.content(mission)
-            write_text(work / form.name, text)
-            digests[form.name] = hashlib.sha256(text.encode()).hexdigest()
-        write_json(work / RECORD, record.but(files=digests).to_dict())
-        return [*digests, RECORD]
-
-    try:
-        replace_folder(target, build, own_mission, force=force)
-    except OSError as error:
-        raise RequestError(f"cannot write the mission to {target}: {error.strerror or error}") from None
-    return target
 
 
 def check_mission_target(out: PathLike, reads: Sequence[PathLike], *, force: bool = False) -> Path:
@@ -343,7 +310,20 @@ def write_plan(plan: Plan, out: PathLike, *, force: bool = False) -> Path:
     RequestError
         when the folder cannot be written, or something of another's would be lost.
     """
-    return write_mission(plan.mission, plan.record, out, plan.reads, force=force)
+    target = check_mission_target(out, plan.reads, force=force)
+
+    def build(work: Path) -> list[str]:
+        digests = {}
+        for form in forms_of(plan.mission):
+            text = form.content(plan.mission)
+            write_text(work / form.name, text)
+            digests[form.name] = hashlib.sha256(text.encode()).hexdigest()
+        write_json(work / RECORD, plan.record.but(files=digests).to_dict())
+        return [*digests, RECORD]
+
+    with refused(f"the mission to {target}"):
+        replace_folder(target, build, own_mission, force=force)
+    return target
 
 
 def place_at(text: str) -> tuple[float, float]:

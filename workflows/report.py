@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..comparison.facts import Comparison
+from ..measurements.prepared_logs import PathLike
 from ..physics.errors import RequestError, expect
 from ..physics.files import write_json, write_text
 from ..physics.folders import check_folder, identity, link, lock_settled, replace_folder
@@ -24,12 +25,12 @@ from .run_folder.run_files import (
     check_targets,
     is_comparison,
     own_report,
+    refused,
     reseal,
     same_place,
 )
 from .run_folder.write import page_of, write_page
 
-PathLike = str | os.PathLike[str]
 FLEET = Path("report.html")
 COMPARISON = "comparison.json"
 
@@ -89,7 +90,8 @@ def report(
             )
         read = read_comparison if compared else read_run
         read(folder)
-        _check_run(folder, new, force)
+        with refused(f"into {folder}"):
+            check_folder(folder, new, own_report, force=force)
     if target is not None:
         if target.suffix.lower() not in (".html", ".htm"):
             raise RequestError(f"--out {target}: expected a name that ends in .html; --pdf writes the PDF beside it")
@@ -108,7 +110,8 @@ def report(
             text = fleet_page([read_run(folder) for folder in folders], target.absolute().parent)
         else:
             text = pages[0].read_text("utf-8")
-        pages.append(_written(target, text))
+        with refused(str(target)):
+            pages.append(write_text(target, text))
     if browser is None:
         return pages
     if target is not None:
@@ -116,17 +119,9 @@ def report(
     return [*pages, *(page.with_suffix(".pdf") for page in pages)]
 
 
-def _check_run(folder: Path, new: Sequence[str], force: bool) -> None:
-    """Refuse to write into a run what would be lost, or cannot be written."""
-    try:
-        check_folder(folder, new, own_report, force=force)
-    except OSError as error:
-        raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
-
-
 def _rewrite(folder: Path) -> None:
     """Write the page of a run anew; once more where another process has replaced the run meanwhile."""
-    try:
+    with refused(f"into {folder}"):
         while True:
             seen = identity(folder)
             text = page_of(folder)
@@ -134,8 +129,6 @@ def _rewrite(folder: Path) -> None:
                 if identity(folder) == seen:
                     write_text(folder / PAGE, text)
                     return
-    except OSError as error:
-        raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
 
 
 def _replace(
@@ -165,10 +158,8 @@ def _replace(
             new.append(PDF)
         return new
 
-    try:
+    with refused(f"into {folder}"):
         replace_folder(folder, build, own_report, force=force)
-    except OSError as error:
-        raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
 
 
 def _compared(
@@ -185,10 +176,3 @@ def _compared(
     for folder in folders:
         result[folder] = compare_run(folder, models, replace(moved, of_several=len(folders) > 1), progress=progress)
     return result
-
-
-def _written(path: Path, text: str) -> Path:
-    try:
-        return write_text(path, text)
-    except OSError as error:
-        raise RequestError(f"cannot write {path}: {error.strerror or error}") from None

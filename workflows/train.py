@@ -284,7 +284,7 @@ def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, *, progr
     out : its folder, where there is one
     progress : who is told
     """
-    from .explain import distil
+    from .check_and_explain import distil
 
     found = distil(run.trained.model, run.inputs, progress=progress)
     if out is not None:

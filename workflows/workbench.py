@@ -113,15 +113,16 @@ class Workbench:
         return self._weighed[stand, name]
 
     def way(self, stand: ModelChoice, time: float) -> Way:
-        """See `BenchSession.way`."""
-        return self._read(stand.left).way(stand, time)
+        """See `LogView.way`."""
+        reading = self._read(stand.left)
+        return reading.log.way(reading.model(stand).vehicle, time)
 
     def fit_on(self, other: TriedLog, stand: ModelChoice) -> Fit:
         """A model as it is fitted to this log, or moved by hand, judged on another log; see `fit`."""
         return other.fit(self.fit(stand), self._read(stand.left).model(stand).vehicle)
 
     def way_on(self, other: TriedLog, stand: ModelChoice, time: float) -> Way:
-        """See `BenchSession.way`, along another log.
+        """See `LogView.way`, along another log.
 
         Parameters
         ----------

@@ -28,12 +28,10 @@ from ...physics.vehicle import Vehicle
 from ...residuals.models.base import Model, VehicleModel
 from ...residuals.scores import same_filter
 from ...residuals.series import SeriesTable
-from .block_fit import draws
 from .frequency import NOISE, Frequency, Lag, against_frequency, against_lag
-from .heading import Heading, against_heading
-from .places import worst_places
-from .rows import ENOUGH_SECONDS, Array, Scene, scene
-from .segments import Drift, FailingSeconds, over_time, segments
+from .places import FailingSeconds, segments, worst_places
+from .rows import ENOUGH_SECONDS, Array, Scene, lower_end, scene
+from .trends import Drift, Heading, against_heading, over_time
 
 _EXACT = 6
 """Up to so many effects every order of adding them counts; beyond, one order and its reverse."""
@@ -123,9 +121,8 @@ class Contributions:
         for k, effect in enumerate(self.effects):
             removed, missed = self.removed[k, :, axis], self.missed[k, :, axis]
             share = removed[inside].sum() / total
-            sums = np.array([np.bincount(stage.block, np.where(inside, c, 0.0)) for c in (removed, square)]).T[blocks]
-            drawn = draws(blocks.size) @ sums
-            sure = blocks.size == 1 or np.quantile(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-300), 0.025) > 0.0
+            here = np.where(inside, removed, 0.0), np.where(inside, square, 0.0)
+            sure = blocks.size == 1 or lower_end(stage, *here, blocks) > 0.0
             held = removed[unseen].sum() / unseen_total >= _HELD_OUT_LEAST and missed[unseen].sum() > 0.0
             if share >= _LEAST and sure and held:
                 sentence = (
@@ -154,39 +151,26 @@ def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Co
     names = tuple(groups)
     if not names:
         return None
-    mixed = _Mixtures(before.vehicle, groups, along, stage.measured)
+    nominal = before.vehicle
+
+    def acceleration(subset: frozenset[str]) -> Array:
+        """Modelled acceleration of the first vehicle with some of the effects."""
+        return along.acceleration(nominal.with_values({s: v for name in subset for s, v in groups[name].items()}))
+
     try:
-        if np.abs(mixed.acceleration(frozenset(names)) - along.acceleration(after.vehicle)).max() > _SAME:
+        if np.abs(acceleration(frozenset(names)) - along.acceleration(after.vehicle)).max() > _SAME:
             return None  # other thrusters or curves: more than the catalogue can say
         removed, missed = (np.zeros((len(names), *stage.error.shape)) for _ in range(2))
         for subset, (counts, lacks) in _weights(names).items():
-            squares = mixed.squares(subset)
+            squares = np.square(acceleration(subset) - stage.measured)
             for k, name in enumerate(names):
                 for table, weights in ((removed, counts), (missed, lacks)):
                     if name in weights:
                         table[k] += weights[name] * squares
     except (VehicleError, np.linalg.LinAlgError):
         return None  # a mixture of the two that is no sound vehicle
-    changes = tuple(_in_words(before.vehicle, after.vehicle, groups[name]) for name in names)
+    changes = tuple(_in_words(nominal, after.vehicle, groups[name]) for name in names)
     return Contributions(names, changes, removed, missed)
-
-
-class _Mixtures:
-    """Squared errors along the logs of vehicles between two."""
-
-    def __init__(
-        self, vehicle: Vehicle, groups: Mapping[str, Mapping[str, float]], along: Along, measured: Array
-    ) -> None:
-        self._vehicle, self._groups, self._along, self._measured = vehicle, groups, along, measured
-
-    def acceleration(self, subset: frozenset[str]) -> Array:
-        """Modelled acceleration of the first vehicle with some of the effects."""
-        changes = {symbol: value for name in subset for symbol, value in self._groups[name].items()}
-        return self._along.acceleration(self._vehicle.with_values(changes))
-
-    def squares(self, subset: frozenset[str]) -> Array:
-        """Its squared error, (n, 3)."""
-        return np.square(self.acceleration(subset) - self._measured)
 
 
 def _differences(before: Vehicle, after: Vehicle) -> dict[str, dict[str, float]]:

@@ -1,14 +1,18 @@
-"""Features of a place in the log: quantities of each row, their ranges in words, and what the boat was doing."""
+"""Regimes of a log, and features of a place in it: quantities of each row, ranges in words, and what the boat did."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.presentation import NARROW, number
-from .rows import STATES, Array, Scene, splits
+from ...residuals.series import SeriesTable
+from .rows import IDLE_SHARE, SLOW, Array, Scene, command_columns, scaled_commands
 
+SECTORS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
+STATES = ("idle", "ahead", "astern", "turning", "reversal")
 Words = Callable[[str, str], str]
 """A range in words: its lower and its upper end as text, either empty where the range is open."""
 _PARTS = 40
@@ -17,6 +21,101 @@ _TURNING = 0.1
 """Yaw rate [rad/s] from which the boat is said to turn."""
 _STILL = 0.15
 """Speed [m/s] below which it is said to lie still."""
+
+
+@dataclass(frozen=True, slots=True)
+class Split:
+    """Rows sorted into the regimes of one quantity; `edges` [`unit`] only where the quantity is a number."""
+
+    by: str
+    codes: NDArray[np.intp]
+    labels: tuple[str, ...]
+    edges: tuple[float, ...] = ()
+    unit: str = ""
+
+    def phrase(self, first: int, last: int) -> str:
+        """The regimes `first` to `last` in words, for example 'surge speed 1.4 to 1.9 m/s'."""
+        if self.edges:
+            low, high = self.edges[first], self.edges[last + 1]
+            side = ""
+            if self.by == "yaw rate" and low * high >= 0.0:
+                side = " (to starboard)" if high > 0.0 else " (to port)"
+            return f"{self.by} {low:g} to {high:g} {self.unit}{side}"
+        if self.by == "heading":
+            ends = (self.labels[first], self.labels[last % len(self.labels)])
+            return f"heading near {ends[0]}" if first == last else f"heading from {ends[0]} to {ends[1]}"
+        return self.labels[first]
+
+
+def splits(series: SeriesTable) -> tuple[Split, ...]:
+    """Sort the rows of a series by surge speed, yaw rate, command and heading.
+
+    Parameters
+    ----------
+    series : SeriesTable
+        Rows of `series.csv`: `u` [m/s], `r` [rad/s], `psi` [rad] and one column per command.
+
+    Returns
+    -------
+    tuple of Split
+        One each by surge speed, yaw rate, command and heading; every row is in exactly one regime of each.
+    """
+    return (
+        _numeric("surge speed", series["u"], "m/s"),
+        _numeric("yaw rate", series["r"], "rad/s"),
+        _commands(series),
+        Split("heading", _sector(series["psi"]), SECTORS),
+    )
+
+
+def _numeric(by: str, values: NDArray[np.float64], unit: str, bins: int = 6) -> Split:
+    usable = values[np.isfinite(values)]
+    if usable.size == 0:
+        return Split(by, np.zeros(len(values), np.intp), (f"{by} unknown",))
+    low, high = np.quantile(usable, [0.005, 0.995])
+    raw = max((high - low) / bins, 1e-3)
+    power = 10.0 ** np.floor(np.log10(raw))
+    step = power * next(nice for nice in (1.0, 2.0, 2.5, 5.0, 10.0) if nice * power >= raw * (1.0 - 1e-9))
+    first, last = int(np.floor(low / step)), max(int(np.ceil(high / step)), int(np.floor(low / step)) + 1)
+    edges = [round(float(index * step), 9) for index in range(first, last + 1)]
+    # A nearly empty bin at either end says nothing of its own and joins its neighbour.
+    while len(edges) > 3 and np.mean(usable < edges[1]) < 0.01:
+        del edges[1]
+    while len(edges) > 3 and np.mean(usable >= edges[-2]) < 0.01:
+        del edges[-2]
+    codes = np.digitize(np.nan_to_num(values), edges[1:-1]).astype(np.intp)
+    labels = tuple(f"{start:g} to {stop:g}" for start, stop in pairwise(edges))
+    return Split(by, codes, labels, tuple(edges), unit)
+
+
+def _sector(heading: NDArray[np.float64]) -> NDArray[np.intp]:
+    return (np.round(np.nan_to_num(heading) / (np.pi / 4.0)).astype(np.intp)) % len(SECTORS)
+
+
+def _commands(series: SeriesTable) -> Split:
+    names = command_columns(series)
+    if not names:
+        return Split("command", np.zeros(len(series), np.intp), ("no command in the log",))
+    command = scaled_commands(series)
+    common, spread = command.mean(axis=1), 0.5 * (command.max(axis=1) - command.min(axis=1))
+    speed = series["u"]
+    conditions = [
+        np.abs(command).max(axis=1) < IDLE_SHARE,
+        spread > np.abs(common),
+        (common * speed < 0.0) & (np.abs(speed) > SLOW),
+        common >= 0.0,
+    ]
+    order = [STATES.index(state) for state in ("idle", "turning", "reversal", "ahead")]
+    codes = np.select(conditions, order, STATES.index("astern")).astype(np.intp)
+    who = {1: "thruster", 2: "both thrusters"}.get(len(names), "all thrusters")
+    labels = (
+        "thrusters idle" if len(names) > 1 else "thruster idle",
+        f"{who} ahead",
+        f"{who} astern",
+        "thrusters opposed to turn",
+        "thrust against the motion",
+    )
+    return Split("command", codes, labels)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,7 @@ from ...physics.file_records import Number, Record
 from ...physics.motion import AXES
 from ...physics.presentation import NARROW, number, percent
 from ...physics.sampled_series import first_order_lag
-from .block_fit import contiguous, draws, earth_columns, span, static_columns
-from .rows import Array, Scene, mean_square, shorter
+from .rows import Array, Scene, contiguous, draws, earth_columns, mean_square, shorter, span, static_columns
 
 NOISE = ("like noise", "negligible")
 """Verdicts by which an error is no more than its sensors make."""

@@ -1,4 +1,4 @@
-"""Places of failure: the few that hold far more of the squared error than of the time.
+"""Places and seconds of failure: the few that hold far more of the squared error than of the time.
 
 One half of the log proposes them by a regression tree (Breiman et al. 1984, section 8.4), the other half tests them.
 """
@@ -9,14 +9,14 @@ from itertools import combinations_with_replacement, product
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AliasChoices, Field
 
-from ...discovery.findings import FailingPlace
+from ...discovery.findings import FailingPlace, Removal
+from ...physics.file_records import Number, Record, Whole, absent
 from ...physics.motion import AXES
 from ...residuals.scores import ACCELERATION_UNITS
-from ...residuals.series import SeriesTable
-from .block_fit import draws
-from .features import Feature, features, merged
-from .rows import Array, Scene, Split, mean_square, scene, splits
+from .features import Feature, Split, doing, features, merged, splits
+from .rows import Array, Scene, contiguous, lower_end, mean_square
 
 _APART = 1e-7
 """Two values that are nearer than this are one: single precision, in which trees are usually grown."""
@@ -157,27 +157,6 @@ class Failure:
         )
 
 
-def failures(series: SeriesTable, model: str = "before", *, limit: int = LIMIT) -> list[FailingPlace]:
-    """The few regimes that hold far more of the squared acceleration error than of the time.
-
-    Parameters
-    ----------
-    series : SeriesTable
-        Rows of `series.csv`, all of them or the held-out ones.
-    model : {'before', 'after'}
-        The nominal or the corrected model.
-    limit : int
-        How many places to name at most; at most two of them on one axis.
-
-    Returns
-    -------
-    list of FailingPlace
-        Worst first.
-    """
-    stage = scene(series, model)
-    return [found.record(stage, model) for found in worst_places(stage, limit)]
-
-
 def worst_places(stage: Scene, limit: int = LIMIT, axes: Sequence[int] = (0, 1, 2)) -> list[Failure]:
     """The places where a model fails, worst first.
 
@@ -291,10 +270,122 @@ def _holds(
     blocks = np.unique(stage.block[here])
     if blocks.size < _FEWEST_VISITS:
         return False
-    sums = np.array([np.bincount(stage.block, column) for column in (squares * here, here)]).T[blocks]
-    drawn = draws(blocks.size) @ sums
-    return bool(np.quantile(drawn[:, 0] / drawn[:, 1], 0.025) > squares[all_rows].mean())
+    return bool(lower_end(stage, squares * here, here.astype(float), blocks) > squares[all_rows].mean())
 
 
 def _inside(split: Split, first: int, last: int) -> NDArray[np.bool_]:
     return (split.codes - first) % len(split.labels) <= last - first
+
+
+MOST_SEGMENTS = 5
+"""Segments that are told: what a person will look at."""
+LENGTH = 5.0
+"""Length of a segment [s]."""
+_STRIDE = 0.5
+"""Distance between the segments that are tried [s]: a tenth of one."""
+_TIMES = 1.5
+"""A segment's mean square error is so many times that of the whole log on its axis."""
+_PLAIN, _LARGE = 0.35, 0.2
+"""Its error, as a share of the usual acceleration on its axis: plainly a failure, or one if it stands out of noise."""
+_DEVIATIONS = 7.0
+"""Standard deviations by which it then lies above what even noise of the error's colour would have."""
+_MEMORY = 3.0
+"""Lags [s] up to which the error's colour is looked at."""
+
+
+class FailingSeconds(Record):
+    """Some seconds with a large error, as `comparison.json` has them.
+
+    Attributes
+    ----------
+    log : its number
+    begin, end : times [s]; `from` and `to` in the file
+    axis, rmse, unit : of the error
+    share_of_error : of the squared error of the axis in the whole log
+    doing : what the boat was doing
+    rmse_after, removed_by, unlinked : as of a `FailingPlace`
+    """
+
+    log: Whole
+    begin: Number = Field(validation_alias=AliasChoices("begin", "from"), serialization_alias="from")
+    end: Number = Field(validation_alias=AliasChoices("end", "to"), serialization_alias="to")
+    axis: str
+    rmse: Number
+    unit: str = ""
+    share_of_error: Number
+    doing: str
+    rmse_after: Number | None = absent()
+    removed_by: tuple[Removal, ...] = ()
+    unlinked: str | None = absent()
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Some seconds on one axis (0 to 2): the rows in it (n,)."""
+
+    rows: NDArray[np.bool_]
+    axis: int
+
+    def record(self, stage: Scene) -> FailingSeconds:
+        """As `comparison.json` has it, without what removes its error."""
+        index = np.flatnonzero(self.rows)
+        time, error = stage.column("time"), stage.error[:, self.axis]
+        squares = np.square(np.where(np.isfinite(error), error, 0.0))
+        return FailingSeconds(
+            log=int(stage.log[index[0]]),
+            begin=round(float(time[index[0]]), 2),
+            end=round(float(time[index[-1]]), 2),
+            axis=AXES[self.axis],
+            rmse=round(float(np.sqrt(squares[index].mean())), 6),
+            unit=ACCELERATION_UNITS[AXES[self.axis]],
+            share_of_error=round(float(squares[index].sum() / squares.sum()), 4),
+            doing=doing(stage, self.rows),
+        )
+
+
+def segments(stage: Scene, limit: int = MOST_SEGMENTS) -> list[Segment]:
+    """The stretches of 5 s with the largest slow error, worst first: those that stand out of even noise of its colour.
+
+    They do not overlap on an axis; those on an axis that the model predicts badly come first.
+    """
+    length, stride = round(LENGTH / stage.step), max(1, round(_STRIDE / stage.step))
+    slow, usual = stage.slow()
+    whole = mean_square(slow)
+    badness = np.minimum(np.sqrt(whole) / np.maximum(usual, 1e-12), 1.0)
+    trials: list[tuple[float, int, int]] = []
+    starts = [int(first) for rows in contiguous(stage) for first in rows[: max(rows.size - length + 1, 0) : stride]]
+    if not starts:
+        return []
+    for axis in range(3):
+        error = slow[:, axis]
+        if whole[axis] <= 0.0:
+            continue
+        noisy = whole[axis] * (1.0 + _DEVIATIONS * _even(stage, error, length))
+        total = np.concatenate([[0.0], np.cumsum(error**2)])
+        there = (total[np.array(starts) + length] - total[np.array(starts)]) / length
+        for start, square in zip(starts, there, strict=True):
+            share = np.sqrt(square) / max(usual[axis], 1e-12)
+            if square > _TIMES * whole[axis] and (share > _PLAIN or (share > _LARGE and square > noisy)):
+                trials.append((float(square / whole[axis] * badness[axis]), axis, start))
+    result: list[Segment] = []
+    for _, axis, start in sorted(trials, key=lambda trial: (-trial[0], trial[1:])):
+        rows = np.zeros(stage.stretch.size, bool)
+        rows[start : start + length] = True
+        if len(result) < limit and not any(one.axis == axis and (one.rows & rows).any() for one in result):
+            result.append(Segment(rows, axis))
+    return result
+
+
+def _even(stage: Scene, error: NDArray[np.float64], length: int) -> float:
+    """Relative standard deviation of the mean square of a window of even Gaussian noise with the error's colour.
+
+    For a Gaussian series with autocorrelation rho_k it is sqrt(2 / n sum_k (1 - |k| / n) rho_k^2) (Isserlis 1918).
+    """
+    lags = min(round(_MEMORY / stage.step), length - 1)
+    # In units of the local size, lest a single burst make the colour of everything.
+    size = np.sqrt(np.convolve(error**2, np.ones(length) / length, "same")) + 1e-300
+    even = error / size
+    power = float((even**2).mean())
+    rho = [float((even[k:] * even[: even.size - k]).mean()) / max(power, 1e-300) for k in range(1, lags + 1)]
+    weight = 1.0 - np.arange(1, lags + 1) / length
+    return float(np.sqrt(2.0 / length * (1.0 + 2.0 * (weight * np.square(rho)).sum())))

@@ -1,15 +1,18 @@
-"""Rows that are judged (stretches without a gap, blocks, commands), and the regimes into which they are sorted."""
+"""Rows that are judged: stretches without a gap, blocks, commands; and fits whose errors count blocks, not rows."""
 
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...measurements.statistics.blocks import block_draws, block_scores, sandwich
+from ...measurements.statistics.quantiles import student
 from ...measurements.statistics.signals import running_mean
 from ...residuals.series import SeriesTable
 
+Array = NDArray[np.float64]
 COMMAND_KINDS = ("pwm_", "normalized_", "rad_s_", "newton_")
 PWM_NEUTRAL = 1500.0
 """Middle of the usual range of 1000 to 2000 us."""
@@ -17,120 +20,6 @@ IDLE_SHARE = 0.08
 """Share of the largest command in the log below which a thruster counts as idle: trim, and a stick at neutral."""
 SLOW = 0.1
 """Speed [m/s] below which thrust cannot be said to oppose the motion: that of noise and waves."""
-SECTORS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
-STATES = ("idle", "ahead", "astern", "turning", "reversal")
-
-
-@dataclass(frozen=True, slots=True)
-class Split:
-    """Rows sorted into the regimes of one quantity; `edges` [`unit`] only where the quantity is a number."""
-
-    by: str
-    codes: NDArray[np.intp]
-    labels: tuple[str, ...]
-    edges: tuple[float, ...] = ()
-    unit: str = ""
-
-    def phrase(self, first: int, last: int) -> str:
-        """The regimes `first` to `last` in words, for example 'surge speed 1.4 to 1.9 m/s'."""
-        if self.edges:
-            low, high = self.edges[first], self.edges[last + 1]
-            side = ""
-            if self.by == "yaw rate" and low * high >= 0.0:
-                side = " (to starboard)" if high > 0.0 else " (to port)"
-            return f"{self.by} {low:g} to {high:g} {self.unit}{side}"
-        if self.by == "heading":
-            ends = (self.labels[first], self.labels[last % len(self.labels)])
-            return f"heading near {ends[0]}" if first == last else f"heading from {ends[0]} to {ends[1]}"
-        return self.labels[first]
-
-
-def command_columns(series: SeriesTable) -> list[str]:
-    """The command channels of a series, one per thruster, known by their prefix (`newton_port`, `pwm_stbd`, ...)."""
-    return [name for name in series.columns if name.startswith(COMMAND_KINDS)]
-
-
-def splits(series: SeriesTable) -> tuple[Split, ...]:
-    """Sort the rows of a series by surge speed, yaw rate, command and heading.
-
-    Parameters
-    ----------
-    series : SeriesTable
-        Rows of `series.csv`: `u` [m/s], `r` [rad/s], `psi` [rad] and one column per command.
-
-    Returns
-    -------
-    tuple of Split
-        One each by surge speed, yaw rate, command and heading; every row is in exactly one regime of each.
-    """
-    return (
-        _numeric("surge speed", series["u"], "m/s"),
-        _numeric("yaw rate", series["r"], "rad/s"),
-        _commands(series),
-        Split("heading", _sector(series["psi"]), SECTORS),
-    )
-
-
-def _numeric(by: str, values: NDArray[np.float64], unit: str, bins: int = 6) -> Split:
-    usable = values[np.isfinite(values)]
-    if usable.size == 0:
-        return Split(by, np.zeros(len(values), np.intp), (f"{by} unknown",))
-    low, high = np.quantile(usable, [0.005, 0.995])
-    raw = max((high - low) / bins, 1e-3)
-    power = 10.0 ** np.floor(np.log10(raw))
-    step = power * next(nice for nice in (1.0, 2.0, 2.5, 5.0, 10.0) if nice * power >= raw * (1.0 - 1e-9))
-    first, last = int(np.floor(low / step)), max(int(np.ceil(high / step)), int(np.floor(low / step)) + 1)
-    edges = [round(float(index * step), 9) for index in range(first, last + 1)]
-    # A nearly empty bin at either end says nothing of its own and joins its neighbour.
-    while len(edges) > 3 and np.mean(usable < edges[1]) < 0.01:
-        del edges[1]
-    while len(edges) > 3 and np.mean(usable >= edges[-2]) < 0.01:
-        del edges[-2]
-    codes = np.digitize(np.nan_to_num(values), edges[1:-1]).astype(np.intp)
-    labels = tuple(f"{start:g} to {stop:g}" for start, stop in pairwise(edges))
-    return Split(by, codes, labels, tuple(edges), unit)
-
-
-def _sector(heading: NDArray[np.float64]) -> NDArray[np.intp]:
-    return (np.round(np.nan_to_num(heading) / (np.pi / 4.0)).astype(np.intp)) % len(SECTORS)
-
-
-def scaled_commands(series: SeriesTable) -> NDArray[np.float64]:
-    """The commands from neutral, (rows, thrusters), as shares of the largest one in the rows."""
-    names = command_columns(series)
-    neutral = np.array([PWM_NEUTRAL if name.startswith("pwm_") else 0.0 for name in names])
-    command = np.nan_to_num(series[names] - neutral)
-    return command / max(float(np.abs(command).max(initial=0.0)), 1e-12)
-
-
-def _commands(series: SeriesTable) -> Split:
-    names = command_columns(series)
-    if not names:
-        return Split("command", np.zeros(len(series), np.intp), ("no command in the log",))
-    command = scaled_commands(series)
-    common, spread = command.mean(axis=1), 0.5 * (command.max(axis=1) - command.min(axis=1))
-    speed = series["u"]
-    conditions = [
-        np.abs(command).max(axis=1) < IDLE_SHARE,
-        spread > np.abs(common),
-        (common * speed < 0.0) & (np.abs(speed) > SLOW),
-        common >= 0.0,
-    ]
-    order = [STATES.index(state) for state in ("idle", "turning", "reversal", "ahead")]
-    codes = np.select(conditions, order, STATES.index("astern")).astype(np.intp)
-    who = {1: "thruster", 2: "both thrusters"}.get(len(names), "all thrusters")
-    labels = (
-        "thrusters idle" if len(names) > 1 else "thruster idle",
-        f"{who} ahead",
-        f"{who} astern",
-        "thrusters opposed to turn",
-        "thrust against the motion",
-    )
-    return Split("command", codes, labels)
-
-
-Array = NDArray[np.float64]
-
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
 BLOCK = 5.0
 """Length of the blocks [s] that are drawn, left out and counted as one: the error forgets itself within one."""
@@ -144,10 +33,21 @@ _CHANGE = 0.05
 """Share of the largest command by which a command changes from row to row when it is said to change."""
 _LONG_AGO = 10.0
 """Time since a command change [s] beyond which it does not matter how long ago it was."""
-
-
 ENOUGH_SECONDS = 60.0
 """Held-out motion [s] below which the regimes are not filled: a dozen blocks of 5 s."""
+
+
+def command_columns(series: SeriesTable) -> list[str]:
+    """The command channels of a series, one per thruster, known by their prefix (`newton_port`, `pwm_stbd`, ...)."""
+    return [name for name in series.columns if name.startswith(COMMAND_KINDS)]
+
+
+def scaled_commands(series: SeriesTable) -> NDArray[np.float64]:
+    """The commands from neutral, (rows, thrusters), as shares of the largest one in the rows."""
+    names = command_columns(series)
+    neutral = np.array([PWM_NEUTRAL if name.startswith("pwm_") else 0.0 for name in names])
+    command = np.nan_to_num(series[names] - neutral)
+    return command / max(float(np.abs(command).max(initial=0.0)), 1e-12)
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,3 +192,142 @@ def _since(commands: Array, breaks: NDArray[np.bool_], step: float) -> Array:
     began = np.maximum.accumulate(np.where(breaks, row, 0))
     last = np.maximum.accumulate(np.where(changed & ~breaks, row, -n - round(_LONG_AGO / step)))
     return np.where(last > began, np.minimum((row - last) * step, _LONG_AGO), _LONG_AGO)
+
+
+_DRAWS = 999
+"""Resamples: with the estimate a thousand, so that the ends of 95 % are whole numbers of them."""
+_RIDGE = 1e-9
+"""Added to squares of columns of length one: two that are one can be solved, and no other is moved."""
+
+
+def draws(blocks: int) -> Array:
+    """Number of times each block is drawn in each bootstrap resample, (resamples, blocks); the same at every call."""
+    return _counts(blocks).astype(float)
+
+
+@lru_cache(maxsize=64)
+def _counts(blocks: int) -> NDArray[np.uint16]:
+    """The same in whole numbers, which are kept in a quarter of the memory: a long log has thousands of blocks."""
+    return block_draws(blocks, _DRAWS, (0, blocks)).astype(np.uint16)
+
+
+def lower_end(stage: Scene, part: Array, whole: Array, blocks: NDArray[np.intp]) -> float:
+    """Lower end of the 95 % interval of a ratio of two sums of rows (n,), from a bootstrap of some blocks."""
+    sums = np.array([np.bincount(stage.block, column) for column in (part, whole)]).T[blocks]
+    drawn = draws(blocks.size) @ sums
+    return float(np.quantile(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-300), 0.025))
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A linear fit to rows that come in blocks.
+
+    Attributes
+    ----------
+    values : (k,) coefficients of the columns that are asked for
+    covariance : (k, k) of them, robust to whatever goes on within blocks and between neighbours
+    sample : (resamples, k) of a block bootstrap, one step from the fit
+    blocks : how many
+    free : share of each column that the others do not explain, (k,)
+    residual : (n,) what the whole fit leaves; zero on rows that took no part
+    """
+
+    values: Array
+    covariance: Array
+    sample: Array
+    blocks: int
+    free: Array
+    residual: Array
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors, (k,)."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    def interval(self, k: int) -> list[float]:
+        """The 95 % interval of a coefficient."""
+        reach = student(max(self.blocks - 2, 2), 0.975) * self.errors[k]
+        return [float(self.values[k] - reach), float(self.values[k] + reach)]
+
+
+def fit_with_nuisances(stage: Scene, target: Array, asked: Array, beside: Array) -> Fitted | None:
+    """Fit a target to columns of interest beside others, with errors that are robust to autocorrelation.
+
+    Blocks that follow each other in time may err alike, too. The bootstrap draws the blocks' scores (Kline and Santos
+    2012), which costs one product of matrices.
+
+    Parameters
+    ----------
+    target : (n,), NaN where missing
+    asked : (n, k) columns whose coefficients are wanted
+    beside : (n, m) columns that explain what is not asked for
+
+    Returns
+    -------
+    None when there are too few blocks for the number of columns.
+    """
+    rows = np.isfinite(target)
+    columns = np.column_stack([asked, beside])
+    columns = np.where(rows[:, None], np.nan_to_num(columns), 0.0)
+    scale = np.sqrt((columns**2).sum(axis=0))
+    used = scale > 1e-12
+    k = asked.shape[1]
+    if not used[:k].all():
+        return None
+    kept = columns[:, used] / scale[used]
+    beside_alone = span(kept[:, k:])
+    inside = kept[:, :k] - beside_alone @ (beside_alone.T @ kept[:, :k])
+    free = (inside**2).sum(axis=0)
+    wanted = np.where(rows, target, 0.0)
+    wanted = wanted - beside_alone @ (beside_alone.T @ wanted)
+    gram = inside.T @ inside + _RIDGE * np.eye(k)
+    blocks = np.unique(stage.block[rows])
+    spare = blocks.size - k - beside_alone.shape[1] // 2
+    if spare < 4:
+        return None
+    values = np.linalg.solve(gram, inside.T @ wanted)
+    residual = np.where(rows, wanted - inside @ values, 0.0)
+    scores = block_scores(inside, residual, stage.block)[blocks]
+    inverse = np.linalg.inv(gram)
+    covariance = sandwich(inverse, scores, spare, np.diff(blocks) == 1)
+    wild = (draws(blocks.size) - 1.0) @ scores @ inverse * np.sqrt(blocks.size / spare)
+    unit = scale[used][:k]
+    return Fitted(values / unit, covariance / np.outer(unit, unit), (values + wild) / unit, blocks.size, free, residual)
+
+
+def span(columns: Array) -> Array:
+    """An orthonormal basis of some columns, (n, rank)."""
+    if not columns.shape[1]:
+        return columns
+    base, triangle = np.linalg.qr(columns)  # a third of the time of the singular vectors of all rows
+    left, size, _ = np.linalg.svd(triangle)
+    return np.asarray(base @ left[:, size > 1e-8 * size[0]])
+
+
+def static_columns(stage: Scene, *, sway: bool = True) -> Array:
+    """Columns of a force that depends on the present motion and commands alone, (n, m).
+
+    A constant, speeds, their products and moduli, commands and their squares with sign: everything that this explains
+    is no lag, no heading dependence and no drift. `sway` is False where sway speed itself is in doubt.
+    """
+    u, v, r = (np.nan_to_num(stage.column(name)) for name in ("u", "v", "r"))
+    moving = [np.ones_like(u), u, r, u * abs(u), r * abs(r), u * r, abs(u) * r]
+    if sway:
+        moving += [v, v * abs(v), u * v, v * r, abs(u) * v]
+    pushed = [term for c in stage.commands.T for term in (c, c * abs(c), c * abs(u))]
+    return np.column_stack([*moving, *pushed])
+
+
+def earth_columns(stage: Scene) -> Array:
+    """Columns that a current or a wind adds to that, (n, 8): harmonics of the heading, alone and times each speed."""
+    psi = stage.column("psi")
+    turned = np.column_stack([np.cos(psi), np.sin(psi)])
+    speeds = [np.nan_to_num(stage.column(name))[:, None] for name in ("u", "v", "r")]
+    return np.column_stack([turned, *(speed * turned for speed in speeds)])
+
+
+def contiguous(stage: Scene) -> list[NDArray[np.intp]]:
+    """The rows of each gap-free stretch, in order, without the edges of which nothing is said."""
+    ends = np.flatnonzero(np.diff(stage.stretch)) + 1
+    edge = round(EDGE / stage.step)
+    return [rows[edge : rows.size - edge] for rows in np.split(np.arange(stage.stretch.size), ends)]

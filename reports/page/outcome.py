@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import NamedTuple
 
-from ...comparison.facts import CORRECTED, NOMINAL, Comparison, Grounds
-from ...comparison.recommendation import BASELINE
+from ...comparison.facts import BASELINE, CORRECTED, NOMINAL, Comparison, Grounds
 from ...discovery.effect_findings import EffectFinding
 from ...discovery.findings import Findings, OtherForm, Step
 from ...physics.motion import AXES

@@ -20,7 +20,7 @@ from undertow.app.session import Session
 from undertow.app.steps import History, Step, same_commands
 from undertow.app.views.opening import stored_as
 from undertow.app.worker_client import LOST
-from undertow.workflows.init import Doubt
+from undertow.workflows.inspect_and_init import Doubt
 from undertow.workflows.log_view import LogView
 from undertow.workflows.workbench import Workbench
 from undertow.workflows.workbench_facts import OWN_NUMBERS, Card, ModelChoice, Place, Searched, Source, Wire

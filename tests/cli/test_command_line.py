@@ -18,6 +18,7 @@ from verbs import SCRIPT, call, done, files, inspected, nearly, process, refused
 import undertow
 from undertow.__main__ import main
 from undertow.cli import console
+from undertow.cli.options import telling
 from undertow.physics import presentation as in_words
 from undertow.physics.stage import Stage
 from undertow.physics.vehicle import load_vehicle
@@ -102,9 +103,9 @@ def test_progress_tells_the_time_so_far_and_quiet_tells_nothing(
         console.progress(words)
         console.tell_replaced([Path("old.html")])
 
-    console.telling(verb)("looking")
+    telling(verb)("looking")
     assert capsys.readouterr().err == "  looking\n  looking [7 s]\n  replaced the earlier old.html\n"
-    console.telling(verb)("looking", quiet=True)
+    telling(verb)("looking", quiet=True)
     assert capsys.readouterr().err == "  replaced the earlier old.html\n"
 
 
@@ -118,7 +119,7 @@ def test_a_stage_tells_what_is_usually_left(
         console.progress(Stage(words, 0.6))
         console.progress(Stage(words, 0.6))
 
-    console.telling(verb)("weighing")
+    telling(verb)("weighing")
     assert capsys.readouterr().err == "  weighing\n  weighing [6 s, about 4 s left]\n"
 
 

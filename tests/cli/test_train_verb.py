@@ -10,6 +10,7 @@ import yaml
 from verbs import call, done, strict
 
 import undertow
+from undertow.cli.train_verb import parsed_options, settings_with
 from undertow.comparison.models_by_name import load_model
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
@@ -19,7 +20,6 @@ from undertow.residuals.models.model_files import load_network
 from undertow.residuals.training.history import Epoch
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.train import train
-from undertow.workflows.training_options import parsed_options, settings_with
 
 
 @pytest.fixture(scope="module")

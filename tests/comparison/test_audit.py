@@ -27,7 +27,7 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.foreign import FunctionModel, load_function
-from undertow.workflows.check import check
+from undertow.workflows.check_and_explain import check
 from undertow.workflows.run_folder.read import check_bounds
 
 # What laws take as stated

@@ -122,7 +122,7 @@ def test_compare_has_the_notes_and_names_the_model_of_a_run_by_its_folder(place:
 
 def test_a_network_is_known_by_the_logs_it_was_trained_on(place: Path):
     pytest.importorskip("torch")
-    from undertow.workflows.training_options import settings_with
+    from undertow.cli.train_verb import settings_with
 
     inputs = read_inputs(place / "mon.csv", HULL)
     train(inputs, Choice("mlp", {"units": 4}), settings=settings_with(epochs=1, decline=0), out=place / "net")

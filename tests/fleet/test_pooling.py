@@ -17,11 +17,11 @@ def test_without_noise_the_mean_has_the_interval_of_students_t():
 
 
 def test_boats_that_do_not_differ_are_drawn_together_and_gain_by_it():
-    noise = np.full(12, 0.1)
-    found = pool(1.0 + 0.1 * np.random.default_rng(3).standard_normal(12), noise)
+    alone = 1.0 + 0.1 * np.random.default_rng(3).standard_normal(12)
+    found = pool(alone, np.full(12, 0.1))
     widths = np.diff(found.own_interval, axis=1)[:, 0]
     assert widths.mean() < 0.85 * 2.0 * 1.96 * 0.1
-    assert np.ptp(found.own) < 0.6 * np.ptp(found.alone)
+    assert np.ptp(found.own) < 0.6 * np.ptp(alone)
 
 
 def test_a_boat_that_says_nothing_is_not_known_and_does_not_differ():

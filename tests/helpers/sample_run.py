@@ -10,10 +10,9 @@ import pandas as pd
 import yaml
 
 from undertow.comparison.failing.failures import Structure, structure_of
-from undertow.comparison.failing.places import failures
+from undertow.comparison.failing.places import LIMIT, segments, worst_places
 from undertow.comparison.failing.rows import scene
-from undertow.comparison.failing.segments import segments
-from undertow.discovery.findings import Removal
+from undertow.discovery.findings import FailingPlace, Removal
 from undertow.residuals.series import SeriesTable
 
 RATE = 10
@@ -29,6 +28,12 @@ EFFECTS = {
     "yaw_quadratic_damping": ("N_rr", "yaw", "r|r|", "N m s^2/rad^2", "N += N_rr r |r|", "hull"),
     "sway_quadratic_damping": ("Y_vv", "sway", "v|v|", "N s^2/m^2", "Y += Y_vv v_r |v_r|", "hull"),
 }
+
+
+def failures(series: SeriesTable, model: str = "before", *, limit: int = LIMIT) -> list[FailingPlace]:
+    """The few regimes that hold far more of the squared acceleration error than of the time, worst first."""
+    stage = scene(series, model)
+    return [found.record(stage, model) for found in worst_places(stage, limit)]
 
 
 def structure(series: pd.DataFrame, name: str, which: str) -> Structure:

@@ -178,7 +178,7 @@ def _use_run(path: Path) -> None:
     from undertow.physics.errors import RequestError, VehicleError
     from undertow.reports.page.fleet_page import fleet_page
     from undertow.reports.page.page import page
-    from undertow.workflows import check as checked
+    from undertow.workflows import check_and_explain as checked
     from undertow.workflows.run_folder.read import read_run, read_run_inputs
 
     refused: Exception | None = None

@@ -16,7 +16,7 @@ from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
 from undertow.physics.errors import LogError
-from undertow.workflows.init import init
+from undertow.workflows.inspect_and_init import init
 
 
 def text_log(path, message: str):

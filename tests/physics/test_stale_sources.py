@@ -7,7 +7,7 @@ from places import ROOT
 
 from undertow.physics.sources import stale_sources, with_sources
 from undertow.physics.vehicle import load_vehicle, shipped_vehicles
-from undertow.workflows.check import check
+from undertow.workflows.check_and_explain import check
 
 BOAT = load_vehicle("otter")
 

@@ -16,8 +16,8 @@ from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.first_vehicle import Hull
-from undertow.workflows.init import Doubt, Draft, init
 from undertow.workflows.inputs import read_inputs
+from undertow.workflows.inspect_and_init import Doubt, Draft, init
 
 PULSES = {"kind": "table", "command": [1110.0, 1510.0, 1910.0], "force": [-35.0, 0.0, 35.0]}
 

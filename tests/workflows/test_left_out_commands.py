@@ -13,8 +13,9 @@ from undertow.measurements.channels.channel_map import map_text, read_channel_ma
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
-from undertow.workflows.init import Hull, init
+from undertow.workflows.first_vehicle import Hull
 from undertow.workflows.inputs import read_inputs
+from undertow.workflows.inspect_and_init import init
 
 SPARE = "pwm_2 never moves: left out, in the channel map as 'pwm_2: null'."
 

@@ -4,6 +4,7 @@ import os
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -23,10 +24,8 @@ def versions() -> dict[str, str]:
     """The versions of Python, undertow and the packages that its numbers come from, as far as they are there."""
     result = {"python": ".".join(map(str, sys.version_info[:3]))}
     for name in PACKAGES:
-        try:
+        with suppress(PackageNotFoundError):
             result[name] = version(name)
-        except PackageNotFoundError:
-            continue
     return result
 
 

@@ -8,7 +8,7 @@ import os
 import re
 import stat
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from ...measurements.collection import find_logs
 from ...physics.errors import LogError, RequestError, expect
 from ...physics.files import is_device, real, stream_of, strict_json, try_out, write_json, written_by
 from ...physics.folders import Own, check_folder
-from ...physics.reading import BLOCK, read_json
+from ...physics.reading import read_json
 from ...residuals.models.foreign import is_function_name
 from ...residuals.models.model_files import NETWORK_FILES
 from ...residuals.models.neural import is_network_folder
@@ -119,14 +119,11 @@ def _content(path: Path) -> dict[str, Any]:
 
 
 def _digest(path: Path) -> str | None:
-    digest = hashlib.sha256()
     try:
         with path.open("rb") as stream:
-            while chunk := stream.read(BLOCK):
-                digest.update(chunk)
+            return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError:
         return None
-    return digest.hexdigest()
 
 
 _MCAP = b"\x89MCAP0\r\n"
@@ -204,8 +201,24 @@ def check_targets(
         _check(option, kind, path, inputs, force)
     earlier = [path for _, _, path in wanted if path.is_file() and path.stat().st_size]
     for _, _, path in wanted:
-        _try(path)
+        with refused(str(path), "; nothing was read or written"):
+            try_out(path)
     return earlier
+
+
+@contextmanager
+def refused(what: str, more: str = "") -> Iterator[None]:
+    """Refuse to go on where something inside cannot be written, and say why.
+
+    Raises
+    ------
+    RequestError
+        in the place of an OSError.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise RequestError(f"cannot write {what}: {error.strerror or error}{more}") from None
 
 
 def check_target_folder(
@@ -233,10 +246,8 @@ def check_target_folder(
     for path in inputs_of(reads):
         if real(path).is_relative_to(place):
             raise RequestError(f"{option} {target} holds {path}, which is read; give another folder, to keep it")
-    try:
+    with refused(str(target)):
         check_folder(target, new, own, force=force)
-    except OSError as error:
-        raise RequestError(f"cannot write {target}: {error.strerror or error}") from None
 
 
 def check_target(
@@ -362,13 +373,6 @@ def _check(option: str, kind: Kind, path: Path, inputs: list[Path], force: bool)
         )
     if not place.stat().st_mode & 0o222:
         raise RequestError(f"{path} is there and write-protected; give another name, or --force to replace it")
-
-
-def _try(path: Path) -> None:
-    try:
-        try_out(path)
-    except OSError as error:
-        raise RequestError(f"cannot write {path}: {error.strerror or error}; nothing was read or written") from None
 
 
 def _head(path: Path) -> bytes:

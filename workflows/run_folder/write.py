@@ -21,7 +21,7 @@ from ...measurements.inspection import Inspections
 from ...measurements.preparation.standardisation import Standardisation
 from ...measurements.prepared_logs import Inputs
 from ...measurements.statistics.processors import run_in_fork
-from ...physics.errors import RequestError, expect
+from ...physics.errors import expect
 from ...physics.files import write_json, write_text, writing
 from ...physics.folders import replace_folder
 from ...physics.presentation import Card
@@ -31,7 +31,7 @@ from ...reports.terminal.progress import SHOWN, Pace, showing
 from ...residuals.series import SeriesTable
 from .moved_files import command, paths_from, seen_from, versions
 from .read import read_comparison, read_run
-from .run_files import COMPARE, DATA, PAGE, RUN_SCHEMA, check_page, check_target, is_comparison, own_run, seal
+from .run_files import COMPARE, DATA, PAGE, RUN_SCHEMA, check_page, check_target, is_comparison, own_run, refused, seal
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -131,15 +131,8 @@ def write_run(
             write_page(work)
         return os.listdir(work)
 
-    return _replaced("run", target, build, force=force)
-
-
-def _replaced(what: str, target: Path, build: Callable[[Path], list[str]], *, force: bool) -> Path:
-    """Put what is built in the place of a folder, whole or not at all."""
-    try:
+    with refused(f"the run to {target}"):
         replace_folder(target, build, own_run, force=force)
-    except OSError as error:
-        raise RequestError(f"cannot write the {what} to {target}: {error.strerror or error}") from None
     return target
 
 
@@ -187,7 +180,9 @@ def write_comparison(
         write_page(work)
         return os.listdir(work)
 
-    return _replaced("comparison", target, build, force=force)
+    with refused(f"the comparison to {target}"):
+        replace_folder(target, build, own_run, force=force)
+    return target
 
 
 def _record(run: Run, target: Path) -> dict[str, Any]:

@@ -7,8 +7,8 @@ import pandas as pd
 
 from ....comparison.facts import CORRECTED, Comparison
 from ....comparison.failing.failures import Structure
+from ....comparison.failing.places import FailingSeconds
 from ....comparison.failing.rows import scene
-from ....comparison.failing.segments import FailingSeconds
 from ....discovery.findings import FailingPlace
 from ....physics.motion import AXES
 from ....physics.presentation import NARROW, percent, share_removed, unit_text, words

@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter, NullLocator, PercentFormatter
 from numpy.typing import NDArray
 
+from ....comparison.failing.features import splits
 from ....comparison.failing.frequency import Frequency
-from ....comparison.failing.heading import Heading
-from ....comparison.failing.rows import Array, acceleration_error, scene, splits
+from ....comparison.failing.rows import Array, acceleration_error, scene
+from ....comparison.failing.trends import Heading
 from ....measurements.statistics.signals import running_mean
 from ....physics.motion import AXES
 from ....physics.presentation import unit_text

@@ -3,14 +3,13 @@
 import numpy as np
 import pandas as pd
 import pytest
+from sample_run import failures
 
-from undertow.comparison.failing.block_fit import fit_with_nuisances
 from undertow.comparison.failing.features import doing, features, merged
 from undertow.comparison.failing.frequency import against_frequency, against_lag
-from undertow.comparison.failing.heading import against_heading
-from undertow.comparison.failing.places import failures, worst_places
-from undertow.comparison.failing.rows import EDGE, Scene, scene
-from undertow.comparison.failing.segments import over_time, segments
+from undertow.comparison.failing.places import segments, worst_places
+from undertow.comparison.failing.rows import EDGE, Scene, fit_with_nuisances, scene
+from undertow.comparison.failing.trends import against_heading, over_time
 from undertow.residuals.series import SeriesTable
 
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")

@@ -11,8 +11,8 @@ from verbs import inspected, refused, strict
 from undertow.measurements.kinematics import compass_shown
 from undertow.measurements.log_options import Reading
 from undertow.workflows.first_vehicle import Hull
-from undertow.workflows.init import init
 from undertow.workflows.inputs import read_inputs
+from undertow.workflows.inspect_and_init import init
 
 MAPS = ROOT / "examples" / "maps"
 

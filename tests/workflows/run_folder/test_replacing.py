@@ -338,9 +338,9 @@ def unread(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("a log was read before the target was tried")
 
     monkeypatch.setattr("undertow.workflows.inputs.read_log", fail)
-    monkeypatch.setattr("undertow.workflows.inspect.read_log", fail)
+    monkeypatch.setattr("undertow.workflows.inspect_and_init.read_log", fail)
     monkeypatch.setattr("undertow.physics.worlds.world.simulate_world", fail)
-    monkeypatch.setattr("undertow.workflows.check.check", fail)
+    monkeypatch.setattr("undertow.workflows.check_and_explain.check", fail)
 
 
 EVERY_TARGET = [

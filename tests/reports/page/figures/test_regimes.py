@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
+from sample_run import failures
 
-from undertow.comparison.failing.places import failures
-from undertow.comparison.failing.rows import splits
+from undertow.comparison.failing.features import splits
 from undertow.reports.page.figures.error_figures import regime_table
 from undertow.residuals.series import SeriesTable
 

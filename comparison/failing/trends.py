@@ -1,4 +1,4 @@
-"""Error against heading: what is fixed in the earth (current, wind) or in the compass turns with the boat."""
+"""Trends of the error: with the heading, as of a current, a wind or a compass that errs, and along the log."""
 
 from typing import Self
 
@@ -9,10 +9,9 @@ from pydantic import SerializerFunctionWrapHandler, model_serializer, model_vali
 from ...measurements.statistics.quantiles import fisher
 from ...physics.file_records import Number, Record
 from ...physics.motion import AXES
-from ...physics.presentation import number, unit_text
+from ...physics.presentation import number, percent, unit_text
 from ...residuals.scores import ACCELERATION_UNITS
-from .block_fit import Fitted, fit_with_nuisances, static_columns
-from .rows import Array, Scene, shorter
+from .rows import Array, Fitted, Scene, fit_with_nuisances, shorter, static_columns
 
 SECTORS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 _SECTOR_SECONDS, _FEWEST_SECTORS = 3.0, 5
@@ -98,7 +97,7 @@ def against_heading(stage: Scene) -> dict[str, Heading]:
     told = {}
     for k, axis in enumerate(AXES):
         known = _by_sector(stage.error[:, k], sector, sailed)
-        told[axis] = _judged(known, fits[k], int(sailed.sum()), float(stage.spread[k]), k)
+        told[axis] = _heading_of(known, fits[k], int(sailed.sum()), float(stage.spread[k]), k)
     return _suspected(told, stage, psi)
 
 
@@ -115,7 +114,7 @@ def _by_sector(error: Array, sector: NDArray[np.intp], sailed: NDArray[np.bool_]
     return Heading(mean=tuple(middle), spread=tuple(spread))
 
 
-def _judged(known: Heading, fit: Fitted | None, sectors: int, usual: float, axis: int) -> Heading:
+def _heading_of(known: Heading, fit: Fitted | None, sectors: int, usual: float, axis: int) -> Heading:
     unit = ACCELERATION_UNITS[AXES[axis]]
     if sectors < _FEWEST_SECTORS:
         why = f"the boat sailed in {sectors} of {len(SECTORS)} directions only"
@@ -128,8 +127,6 @@ def _judged(known: Heading, fit: Fitted | None, sectors: int, usual: float, axis
     direction = np.arctan2(cosine, -sine) if axis == 1 else np.arctan2(sine, cosine)
     drawn = np.hypot(*fit.sample.T)
     low, high = (float(end) for end in np.quantile(drawn, [0.025, 0.975]))
-    test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0
-    sure = test > fisher(2, max(fit.blocks - 2, 3), 1.0 - _CHANCE)
     ends = shorter([low, high])
     found = known.but(
         harmonic=Harmonic(
@@ -140,7 +137,7 @@ def _judged(known: Heading, fit: Fitted | None, sectors: int, usual: float, axis
         )
     )
     size = f"{number(amplitude, 2)} {unit_text(unit)}"
-    if sure and amplitude > _MATERIAL * usual:
+    if _is_sure(fit) and amplitude > _MATERIAL * usual:
         towards = f"{number(float(np.degrees(direction) % 360.0), 2)} degrees"
         way = f"most to starboard on heading {towards}" if axis == 2 else f"a push towards {towards}"
         return found.but(verdict=_DEPENDS, sentence=f"the error turns with the heading by {size}: {way}")
@@ -185,7 +182,124 @@ def _follows_speed(stage: Scene, psi: Array) -> bool:
     fit = fit_with_nuisances(stage, -stage.error[:, 1], columns, np.column_stack([beside, still]))
     if fit is None or fit.free.min() < _FREE:
         return False
-    test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0
     size = float(np.hypot(*fit.values)) * float(np.sqrt((u**2).mean()))
     material = size > _MATERIAL * float(stage.spread[1])
-    return material and test > fisher(2, max(fit.blocks - 2, 3), 1.0 - _CHANCE)
+    return material and _is_sure(fit)
+
+
+def _is_sure(fit: Fitted) -> bool:
+    """True when the two coefficients of a harmonic are more than noise."""
+    test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0
+    return test > fisher(2, max(fit.blocks - 2, 3), 1.0 - _CHANCE)
+
+
+_SHORTEST = 60.0
+"""Span of time [s] over which a drift can be told."""
+_CLEAR, _CLEARLY_GROWN = 3.5, 5.0
+"""Standard errors from which a trend of the error, and of its size, is told; the size changes with all that is done."""
+_MATERIAL_DRIFT, _GROWTH = 0.1, 0.3
+"""Change over the log, as a share of the usual acceleration, and of the size of the error, that matters."""
+_FREE_TIME = 0.1
+"""Share of a column that the others must leave free: with less, its error is over three times that of one alone."""
+
+
+class Drift(Record):
+    """The trend of the error on one axis along the log, at equal motion and commands.
+
+    Attributes
+    ----------
+    per_minute, ci95 : of the error, modelled minus measured [`unit`]; None, as the next, where this log cannot tell
+    size_per_minute, size_ci95 : of its size, as shares of the mean size
+    verdict : "drifts", "grows", "shrinks", "steady", "this log cannot tell"
+    sentence : the same in words
+    """
+
+    per_minute: Number | None = None
+    ci95: tuple[Number, Number] | None = None
+    size_per_minute: Number | None = None
+    size_ci95: tuple[Number, Number] | None = None
+    unit: str
+    verdict: str = _CANNOT
+    sentence: str
+
+
+def over_time(stage: Scene) -> dict[str, Drift]:
+    """The trend of the error and of its size along each log, by axis, at equal motion and commands.
+
+    Linear fits beside what the present speeds and commands explain (for the size: beside how much the boat moved),
+    with errors that are robust to the autocorrelation within and between blocks.
+
+    Returns
+    -------
+    By axis.
+    """
+    time, span = _minutes(stage)
+    moved = np.abs(static_columns(stage)[:, :12])
+    beside = np.column_stack([_logs(stage), static_columns(stage)[:, 1:]])
+    told = {}
+    for k, axis in enumerate(AXES):
+        error = stage.error[:, k]
+        mean = fit_with_nuisances(stage, error, time[:, None], beside)
+        size = np.abs(error)
+        grown = fit_with_nuisances(
+            stage, size, time[:, None], np.column_stack([_logs(stage), moved[:, 1:], np.abs(stage.measured[:, k])])
+        )
+        told[axis] = _drift_of(
+            mean,
+            grown,
+            span,
+            float(stage.spread[k]),
+            float(np.sum(np.nan_to_num(size)) / max(int(np.isfinite(size).sum()), 1)),
+            k,
+        )
+    return told
+
+
+def _drift_of(mean: Fitted | None, grown: Fitted | None, span: float, usual: float, size: float, axis: int) -> Drift:
+    unit = ACCELERATION_UNITS[AXES[axis]]
+    if mean is None or grown is None or 60.0 * span < _SHORTEST or min(mean.free[0], grown.free[0]) < _FREE_TIME:
+        short = 60.0 * span < _SHORTEST or mean is None
+        why = "too short for a drift" if short else "what the boat did changed along with the time"
+        return Drift(unit=unit, sentence=_UNTOLD.format(why))
+    slope, growth = float(mean.values[0]), float(grown.values[0]) / max(size, 1e-300)
+    ends, size_ends = shorter(mean.interval(0)), shorter(np.array(grown.interval(0)) / max(size, 1e-300))
+    found = Drift(
+        per_minute=shorter([slope])[0],
+        ci95=(ends[0], ends[1]),
+        size_per_minute=shorter([growth])[0],
+        size_ci95=(size_ends[0], size_ends[1]),
+        unit=unit,
+        sentence="",
+    )
+    drifts = abs(slope) > _CLEAR * mean.errors[0] and abs(slope) * span > _MATERIAL_DRIFT * usual
+    grows = (
+        abs(grown.values[0]) > _CLEARLY_GROWN * grown.errors[0]
+        and abs(growth) * span > _GROWTH
+        and size > _MATERIAL_DRIFT * usual
+    )
+    if drifts:
+        sentence = f"the error drifts by {number(slope, 2)} {unit_text(unit)} a minute at equal speeds and commands"
+        return found.but(verdict="drifts", sentence=sentence)
+    if grows:
+        verdict = "grows" if growth > 0.0 else "shrinks"
+        return found.but(verdict=verdict, sentence=f"the error {verdict} by {percent(abs(growth))} a minute")
+    reach = max(abs(end) for end in mean.interval(0)) * span
+    if reach > 2.0 * max(_MATERIAL_DRIFT * usual, size):
+        why = f"the error may drift by {number(reach, 2)} {unit_text(unit)} over the log"
+        return found.but(sentence=_UNTOLD.format(why))
+    bound = f"{number(reach, 2)} {unit_text(unit)}"
+    return found.but(verdict="steady", sentence=f"no drift: less than {bound} over the log")
+
+
+def _minutes(stage: Scene) -> tuple[Array, float]:
+    """Time since the beginning of each log, and the longest log [min]."""
+    time = stage.column("time") / 60.0
+    since = time.copy()
+    for log in np.unique(stage.log):
+        since[stage.log == log] -= time[stage.log == log].min()
+    return since, float(since.max())
+
+
+def _logs(stage: Scene) -> Array:
+    """A constant for each log."""
+    return (stage.log[:, None] == np.unique(stage.log)).astype(float)

@@ -1,4 +1,4 @@
-"""The verb `init`: a vehicle file and a channel map made of logs, every number with its source."""
+"""The verbs `inspect` (logs looked over, one of them repaired) and `init` (a vehicle file and channel map of them)."""
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,26 +10,100 @@ import numpy as np
 
 from ..measurements.canonical import command_kind
 from ..measurements.channels.channel_map import Entry, map_text
+from ..measurements.collection import find_logs
+from ..measurements.inspection import Fixed, Inspection, Inspections, inspect_log, inspect_logs
 from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.needs import like_commands, mix_of
-from ..measurements.prepared_logs import PathLike
+from ..measurements.prepared_logs import PathLike, check_target, write_clean
 from ..measurements.quality.checks.sides import SIDES
 from ..measurements.quality.examination import Examination, examine, pool
 from ..measurements.quality.quick_motion import stands_still
 from ..measurements.quality.record import Record
 from ..measurements.statistics.quantiles import weighed
 from ..measurements.thrusters_in_log import DetectedThruster, idle_commands, surge_at_full, thrusters_in
-from ..physics.errors import LogError
+from ..physics.errors import LogError, RequestError
 from ..physics.files import on_top, write_text
 from ..physics.presentation import Card, each, listing
 from ..physics.sources import LENGTH
-from ..physics.stage import Say
+from ..physics.stage import Say, trim_memory
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.progress import SHOWN, Pace, megabytes, showing
-from .first_vehicle import Hull, like_another, on_typical_hull
+from .first_vehicle import Hull, like_another, on_typical_hull, turned
 from .inputs import likely_misplaced
-from .inspect import logs_in
+
+
+def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
+    """The logs that files, folders and patterns stand for, and notes on what else is there; see `find_logs`.
+
+    Raises
+    ------
+    RequestError
+        when a log is named twice.
+    LogError
+        when a folder or a pattern holds none.
+    """
+    names, notes = find_logs(paths)
+    found = [Path(name) for name in names]
+    seen = set()
+    for path in found:
+        if path.resolve() in seen:
+            raise RequestError(f"{path} is given twice; its evidence would count twice. Give it once.")
+        seen.add(path.resolve())
+    return found, notes
+
+
+@showing
+def look_over(
+    paths: Sequence[Path],
+    vehicle: Vehicle | None = None,
+    reading: Reading = AS_GUESSED,
+    *,
+    fix: Path | None = None,
+    progress: Say | None = SHOWN,
+) -> tuple[Inspection | Inspections, Log]:
+    """Inspect logs, and write one of them repaired.
+
+    Parameters
+    ----------
+    paths : logs, folders of logs, or patterns
+    vehicle : whose needs are checked
+    reading : see `read_log`
+    progress : called with lines about the work, shown where nothing is said; None for silence
+    fix : file for the repaired log, None to write nothing
+
+    Returns
+    -------
+    (what was found, the first log) : Inspection or Inspections, Log
+        Of one log or of several, whose `notes` name the files beside them that are no logs; with `fix`, its path and
+        what was done under `fixed`.
+
+    Raises
+    ------
+    LogError, RequestError
+        when a log cannot be read, or `fix` is asked of several logs or would overwrite one.
+    """
+    logs, notes = logs_in(paths)
+    if fix is not None:
+        if len(logs) > 1:
+            raise RequestError(f"--fix {fix}: expected one log to repair, got {len(logs)}; repair them one by one")
+        check_target(fix, logs)
+    told_bytes = megabytes(progress)
+    read = [read_log(log, reading, progress=told_bytes, mend=True) for log in logs]
+    trim_memory()
+    if len(read) > 1:
+        return inspect_logs(read, vehicle).but(notes=notes), read[0]
+    checked = Pace(progress, "checks of the log", even=False).told
+    examination = examine(read[0], vehicle, progress=checked)
+    inspection = inspect_log(read[0], vehicle, examination=examination)
+    inspection = inspection.but(notes=(*inspection.notes, *notes))
+    if fix is None:
+        return inspection, read[0]
+    done, left = examination.fixes, examination.still_wrong
+    write_clean(examination.clean, done, left, fix)
+    fixed = Fixed(path=str(fix), done=done, left=left, usable=inspection.repaired)
+    return inspection.but(fixed=fixed), read[0]
+
 
 _UNLIKE = float(np.log(2.0))
 """Standard deviation of the logarithm of full thrust ahead over that astern: a propeller made for one way has 2 to 3,
@@ -114,8 +188,9 @@ class Draft(Card):
             return " ".join([*self.likely, "Until then, the map believes the names."])
         if Doubt.SIGNS not in self.doubts:
             return next((doubt.value for doubt in self.doubts if doubt in PLACES), "")
-        turned = {t.channel: _turned(self.entries[t.channel], t) for t in self.thrusters if not t.by_log}
-        lines = " or ".join(map_text({name: entry}).strip() for name, entry in turned.items())
+        unsure = {t.channel: (self.entries[t.channel], t.output.neutral) for t in self.thrusters if not t.by_log}
+        other = {name: entry and turned(entry, neutral) for name, (entry, neutral) in unsure.items()}
+        lines = " or ".join(map_text({name: entry}).strip() for name, entry in other.items())
         return f"{Doubt.SIGNS.value} If you know that one is turned round, write its line into the map: {lines}."
 
     def write(self, vehicle: Path, channels: Path | None) -> None:
@@ -275,13 +350,8 @@ def _entries(log: Log, thrusters: Sequence[DetectedThruster], still: Sequence[st
     for one, _ in moved.values():
         del entries[one.read_as]
     for channel, (one, entry) in moved.items():
-        entries[channel] = _turned(entry, one) if one.turned else entry
+        entries[channel] = turned(entry, one.output.neutral) if one.turned else entry
     return entries
-
-
-def _turned(entry: Entry | None, one: DetectedThruster) -> Entry | None:
-    """A line of the channel map that turns a thruster's command round about its neutral."""
-    return entry and replace(entry, scale=-entry.scale, offset=2.0 * one.output.neutral - entry.offset)
 
 
 def _doubts(thrusters: Sequence[DetectedThruster], hull: Hull, like: bool, astern: bool) -> tuple[Doubt, ...]:

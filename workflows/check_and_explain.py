@@ -1,4 +1,4 @@
-"""The verb `check`: from the name of a model, and logs if there are any, to what the laws say of it."""
+"""The verbs `check` (what the laws of a hull say of a model) and `explain` (what of its correction has a name)."""
 
 import os
 from collections.abc import Sequence
@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from ..comparison.audit import Audit, audit
-from ..comparison.models_by_name import load_model
+from ..comparison.models_by_name import MODEL_CURE, check_commands, load_model
+from ..discovery.distillation.distil import distil_model
+from ..discovery.distillation.distilled import Distilled
+from ..discovery.settings import DiscoverySettings
 from ..measurements.log_options import AS_GUESSED, Reading
-from ..measurements.prepared_logs import FOLDS, PathLike
-from ..physics.errors import RequestError, VehicleError
+from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs, PathLike
+from ..physics.errors import RequestError, VehicleError, expect
 from ..physics.forces import calm, held_thrust
 from ..physics.laws.audit.bounded import possible_commands, reachable
 from ..physics.laws.damping_power import Envelope, envelope_of, mass_margin
@@ -144,9 +147,41 @@ def _stored_envelope(folder: Path) -> Envelope | None:
     try:
         box = read_json(folder / "findings.json")["passivity"]["envelope"]
         (u0, u1), (v0, v1), (r0, r1) = (map(float, box[name]) for name in "uvr")
+        return Envelope((u0, v0, r0), (u1, v1, r1))
     except (OSError, ValueError, KeyError, TypeError, OverflowError):
         return None
-    try:
-        return Envelope((u0, v0, r0), (u1, v1, r1))
-    except RequestError:
-        return None
+
+
+@showing
+def distil(
+    model: Model | PathLike,
+    inputs: Inputs,
+    settings: DiscoverySettings | None = None,
+    *,
+    progress: Say | None = SHOWN,
+) -> Distilled:
+    """Say what of a model's correction is a named effect, and what remains.
+
+    The correction is what the model adds to the inputs' vehicle along the training and validation parts at 10 Hz, the
+    rate that networks know.
+
+    Parameters
+    ----------
+    model : a network, or any model of accelerations that takes the commands of the vehicle; or its folder or file
+    inputs : logs and nominal vehicle, see `read_inputs`
+    settings : of the search, its seed among them
+    progress : called with lines about the work, shown where nothing is said; None for silence
+
+    Raises
+    ------
+    RequestError
+        when the model cannot be read or takes other commands, the logs are too short, or the model gives accelerations
+        that are not finite.
+    """
+    expect("distil: inputs", inputs, Inputs, INPUTS_CURE)
+    expect("distil: model", model, (Model, str, os.PathLike), MODEL_CURE)
+    if not isinstance(model, Model):
+        model = load_model(model)
+    check_commands(model, inputs)
+    parts = inputs.parted("explain").parts.split
+    return distil_model(model, (*parts.train.motions, *parts.validation.motions), inputs.vehicle, settings, progress)
