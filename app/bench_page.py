@@ -1,14 +1,14 @@
-"""The page: a bar above, and below it the opening, or the bench."""
+"""The page: a bar above, and below it the opening, the bench, or the hull diary of a fleet."""
 
 from collections.abc import Mapping
 from importlib import resources
+from pathlib import Path
 
 from nicegui import ui
 
 from ..reports.page.markup import DARK, LIGHT
 from ..workflows.workbench_facts import HullDiary, Source
 from .session import Session
-from .views.diary_view import diary_view
 from .views.hero import hero, log_notes
 from .views.missing_cards import MissingCards
 from .views.motion_view import MotionView
@@ -132,3 +132,24 @@ def _css() -> str:
     """The style sheet: the report page's colour roles, and the layout."""
     layout = (resources.files(__package__ or "undertow.app") / "workbench.css").read_text("utf-8")
     return f":root {{ {LIGHT} }} body.body--dark {{ {DARK} }} {layout}"
+
+
+def diary_view(session: Session, tools: ui.element) -> None:
+    """The top of the diary's page, with a button in the bar for all of it."""
+    with tools:
+        button("Take away", lambda: _take(session), lead=True, label="Take the page of the diary away")
+    host = ui.element("section").classes("glance").props('aria-label="The hull diary"')
+
+    def refresh() -> None:
+        host.clear()
+        if session.shown.diary is not None:
+            with host:
+                ui.html(session.shown.diary.glance, sanitize=False)  # our own page, in which every name is escaped
+
+    watching(session, host, refresh)
+
+
+def _take(session: Session) -> None:
+    if session.shown.diary is not None:
+        page = Path(session.shown.diary.page)
+        ui.download.content(page.read_bytes(), page.name)

@@ -13,8 +13,7 @@ from ...workflows.workbench_facts import ModelChoice, Rival, Trained
 from ..plots.time_plots import Line, Panel, TimePlots
 from ..session import Session
 from ..shown import Shown
-from .headline import stair_name
-from .words import button, line, watching
+from .words import button, line, stair_name, watching
 
 _ERRORS = ("position [m]", "surge [m/s]", "sway [m/s]", "yaw [rad/s]")
 _ACCELERATIONS = tuple(

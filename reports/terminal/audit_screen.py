@@ -8,7 +8,20 @@ from ...comparison.audit import Audit
 from ...comparison.error_limits import HeldLimit, HeldLimits
 from ...physics.laws.audit.base import Ruling
 from ...physics.presentation import listing, number, percent, unit_text
-from .layout import ASIDE, BAD, GOOD, UNSURE, Fitting, Prose, bullets, plain_table, section
+from .layout import (
+    ASIDE,
+    BAD,
+    GOOD,
+    UNSURE,
+    Fitting,
+    Prose,
+    bullets,
+    number_columns,
+    plain_table,
+    section,
+    text_columns,
+    word_columns,
+)
 
 _STYLES = {"pass": GOOD, "fail": BAD, "noted": UNSURE, "n/a": ASIDE}
 _SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid body", "times the expected": "expected"}
@@ -43,13 +56,9 @@ def _verdict(ruling: Ruling) -> str:
 def _table(audit: Audit, full: bool) -> Table:
     loose = any(_verdict(r) == "noted" for r in audit.rulings)
     caption = "margin: what is let pass less the worst found" + "; noted: broken, but does not count" * loose
-    table = plain_table(f"Laws: {audit.verdict}", caption)
-    table.add_column("law", no_wrap=True)
-    table.add_column("verdict", no_wrap=True)
-    table.add_column("margin", no_wrap=True, justify="right")
-    if full:
-        table.add_column("worst case", no_wrap=True)
-    table.add_column("proof", no_wrap=True)
+    last = word_columns(*["worst case"] * full, "proof")
+    columns = [*word_columns("law", "verdict"), *number_columns("margin"), *last]
+    table = plain_table(f"Laws: {audit.verdict}", caption, columns)
     for ruling in audit.rulings:
         verdict = _verdict(ruling)
         cells = [ruling.law, Text(verdict, style=_STYLES[verdict]), _margin(ruling)]
@@ -104,16 +113,10 @@ def verdict_text(found: HeldLimits) -> str:
 
 def limits_table(found: HeldLimits) -> RenderableType:
     """All limits, a line each."""
-    table = plain_table("")
-    for name in ("error", "axis"):
-        table.add_column(name, overflow="fold")
-    for name in ("measured", "limit", "of it"):
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    table.add_column("holds", no_wrap=True)
     told = any(one.told for one in found.limits)
-    if told:
-        table.add_column("", overflow="fold")
+    columns = [*text_columns("error", "axis"), *number_columns("measured", "limit", "of it")]
+    columns += [*word_columns("unit", "holds"), *text_columns(*[""] * told)]
+    table = plain_table("", columns=columns)
     for one in found.limits:
         holds = Text("yes", style=GOOD) if one.holds else Text("NO", style=BAD)
         share = percent(one.measured / one.limit) if one.limit > 0.0 else ""

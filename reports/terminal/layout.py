@@ -9,7 +9,7 @@ from rich import box
 from rich.console import Console, ConsoleOptions, Group, RenderableType
 from rich.measure import Measurement
 from rich.segment import Segment
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from ...physics.errors import printable, shortened
@@ -64,9 +64,25 @@ class Prose:
         return shortened(printable(self.text))
 
 
-def plain_table(title: str, caption: str = "") -> Table:
+def word_columns(*titles: str) -> list[Column]:
+    """Columns of names and units, each on one line."""
+    return [Column(title, no_wrap=True) for title in titles]
+
+
+def number_columns(*titles: str) -> list[Column]:
+    """Columns of numbers, which stand at the right, each on one line."""
+    return [Column(title, no_wrap=True, justify="right") for title in titles]
+
+
+def text_columns(*titles: str) -> list[Column]:
+    """Columns of texts, folded where there is no room."""
+    return [Column(title, overflow="fold") for title in titles]
+
+
+def plain_table(title: str, caption: str = "", columns: Sequence[Column] = ()) -> Table:
     """An empty table in the house's style."""
     return Table(
+        *columns,
         title=heading(title) if title else None,
         caption=Text(caption, style="dim") if caption else None,
         box=box.SIMPLE_HEAD,

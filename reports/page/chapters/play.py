@@ -20,8 +20,9 @@ from ....residuals.scores import SPACING
 from ...run_contents import RunFolder
 from ..judged_pieces import JudgedPieces, thrusters_differ
 from ..markup import Html, element, escaped, render
+from ..outcome import hero
 from .base import Chapter, Section
-from .verdict import hero_errors, legend
+from .verdict import legend
 
 _BEYOND = 0.6
 """How far a slider goes beyond what is between the values before and after, as a share of that."""
@@ -51,8 +52,8 @@ def play(run: RunFolder) -> Section | None:
     The error is the one that the page leads with, counted alike on the same rows by the same models.
     """
     knobs = knobs_of(run.nominal, run.corrected)
-    _, _, horizon, metric, unit = hero_errors(run)
-    judged = JudgedPieces.of(run.findings, run.series, run.nominal, run.corrected, float(horizon))
+    led = hero(run.findings.steps, run.comparison.best.horizon)
+    judged = JudgedPieces.of(run.findings, run.series, run.nominal, run.corrected, float(led.horizon))
     rows, step = judged.rows, judged.step
     # The series does not have the wind that an anemometer measured, which the force equation would ask for.
     blows = any(run.corrected.value(symbol) for symbol in ("wind_x", "wind_y", "wind_n"))
@@ -60,17 +61,16 @@ def play(run: RunFolder) -> Section | None:
     whole = set(needed) <= set(rows.columns) and bool(np.isfinite(rows[needed].to_numpy(dtype=float)).all())
     if not knobs or blows or not whole:
         return None
-    what = f"{metric} error of {horizon} s predictions{judged.some}"
     data = {
         "nominal": vehicle_data(run.nominal),
         "boats": [vehicle_data(model) for model in judged.models],
         "changes": [judged.changes(model) for model in judged.models],
         "knobs": [knob._asdict() | {"unit": unit_text(knob.unit)} for knob in knobs],
         **_measurement(rows, judged, run.corrected),
-        "horizon": float(horizon),
+        "horizon": float(led.horizon),
         "spacing": max(1, round(SPACING / step)),
-        "metric": [[list(_DIGITS).index(name), name] for name in STATES[metric]],
-        "unit": unit,
+        "metric": [[list(_DIGITS).index(name), name] for name in STATES[led.metric]],
+        "unit": led.unit,
     }
     numbers = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     stored = element("script", Html(numbers), attributes={"type": "application/json", "id": "play-data"})
@@ -79,9 +79,9 @@ def play(run: RunFolder) -> Section | None:
         "each of these models in proportion."
     ) * (len(judged.models) > 1)
     caption = (
-        f"Play, or drag the time, and watch the boat beside its predictions, {horizon} s each and open loop from the "
-        "measurement. Move a slider and all of them are made anew by the force equation. Their error counts as at the "
-        f"top of the page, with a prediction every {SPACING:g} s.{unseen}"
+        f"Play, or drag the time, and watch the boat beside its predictions, {led.horizon} s each and open loop from "
+        "the measurement. Move a slider and all of them are made anew by the force equation. Their error counts as at "
+        f"the top of the page, with a prediction every {SPACING:g} s.{unseen}"
     )
     stage = element(
         "div",
@@ -94,7 +94,13 @@ def play(run: RunFolder) -> Section | None:
     )
     side = element(
         "div",
-        element("div", _error(what), *map(_knob, knobs[:_AT_ONCE]), *_folded(knobs[_AT_ONCE:]), cls="knobs"),
+        element(
+            "div",
+            _error(f"{led.in_words}{judged.some}"),
+            *map(_knob, knobs[:_AT_ONCE]),
+            *_folded(knobs[_AT_ONCE:]),
+            cls="knobs",
+        ),
         element("div", _button("all-before", "Before"), _button("all-after", "After"), cls="buttons"),
         cls="desk",
     )

@@ -38,7 +38,7 @@ LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
 def headline(run: RunFolder, *, title: str = "h1") -> Html:
     """The verdict, below it why and what became of the error, in words and as big figures; then how sure that is."""
     findings, steps = run.findings, run.findings.steps
-    before, after, horizon, metric, _ = hero_errors(run)
+    led = hero(steps, run.comparison.best.horizon)
     answered = answer(findings, run.comparison, run.nominal)
     worse = gets_worse(steps, run.comparison.best.horizon)
     did = outcome(findings, run.comparison) if worse or not answered else ""
@@ -53,17 +53,17 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
         share = f"{percent(place.share_of_error)} of the {place.axis} error"
         sentences.append(f"The nominal model fails most here: {place.where} ({share}).")
     changed = len(steps) > 1
-    figures = [_big(before, ROLLOUT_UNITS[metric], "before", "before" if changed else "the nominal model")]
+    figures = [_big(led.before, led.unit, "before", "before" if changed else "the nominal model")]
     if changed:
-        figures += [element("span", ARROW, cls="arrow"), _big(after, ROLLOUT_UNITS[metric], "after", "after")]
+        figures += [element("span", ARROW, cls="arrow"), _big(led.after, led.unit, "after", "after")]
     ends = (steps[0], steps[-1])[: 1 + changed]
     by_axis = []
     for axis in AXES:
-        errors = (typeset(step.rollout(horizon).of(axis), 2) for step in ends)
+        errors = (typeset(step.rollout(led.horizon).of(axis), 2) for step in ends)
         by_axis.append(f"{axis} {f' {ARROW} '.join(errors)} {ROLLOUT_UNITS[axis]}")
     what = element(
         "div",
-        element("strong", f"{metric} error of {horizon} s predictions"),
+        element("strong", led.in_words),
         *lines(["root mean square, open loop, on held-out data"]),
         element("div", *(element("span", text) for text in by_axis), cls="axes"),
         cls="what",
@@ -79,18 +79,10 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     )
 
 
-def hero_errors(run: RunFolder) -> tuple[float, float, str, str, str]:
-    """The error that the page leads with: before, after, the horizon [s], what it is of, and its unit."""
-    steps = run.findings.steps
-    horizon, metric = hero(steps, run.comparison.best.horizon)
-    before, after = (step.rollout(horizon).of(metric) for step in (steps[0], steps[-1]))
-    return before, after, horizon, metric, ROLLOUT_UNITS[metric]
-
-
 def falling_error(run: RunFolder) -> Section:
     """Rollout and acceleration errors after each added effect."""
     steps = run.findings.steps
-    horizon, _ = hero(steps, run.comparison.best.horizon)
+    horizon = hero(steps, run.comparison.best.horizon).horizon
     names = ["nominal model", *(step_words(step) for step in steps[1:])]
     names = [
         name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}" for name in names

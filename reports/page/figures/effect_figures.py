@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-import matplotlib
 import numpy as np
 import pandas as pd
 
@@ -16,7 +15,7 @@ from ....physics.presentation import percent, share_removed, unit_text, words
 from ....physics.sampled_series import binned_means, explained_share
 from ....physics.vehicle import Vehicle
 from ..markup import Html
-from .svg import ROLES, STYLE, Look, canvas, drawn, panel
+from .svg import ROLES, Look, canvas, drawn, panel
 
 SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "deg", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
 """Columns of a series that a force may depend on, beside the commands, and the units in which they are drawn."""
@@ -154,8 +153,7 @@ def force_drawings(found: Sequence[MissingForce]) -> list[Html]:
 def _drawing(found: MissingForce) -> Html:
     width, height = _SIZE
     stride = max(1, found.values.size // _POINTS)
-    with matplotlib.rc_context({**STYLE, "path.simplify": False}):
-        figure = canvas(width, height)
+    with canvas(width, height, simplify=False) as figure:
         axes = panel(figure, 58, 26, width - 66, height - 72)
         axes.axhline(0.0, color=ROLES["muted"], linewidth=1.0, dashes=(4, 3))
         axes.plot(found.values[::stride], found.lacking[::stride], ".", color=ROLES["measured"], ms=3.5)
@@ -183,8 +181,7 @@ def excitation(told: Mapping[str, Excitation]) -> Html:
     shares = {name: item.share for name, item in told.items()}
     order = sorted(shares, key=lambda name: (shares[name] != shares[name], shares[name]))
     left, width, height = 208, 460, 12 + 17 * len(order)
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, left, 4, width - left - 62, height - 8)
         values = np.nan_to_num(np.array([shares[name] for name in order]))
         fill = [ROLES["before"] if value < 0.02 else ROLES["between"] for value in values]

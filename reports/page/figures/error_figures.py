@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -19,7 +18,7 @@ from ....residuals.scores import ACCELERATION_UNITS
 from ....residuals.series import SeriesTable
 from ..judged_pieces import ACCELERATIONS, MODELS
 from ..markup import Html
-from .svg import HEAT, ROLES, STYLE, Look, canvas, drawn, panel
+from .svg import HEAT, ROLES, Look, canvas, drawn, panel
 
 POINTS = 400  # of each model in a scatter
 BINS = 31
@@ -43,9 +42,8 @@ def scatter(rows: pd.DataFrame, axis: str, title: str) -> tuple[Html, int]:
     stride = scatter_stride(rows)
     low, high = _frame(measured, [rows[f"{name}_{model}"].to_numpy(float) for model in MODELS])
     outside = 0
-    with matplotlib.rc_context({**STYLE, "path.simplify": False}):
-        width, height = SIZE
-        figure = canvas(width, height)
+    width, height = SIZE
+    with canvas(width, height, simplify=False) as figure:
         axes = panel(figure, 58, 26, width - 66, height - 72)
         axes.plot([low, high], [low, high], color=ROLES["muted"], linewidth=1.0, dashes=(4, 3))
         for model in MODELS:
@@ -75,9 +73,8 @@ def histogram(rows: pd.DataFrame, axis: str, title: str) -> Html:
     errors = [error[np.isfinite(error)] for error in errors]
     reach = max((float(np.quantile(np.abs(error), 0.99)) for error in errors if error.size), default=0.0) or 1e-9
     edges = np.linspace(-reach, reach, BINS + 1)
-    with matplotlib.rc_context(STYLE):
-        width, height = SIZE[0], 236
-        figure = canvas(width, height)
+    width, height = SIZE[0], 236
+    with canvas(width, height) as figure:
         axes = panel(figure, 58, 26, width - 66, height - 72)
         for model, error, fill in zip(MODELS, errors, (0.25, 0.35), strict=True):
             counts, _ = np.histogram(np.clip(error, -reach, reach), edges)
@@ -167,8 +164,7 @@ def error_map(series: pd.DataFrame, error: Array, bounds: Array, title: str, axi
     # A thinned row bears the worst of the rows that it stands for.
     level = np.array([step[k : k + stride].max() for k in rows])
     gap = np.flatnonzero(np.diff(scene(SeriesTable.of(series)).stretch[rows]) != 0)
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, 52, 28, width - 58, height - 74)
         axes.plot(_broken(east[rows], gap), _broken(north[rows], gap), color=ROLES[HEAT[0]], lw=_WIDTHS[0])
         for k in range(1, len(HEAT)):
@@ -186,8 +182,7 @@ def error_map(series: pd.DataFrame, error: Array, bounds: Array, title: str, axi
 def spectra(frequency: Sequence[Mapping[str, Frequency]], axis: str) -> Html:
     """Power spectra of the measured acceleration and of the errors before and after, on one axis."""
     width, height = 320, 220
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, 54, 28, width - 62, height - 74)
         first = frequency[0][axis]
         axes.loglog(first.hz, _positive(first.measured), color=ROLES["measured"], linewidth=4.0)
@@ -209,8 +204,7 @@ def by_heading(heading: Sequence[Mapping[str, Heading]], axis: str) -> Html:
     """Median error on headings near each direction, before and after, with the range of its middle half."""
     width, height = 320, 190
     sectors = heading[0][axis].sectors
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, 54, 28, width - 62, height - 54)
         places = np.arange(len(sectors))
         axes.axhline(0.0, color=ROLES["grid"], linewidth=1.4)

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -14,7 +13,7 @@ from ....physics.presentation import MINUS, finite, number, percent, unit_text, 
 from ...sureness import BACK, CoefficientRow, comes_back, odds, worth
 from ..judged_pieces import rollouts
 from ..markup import Html
-from .svg import ROLES, STYLE, Look, canvas, drawn, panel
+from .svg import ROLES, Look, canvas, drawn, panel
 
 SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
 POSITION = ("position", "distance of the predicted from the measured position", "m")
@@ -50,8 +49,7 @@ def step_bars(title: str, unit: str, values: Sequence[Any], names: Sequence[str]
     """
     left, width = (214, 472) if names else (22, 162)
     height = 34 + 27 * len(values)
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, left, 30, width - left - 52, height - 34)
         shown = np.array([finite(value) for value in values])
         lengths = np.nan_to_num(shown)
@@ -80,8 +78,7 @@ def speeds(series: pd.DataFrame) -> Html:
     """
     width, height, left, tall = 960, 650, 52, 124
     runs = rollouts(series)
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         for row, (name, title, unit) in enumerate((*SPEEDS, POSITION)):
             axes = panel(figure, left, 22 + row * (tall + 32), width - left - 16, tall)
             if (name, title, unit) == POSITION:
@@ -125,8 +122,7 @@ def track(series: pd.DataFrame) -> Html:
     width, height = 460, 420
     runs = rollouts(series)
     north, east = runs["north"].mean(), runs["east"].mean()
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, 56, 6, width - 62, height - 52)
         if "position_band" in runs:
             _discs(axes, runs)
@@ -165,30 +161,31 @@ def regime_bars(before: pd.DataFrame, after: pd.DataFrame) -> list[Html]:
     tops = {axis: 1.08 * max(before_rows["rmse"].max(), 1e-12) for axis, before_rows in before.groupby("axis")}
     for axis, rows in after.groupby("axis"):
         tops[axis] = max(tops[axis], 1.08 * rows["rmse"].max())
-    with matplotlib.rc_context(STYLE):
-        return [
-            _regime_drawing(by, before[before["by"] == by], after[after["by"] == by], tops)
-            for by in pd.unique(before["by"])
-        ]
+    return [
+        _regime_drawing(by, before[before["by"] == by], after[after["by"] == by], tops)
+        for by in pd.unique(before["by"])
+    ]
 
 
 def _regime_drawing(by: str, before: pd.DataFrame, after: pd.DataFrame, tops: Mapping[Any, float]) -> Html:
     width, left, tall, height = 460, 46, 62, 332
-    figure = canvas(width, height)
-    for row, (axis, rows) in enumerate(before.groupby("axis", sort=False)):
-        axes = panel(figure, left, 46 + row * (tall + 22), width - left - 6, tall)
-        places = np.arange(len(rows))
-        axes.bar(places - 0.2, rows["rmse"], 0.38, color=ROLES["before"])
-        later = after[after["axis"] == axis].set_index("regime")["rmse"]  # of some regimes one model may know nothing
-        axes.bar(places + 0.2, later.reindex(rows["regime"]), 0.38, color=ROLES["after"])
-        axes.set(xlim=(-0.5, len(rows) - 0.5), ylim=(0.0, tops[axis]), xticks=[])
-        axes.locator_params(axis="y", nbins=3)
-        title = f"{axis} [{unit_text(rows['unit'].iloc[0])}]"
-        axes.set_title(title, loc="left", fontsize=11, color=ROLES["muted"], pad=4)
-        if row == 2:
-            _regime_labels(axes, rows)
-    figure.text(2 / width, 1 - 16 / height, REGIME_TITLES.get(by, f"by {by}"), weight="bold", fontsize=12.5)
-    return drawn(figure, f"acceleration error by {by}, before and after")
+    with canvas(width, height) as figure:
+        for row, (axis, rows) in enumerate(before.groupby("axis", sort=False)):
+            axes = panel(figure, left, 46 + row * (tall + 22), width - left - 6, tall)
+            places = np.arange(len(rows))
+            axes.bar(places - 0.2, rows["rmse"], 0.38, color=ROLES["before"])
+            later = after[after["axis"] == axis].set_index("regime")[
+                "rmse"
+            ]  # of some regimes one model may know nothing
+            axes.bar(places + 0.2, later.reindex(rows["regime"]), 0.38, color=ROLES["after"])
+            axes.set(xlim=(-0.5, len(rows) - 0.5), ylim=(0.0, tops[axis]), xticks=[])
+            axes.locator_params(axis="y", nbins=3)
+            title = f"{axis} [{unit_text(rows['unit'].iloc[0])}]"
+            axes.set_title(title, loc="left", fontsize=11, color=ROLES["muted"], pad=4)
+            if row == 2:
+                _regime_labels(axes, rows)
+        figure.text(2 / width, 1 - 16 / height, REGIME_TITLES.get(by, f"by {by}"), weight="bold", fontsize=12.5)
+        return drawn(figure, f"acceleration error by {by}, before and after")
 
 
 def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
@@ -219,8 +216,7 @@ def ranked_effects(candidates: Sequence[EffectFinding], most: int = 12) -> Html:
     shown = sorted([item for item in candidates if not item.cannot_tell][:most], key=worth, reverse=True)
     left, width, height = 190, 460, 34 + 24 * len(shown)
     drops = np.nan_to_num([worth(item) for item in shown])
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, left, 30, width - left - 122, height - 34)
         fill, rim = zip(*map(_bar_colours, shown), strict=True) if shown else ((), ())
         bars = np.arange(len(shown)), np.maximum(drops, 0.0)
@@ -251,8 +247,7 @@ def _bar_colours(item: EffectFinding) -> tuple[str, str]:
 def coefficients(rows: Sequence[CoefficientRow]) -> Html:
     """Coefficients before and after, with 95 % intervals of the value after; each row on its own scale from zero."""
     width, height = 460, 8 + 52 * len(rows)
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, 2, 4, width - 4, height - 8)
         lowest = highest = 0.0
         for index, row in enumerate(rows):

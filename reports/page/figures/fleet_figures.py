@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from datetime import date
 from math import isfinite
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num, num2date
@@ -25,7 +24,7 @@ from ...hull_diary import (
 from ...wording import interval
 from ..fleet import Relation, SharedNumber
 from ..markup import Html, element, render
-from .svg import ROLES, STYLE, Look, canvas, drawn, panel
+from .svg import ROLES, Look, canvas, drawn, panel
 
 LINE, LEFT, WIDTH, RIGHT, FOOT = 26, 120, 1060, 24, 34
 """Height of a boat, left edge, width of the strip and room at its right, height of its dates [px]."""
@@ -40,8 +39,7 @@ WIDE, TALL, _LEFT = 330, 168, 46
 def strip(diary: DiaryFacts, boats: Sequence[BoatRecord]) -> Html:
     """A line a boat: a tick for each day that it logged, a bar since a change, its cause, and the day of the alarm."""
     height = LINE * len(boats) + FOOT
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(WIDTH, height)
+    with canvas(WIDTH, height) as figure:
         axes = panel(figure, LEFT, 4, WIDTH - LEFT - RIGHT, LINE * len(boats))
         first, last = min(_at(boat.first) for boat in boats), max(_at(boat.last) for boat in boats)
         for row, boat in enumerate(boats):
@@ -203,8 +201,7 @@ def side_by_side(shared: SharedNumber, names: Sequence[str]) -> Html:
     names : of the runs
     """
     height = RUNS_HEAD + RUNS_LINE * len(names) + 10
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(RUNS_WIDTH, height)
+    with canvas(RUNS_WIDTH, height) as figure:
         axes = panel(figure, RUNS_LEFT, RUNS_HEAD, RUNS_WIDTH - RUNS_LEFT - RUNS_RIGHT, RUNS_LINE * len(names))
         unit = unit_text(shared.unit)
         head = f"{shared.symbol} {f'[{unit}]' if unit else ''}".strip()

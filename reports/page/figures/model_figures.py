@@ -17,7 +17,7 @@ from ....steering.closed_loop import PERFECT, ControlRecord, Passage
 from ....steering.tracks import TRACKS
 from ..markup import Html
 from ..rivals import Rival
-from .svg import ROLES, STYLE, Look, canvas, drawn, panel
+from .svg import ROLES, Look, canvas, drawn, panel
 
 ROW = 40
 """Height of a model [px]: its name, and marks above each other that can be told apart."""
@@ -41,8 +41,7 @@ def trust(rivals: Sequence[Rival], horizon: str, best: str, of: str = "") -> Htm
     laws = list(dict.fromkeys(law for rival in rivals for law in rival.laws))
     top = 132 if laws else 40
     height = top + ROW * len(rivals) + 44
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(WIDTH if laws else LEFT + DOTS + GAP, height)
+    with canvas(WIDTH if laws else LEFT + DOTS + GAP, height) as figure:
         errors = panel(figure, LEFT, top, DOTS, ROW * len(rivals))
         _errors(errors, rivals, best)
         errors.set_xlabel(f"position error of {horizon} s predictions [m], logarithmic: left is better")
@@ -164,8 +163,7 @@ def growth(models: Sequence[ComparedModel], ends: Sequence[str]) -> Html:
         known = [(seconds, error) for seconds, error in found if np.isfinite(error) and error > 0.0]
         lines += [(model, np.array(known).T)] if known else []
     lines.sort(key=lambda line: -line[1][1][-1])
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(GROWTH_WIDTH, GROWTH_HEIGHT)
+    with canvas(GROWTH_WIDTH, GROWTH_HEIGHT) as figure:
         axes = panel(figure, GROWTH_LEFT, 12, GROWTH_WIDTH - GROWTH_LEFT - GROWTH_RIGHT, GROWTH_HEIGHT - 60)
         for model, (seconds, error) in lines:
             own = model.name in colours

@@ -24,13 +24,14 @@ from ....physics.presentation import Card, listing, number, unit_text
 from ....physics.registry_members import how_to_install
 from ....physics.vehicle import Vehicle
 from ....residuals.models.base import VehicleModel
-from ....residuals.scores import ROLLOUT_UNITS, SPACING
+from ....residuals.scores import SPACING
 from ....residuals.series import BANDS, RESTART, restarted
 from ...run_contents import RunFolder
 from ...sureness import coefficient_rows
-from ..chapters.play import STATES, Knob
+from ..chapters.play import STATES, Knob, knobs_of
 from ..judged_pieces import JudgedPieces, Piece, liveliest_stretch, rollouts
 from ..markup import LIGHT, NOTHING, Html, element
+from ..outcome import Hero, hero
 from .effect_figures import SIGNALS, MissingForce, means, missing_force, signals
 from .record_plots import AFTER, BEFORE, MEASURED, Drawings, FindingsPlots, draw_coefficients, new_axes
 
@@ -121,10 +122,6 @@ class Plots(Drawings):
         RequestError
             when the run changed no such number, or no judged stretch is as long as a prediction.
         """
-        from ..chapters.play import knobs_of
-        from ..judged_pieces import JudgedPieces
-        from ..outcome import hero
-
         knobs = knobs_of(self.nominal, self.corrected)
         knob = next((one for one in knobs if symbol in ("", one.symbol)), None)
         if knob is None:
@@ -133,10 +130,10 @@ class Plots(Drawings):
             )
             raise RequestError(f"slider: expected a number that the run changed, got {symbol!r}; {there}")
 
-        horizon, metric = hero(self.findings.steps, self.deciding)
+        led = hero(self.findings.steps, self.deciding)
         told, drawn = (
             JudgedPieces.of(self.findings, self.series, self.nominal, self.corrected, seconds)
-            for seconds in (float(horizon), RESTART)
+            for seconds in (float(led.horizon), RESTART)
         )
         if not drawn.pieces:
             raise RequestError(f"slider: expected a judged stretch of {RESTART:g} s or more; give a longer log")
@@ -144,7 +141,7 @@ class Plots(Drawings):
         def draw(series: pd.DataFrame, axes: "Sequence[Axes]") -> object:
             return replace(self, series=series).predictions(axes)
 
-        return PredictionSlider(told, drawn, horizon, metric, draw, knobs, knob, knob.after)
+        return PredictionSlider(told, drawn, led, draw, knobs, knob, knob.after)
 
     def failures(self, axis: str = "surge", model: str = "before", ax: "Axes | None" = None) -> "Axes":
         """Where a model fails: its error of acceleration over surge speed and yaw rate, a point a row.
@@ -218,7 +215,7 @@ class PredictionSlider(Card):
     Attributes
     ----------
     told, drawn : stretches that the error counts, and those that are drawn
-    horizon, metric : of the predictions whose error is told [s], and the quantity
+    led : the error that is told
     draw : draws measured and predicted speeds of a series on three axes
     knobs : all numbers that the run changed
     knob : the one that is moved, with its values before and after
@@ -227,8 +224,7 @@ class PredictionSlider(Card):
 
     told: JudgedPieces
     drawn: JudgedPieces
-    horizon: str
-    metric: str
+    led: Hero
     draw: Callable[[pd.DataFrame, Sequence[Axes]], object]
     knobs: Sequence[Knob]
     knob: Knob
@@ -241,10 +237,10 @@ class PredictionSlider(Card):
     @property
     def error(self) -> float:
         """Root mean square error of the predictions that the run's headline tells of."""
-        columns = [_PREDICTED.index(name) for name in STATES[self.metric]]
+        columns = [_PREDICTED.index(name) for name in STATES[self.led.metric]]
         squares = []
         for vehicle, motion, _ in self._moved(self.told):
-            steps, every = round(float(self.horizon) / motion.time_step), max(1, round(SPACING / motion.time_step))
+            steps, every = round(float(self.led.horizon) / motion.time_step), max(1, round(SPACING / motion.time_step))
             starts = np.arange(0, motion.time.size - steps, every)
             ahead = np.arange(1, steps + 1)
             states = rollout(vehicle, motion, starts, steps).states[:, ahead]
@@ -257,8 +253,7 @@ class PredictionSlider(Card):
         unit = unit_text(self.knob.unit)
         ends = f"before {number(self.knob.before, 3)}, after {number(self.knob.after, 3)}"
         what = f"{self.knob.symbol} = {number(self.value, 3)} {unit}".rstrip()
-        what_error = f"{self.metric} error of {self.horizon} s predictions{self.told.some}"
-        text = f"{what_error}: {number(self.error, 2)} {ROLLOUT_UNITS[self.metric]}"
+        text = f"{self.led.in_words}{self.told.some}: {number(self.error, 2)} {self.led.unit}"
         how = [] if find_spec("ipywidgets") else [("slider", _HOW)]
         return [("number", f"{what} ({self.knob.what}; {ends})"), ("error", text), *how]
 

@@ -3,7 +3,8 @@
 import pytest
 from spoilt_files import HOSTILE, KINDS, judged, spoilt_json, spoilt_yaml
 
-from undertow.reports.page import fleet_page, page
+from undertow.reports.page import page
+from undertow.reports.page import page as fleet_page
 
 FILES = 50
 DRAWN = 25
