@@ -123,6 +123,17 @@ def _half_width(ends: Any) -> float | None:
     return None if math.isnan(half) else half
 
 
+def cut(name: str, most: int) -> str:
+    """A name of at most so many letters, with an ellipsis in the place of what goes.
+
+    Examples
+    --------
+    >>> cut("harbour", 7), cut("harbour patrol", 8)
+    ('harbour', 'harbour…')
+    """
+    return name if len(name) <= most else f"{name[: most - 1]}\N{HORIZONTAL ELLIPSIS}"
+
+
 def ordinal(count: int) -> str:
     """A number as a place in a row.
 

@@ -6,7 +6,31 @@ from importlib import resources
 
 from ...exports.elements import NOTHING, Html, element, escaped, render, table
 
-__all__ = ["NOTHING", "Html", "element", "enlargeable", "escaped", "figure", "folded", "lines", "render", "table"]
+__all__ = [
+    "NOTHING",
+    "Html",
+    "details",
+    "element",
+    "enlargeable",
+    "escaped",
+    "figure",
+    "folded",
+    "lines",
+    "paragraphs",
+    "render",
+    "style_sheet",
+    "table",
+]
+
+
+def paragraphs(texts: Iterable[str], cls: str = "facts") -> list[Html]:
+    """Each text as a paragraph of a class of style; nothing for one that is empty."""
+    return [element("p", text, cls=cls) for text in texts if text]
+
+
+def details(summary: str, *parts: str) -> Html:
+    """What a reader opens by its summary."""
+    return element("details", element("summary", summary), *parts)
 
 
 def folded(title: str, *parts: str) -> Html:

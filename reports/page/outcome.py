@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 from math import isfinite
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from ...comparison.facts import CORRECTED, NOMINAL, Comparison, Grounds
 from ...comparison.recommendation import BASELINE
@@ -43,6 +43,10 @@ class Line(NamedTuple):
     def in_words(self) -> str:
         """Both, as a line of text."""
         return f"{self.label}: {self.text}"
+
+
+OpeningPart = Literal["headline", "cannot", "done", "grown", "answer", "why", "trust"]
+"""What a sentence at the beginning tells."""
 
 
 class Hero(NamedTuple):
@@ -246,24 +250,37 @@ def recommendation(findings: Findings, comparison: Comparison) -> str:
     return f"{best.sentence} What is missing hardly matters on these rows."
 
 
+def repeated(findings: Findings) -> str:
+    """What the search found when it was repeated without parts of the log; empty where it was not."""
+    return findings.folds.in_words(bool(findings.added)) if findings.folds else ""
+
+
 def opening(findings: Findings, comparison: Comparison, nominal: Vehicle | None = None) -> list[str]:
+    """How the terminal begins, see `opening_parts`."""
+    return [text for _, text in opening_parts(findings, comparison, nominal)]
+
+
+def opening_parts(
+    findings: Findings, comparison: Comparison, nominal: Vehicle | None = None
+) -> list[tuple[OpeningPart, str]]:
     """How the terminal begins: headline, what the model cannot do, why, what changed, which to trust; bad news first.
 
     Where the verdict is open, the lines of the `answer` stand below the headline.
     """
-    lines, why = answer(findings, comparison, nominal), " ".join(findings.reasons)
+    lines: list[tuple[OpeningPart, str]] = [("answer", line.in_words) for line in answer(findings, comparison, nominal)]
+    parts: list[tuple[OpeningPart, str]]
+    done, grown = ("done", outcome(findings, comparison)), ("grown", also_worse(findings, comparison))
+    begins = [("headline", headline(findings, comparison)), ("cannot", cannot(comparison, quiet_axes(findings)))]
+    why, again = ("why", " ".join(findings.reasons)), ("why", repeated(findings))
+    trust = ("trust", recommendation(findings, comparison))
     worse = gets_worse(findings.steps, comparison.best.horizon)
-    did, grown, said = outcome(findings, comparison), also_worse(findings, comparison), headline(findings, comparison)
-    again = findings.folds.in_words(bool(findings.added)) if findings.folds else ""
-    weak = cannot(comparison, quiet_axes(findings))
     if lines:
-        first = [*[did] * worse, said, weak, *(line.in_words for line in lines), why, grown, again]
-        return [text for text in first if text]
-    if worse:
-        first = [did, grown, said, weak, also_likely(findings), why]
+        parts = [*[done] * worse, *begins, *lines, why, grown, again]
+    elif worse:
+        parts = [done, grown, *begins, ("why", also_likely(findings)), why, again, trust]
     else:
-        first = [said, weak, why, with_likely(findings, comparison), grown]
-    return [text for text in (*first, again, recommendation(findings, comparison)) if text]
+        parts = [*begins, why, ("done", with_likely(findings, comparison)), grown, again, trust]
+    return [(part, text) for part, text in parts if text]
 
 
 def _names_first(findings: Findings) -> str:

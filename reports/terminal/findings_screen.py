@@ -15,18 +15,7 @@ from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, unit_text, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
-from ..page.outcome import (
-    also_worse,
-    answer,
-    cannot,
-    gets_worse,
-    headline,
-    opening,
-    outcome,
-    quiet_axes,
-    recommendation,
-    with_likely,
-)
+from ..page.outcome import gets_worse, opening_parts
 from ..sureness import (
     BACK,
     COMES_BACK,
@@ -91,18 +80,17 @@ _WORSE = 1.05
 
 
 def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) -> list[Prose]:
-    """How the terminal begins, in the colours of what is said: see `page.outcome.opening`."""
-    done = BAD if gets_worse(findings.steps, comparison.best.horizon) else GOOD
-    opens = findings.verdict == "nothing missing" and answer(findings, comparison, nominal)
+    """How the terminal begins, in the colours of what is said: see `page.outcome.opening_parts`."""
+    parts = opening_parts(findings, comparison, nominal)
+    opens = findings.verdict == "nothing missing" and any(part == "answer" for part, _ in parts)
     styles = {
-        headline(findings, comparison): HEADLINE_STYLES["undecided" if opens else findings.verdict],
-        outcome(findings, comparison): done,
-        with_likely(findings, comparison): done,
-        also_worse(findings, comparison): UNSURE,
-        cannot(comparison, quiet_axes(findings)): BAD,
-        recommendation(findings, comparison): trust_style(comparison),
+        "headline": HEADLINE_STYLES["undecided" if opens else findings.verdict],
+        "done": BAD if gets_worse(findings.steps, comparison.best.horizon) else GOOD,
+        "grown": UNSURE,
+        "cannot": BAD,
+        "trust": trust_style(comparison),
     }
-    return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison, nominal)]
+    return [Prose(text, styles.get(part, "")) for part, text in parts]
 
 
 def steps_table(

@@ -11,7 +11,7 @@ from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ...run_contents import RunFolder
 from ...sureness import coefficient_rows, vehicle_value
 from ...wording import interval, trimmed
-from ..markup import Html, element, render, table
+from ..markup import Html, element, paragraphs, render, table
 from .base import Chapter, Section
 
 Intervals = Mapping[str, tuple[float, float]]
@@ -37,9 +37,7 @@ def equations(run: RunFolder) -> Section:
     beside = _beside(run, ends)
     return Section(
         "The corrected model in equations",
-        element(
-            "div", *cards, *beside, *(element("p", note, cls="facts") for note in notes if note), cls="card balances"
-        ),
+        element("div", *cards, *beside, *paragraphs(notes), cls="card balances"),
     )
 
 

@@ -22,7 +22,7 @@ from ...sureness import (
 from ...wording import effect_words, interval, risen, twins, typeset, within
 from ..figures.effect_figures import convincing, excitation, force_drawings
 from ..figures.figures import coefficients, ranked_effects
-from ..markup import Html, element, figure, folded, lines, render, table
+from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
 from ..outcome import hero, section_title
 from .base import Chapter, Section
 
@@ -79,9 +79,8 @@ def _effect(item: EffectFinding, nominal: Vehicle, worse: Sequence[str]) -> Html
         element("p", unit_text(item.sentence)),
         *[element("div", item.equation, cls="equation")] * bool(item.equation),
         *(element("div", element("b", one.told())) for one in numbers if not one.filed()),
-        *[element("p", worth, cls="facts") for worth in [_worth(item)] if worth],
-        *(element("p", text, cls="warn") for text in worse),
-        *[element("p", f"This log cannot tell it from {listing(others)}.", cls="warn")] * bool(others),
+        *paragraphs([_worth(item)]),
+        *paragraphs([*worse, f"This log cannot tell it from {listing(others)}." * bool(others)], "warn"),
         cls=f"card effect {item.verdict}".replace(" evidence", ""),
     )
 
@@ -101,8 +100,7 @@ def _tried(candidates: Sequence[EffectFinding], nominal: Vehicle) -> list[Html]:
     others = [item for item in candidates if item.verdict != "no evidence"]
     parts = [effect_table(others, nominal)] * bool(others)
     if without:
-        summary = element("summary", f"{len(without)} effects without evidence")
-        parts.append(element("details", summary, effect_table(without, nominal)))
+        parts.append(details(f"{len(without)} effects without evidence", effect_table(without, nominal)))
     return [*parts, element("p", f"{sure_caption(candidates).capitalize()}.", cls="facts")]
 
 

@@ -10,7 +10,7 @@ from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, Roll
 from ...run_contents import RunFolder
 from ...wording import INTERVAL_HOLDS, OWN_NUMBERS, goodness, held_shares, interval, judged_rows, typeset, within
 from ..figures.model_figures import trust
-from ..markup import Html, element, figure, folded, lines, render, table
+from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
 from ..rivals import MARKS, difference, hero_horizon, laws_of, mark, reference_of, rivals
 from .base import Chapter, Section
 
@@ -46,9 +46,8 @@ def models(comparison: Comparison, audit: AuditRecord | None = None, *, short_of
             "the log: where a band reaches that model's mark, the log cannot tell the two apart."
         )
     best = comparison.best
-    told = [element("p", unit_text(best.sentence), cls="verdict")] if best.sentence else []
     return render(
-        *told,
+        *paragraphs([unit_text(best.sentence)], "verdict"),
         figure([trust(shown, horizon, best.model, short_of)], caption, cls="wide"),
         *([] if short_of else [folded("The numbers of all models", *_tables(comparison))]),
     )
@@ -69,14 +68,12 @@ def _tables(comparison: Comparison) -> list[Html]:
         _accelerations(comparison, base),
         element("h3", "Models compared: size, time, laws"),
         _costs(models),
-        *(element("p", note, cls="facts") for note in notes),
+        *paragraphs(notes),
     ]
     if any(model.acceleration.mae != ByAxis() for model in models):
-        parts.append(element("details", element("summary", "mean absolute errors"), _mean_errors(models)))
+        parts.append(details("mean absolute errors", _mean_errors(models)))
     if comparison.differences:
-        parts.append(
-            element("details", element("summary", "every paired difference"), *_differences(comparison.differences))
-        )
+        parts.append(details("every paired difference", *_differences(comparison.differences)))
     return parts
 
 
@@ -94,24 +91,20 @@ def _rollouts(comparison: Comparison, base: str) -> Html:
     head += [f"{axis}, {hero} s [{ROLLOUT_UNITS[axis]}]" for axis in AXES] + ["ran away"]
     rows = []
     for model in models:
-        name, scores = model.name, {s: model.rollout.get(s) or RolloutRecord() for s in horizons}
-
-        def cell(seconds: str, axis: str, name: str = name, scores: dict[str, RolloutRecord] = scores) -> str:
-            errors = scores.get(seconds) or RolloutRecord()
-            value = typeset(errors.of(axis), blank="diverged" if errors.diverged else "n/a")
-            return _marked(value, difference(comparison.differences, name, base, "rollout", axis, seconds))
-
-        away, starts = [scores[s].diverged for s in horizons], [scores[s].starts for s in horizons]
-        ran = [f"{a} of {n}, {s} s" for a, n, s in zip(away, starts, horizons, strict=True) if a]
-        rows.append(
-            [
-                name,
-                *(cell(seconds, "position") for seconds in horizons),
-                *(cell(hero, axis) for axis in AXES),
-                render(*lines(ran)) if ran else ("none" if any(n for n in starts) else ""),
-            ]
-        )
+        scores = [model.rollout.get(seconds) for seconds in horizons]
+        ran = [f"{e.diverged} of {e.starts}, {s} s" for e, s in zip(scores, horizons, strict=True) if e and e.diverged]
+        judged = any(errors and errors.starts for errors in scores)
+        cells = [_rolled(comparison, model, base, seconds, "position") for seconds in horizons]
+        cells += [_rolled(comparison, model, base, hero, axis) for axis in AXES]
+        rows.append([model.name, *cells, render(*lines(ran)) if ran else "none" * judged])
     return table(head, rows)
+
+
+def _rolled(comparison: Comparison, model: ComparedModel, base: str, seconds: str, axis: str) -> str:
+    """An error of predictions over a horizon, with its mark."""
+    errors = model.rollout.get(seconds) or RolloutRecord()
+    value = typeset(errors.of(axis), blank="diverged" if errors.diverged else "n/a")
+    return _marked(value, difference(comparison.differences, model.name, base, "rollout", axis, seconds))
 
 
 def _accelerations(comparison: Comparison, base: str) -> Html:
@@ -127,8 +120,7 @@ def _accelerations(comparison: Comparison, base: str) -> Html:
         rmse = [_marked(typeset(score.rmse.of(axis)), item) for axis, item in zip(AXES, told, strict=True)]
         row = [model.name, *rmse, *(goodness(score.r2.of(axis)) for axis in AXES)]
         rows.append(row + [_domain(model, axis) for axis in AXES] * domain)
-    note = _domain_note(models)
-    return render(table(head, rows), *[element("p", note, cls="facts")] * bool(note))
+    return render(table(head, rows), *paragraphs([_domain_note(models)]))
 
 
 def _domain(model: ComparedModel, axis: str) -> str:
@@ -177,7 +169,7 @@ def _costs(models: Sequence[ComparedModel]) -> Html:
     intervals = [f"interval holds, {'within' if side == 'inside' else 'beyond'}" for side in sides]
     found = table(("model", "kind", "fitted values", *intervals, *times, "laws"), rows, "ll")
     note = f"{INTERVAL_HOLDS[0].upper()}{INTERVAL_HOLDS[1:]}."
-    return render(found, *[element("p", note, cls="facts")] * bool(sides))
+    return render(found, *paragraphs([note] * bool(sides)))
 
 
 def _mean_errors(models: Sequence[ComparedModel]) -> Html:
@@ -251,7 +243,7 @@ def laws(run: RunFolder) -> Section | None:
     if any(law.outcome == "noted" for told in judged.values() for law in told):
         notes.append("Noted: broken, but a real boat may, so the audit does not fail by it.")
     notes += [] if audit is None else audit.notes
-    parts += [element("p", note, cls="facts") for note in notes]
+    parts += paragraphs(notes)
     own = [law.outcome for law in judged.get("corrected") or []]
     verdict = (audit.verdict if audit else "") or ("fail" if "fail" in own else "pass" if own else "")
     title = {"pass": ": the corrected model keeps them", "fail": ": the corrected model breaks one"}.get(verdict, "")

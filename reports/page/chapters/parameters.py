@@ -9,7 +9,7 @@ from ....physics.presentation import MINUS, listing, number, unit_text, words
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
 from ...wording import energy_lines, energy_verdict, interval, trimmed
-from ..markup import Html, element, render, table
+from ..markup import Html, details, element, render, table
 from .base import Chapter, Section
 
 
@@ -31,7 +31,7 @@ def parameter_table(run: RunFolder) -> Section:
         inner = [element("p", "The corrected vehicle has the same parameters as the nominal one.")]
     if same:
         kept = table(("symbol", "value", "unit"), same, "lrl")
-        inner.append(element("details", element("summary", f"{len(same)} parameters kept as they were"), kept))
+        inner.append(details(f"{len(same)} parameters kept as they were", kept))
     return Section("Corrected parameters", element("div", *inner, cls="card"))
 
 
@@ -94,7 +94,7 @@ def data(run: RunFolder) -> Section:
     if run.inspections:
         inner.append(_quality(run.inspections))
     for inspection in run.inspections:
-        inner.append(element("details", element("summary", f"inspection of {inspection.path}"), *_tree(inspection)))
+        inner.append(details(f"inspection of {inspection.path}", *_tree(inspection)))
     return Section("The log", element("div", *inner, cls="card"))
 
 
@@ -190,8 +190,7 @@ def made(run: RunFolder) -> Section:
     parts += [table(("log", "SHA-256"), logs, "ll")] * bool(logs)
     if demands:
         parts += [element("p", element("b", "Demanded of an effect")), *bullets(demands)]
-    summary = element("summary", "files and the start of their SHA-256")
-    parts.append(element("details", summary, table(("file", "digest"), files, "ll")))
+    parts.append(details("files and the start of their SHA-256", table(("file", "digest"), files, "ll")))
     return Section("How this was made", element("footer", *parts, cls="card"))
 
 

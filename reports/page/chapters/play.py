@@ -19,7 +19,7 @@ from ....physics.vehicle import Vehicle
 from ....residuals.scores import SPACING
 from ...run_contents import RunFolder
 from ..judged_pieces import JudgedPieces, thrusters_differ
-from ..markup import Html, element, escaped, render
+from ..markup import Html, details, element, escaped, render
 from ..outcome import hero
 from .base import Chapter, Section
 from .verdict import legend
@@ -186,7 +186,7 @@ def _knob(knob: Knob) -> Html:
 def _folded(knobs: Sequence[Knob]) -> list[Html]:
     """The sliders for which there is no room, behind a line that opens them."""
     text = f"{len(knobs)} more: {', '.join(knob.symbol for knob in knobs)}"
-    return [element("details", element("summary", text), *map(_knob, knobs))] if knobs else []
+    return [details(text, *map(_knob, knobs))] if knobs else []
 
 
 def _canvas(name: str, told: str) -> Html:

@@ -6,9 +6,9 @@ from ....physics.motion import AXES
 from ....physics.presentation import percent, unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ...run_contents import RunFolder
-from ...wording import risen, step_words, typeset
+from ...wording import cut, risen, step_words, typeset
 from ..figures.figures import step_bars
-from ..markup import Html, element, lines, render
+from ..markup import Html, element, lines, paragraphs, render
 from ..outcome import (
     Line,
     also_likely,
@@ -20,6 +20,7 @@ from ..outcome import (
     outcome,
     quiet_axes,
     recommendation,
+    repeated,
 )
 from ..outcome import headline as verdict_in_words
 from .base import Chapter, Section
@@ -45,7 +46,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     grown, probably = also_worse(findings, run.comparison), also_likely(findings)
     became = " ".join(filter(None, (did, grown, probably) if worse else (probably, did, grown)))
     weak = cannot(run.comparison, quiet_axes(findings))
-    sentences = [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
+    sentences = list(filter(None, [repeated(findings)]))
     best = recommendation(findings, run.comparison)
     if best and not answered:
         sentences.append(unit_text(best))
@@ -69,13 +70,13 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
         cls="what",
     )
     return render(
-        *(element("p", unit_text(text), cls="card warning") for text in findings.warnings),
+        *paragraphs(map(unit_text, findings.warnings), "card warning"),
         element(title, verdict_in_words(findings, run.comparison)),
-        *[element("p", weak, cls="warn")] * bool(weak),
+        *paragraphs([weak], "warn"),
         *[element("dl", *(_line(line) for line in answered), cls="answer")] * bool(answered),
-        *(element("p", text, cls="lead") for text in (unit_text(" ".join(findings.reasons)), became) if text),
+        *paragraphs([unit_text(" ".join(findings.reasons)), became], "lead"),
         element("div", *figures, what, cls="card numbers"),
-        *[element("p", " ".join(sentences), cls="lead")] * bool(sentences),
+        *paragraphs([" ".join(sentences)], "lead"),
     )
 
 
@@ -83,10 +84,7 @@ def falling_error(run: RunFolder) -> Section:
     """Rollout and acceleration errors after each added effect."""
     steps = run.findings.steps
     horizon = hero(steps, run.comparison.best.horizon).horizon
-    names = ["nominal model", *(step_words(step) for step in steps[1:])]
-    names = [
-        name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}" for name in names
-    ]
+    names = ["nominal model", *(cut(step_words(step), LONGEST_NAME) for step in steps[1:])]
 
     def rollout(axis: str) -> list[float]:
         return [step.rollout(horizon).of(axis) for step in steps]
@@ -103,7 +101,6 @@ def falling_error(run: RunFolder) -> Section:
         *lines(["along the measured motion,", "after the same steps"]),
         cls="side",
     )
-    worse = risen(steps, horizon)
     drawing = element(
         "figure",
         element("h3", f"Error of {horizon} s predictions"),
@@ -114,7 +111,7 @@ def falling_error(run: RunFolder) -> Section:
             "Read downwards: each row adds one effect, and shorter is better. Every column has its own scale. "
             "Predictions run open loop from measured states; all errors are root mean squares on held-out data.",
         ),
-        *(element("p", text, cls="warn") for text in worse),
+        *paragraphs(risen(steps, horizon), "warn"),
         cls="card",
     )
     return Section("The error, step by step" if len(steps) > 1 else "The error of the nominal model", drawing)

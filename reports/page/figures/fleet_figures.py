@@ -21,7 +21,7 @@ from ...hull_diary import (
     signed,
     telling,
 )
-from ...wording import interval
+from ...wording import cut, interval
 from ..fleet import Relation, SharedNumber
 from ..markup import Html, element, render
 from .svg import ROLES, Look, canvas, drawn, panel
@@ -52,7 +52,7 @@ def strip(diary: DiaryFacts, boats: Sequence[BoatRecord]) -> Html:
                 _bar(axes, row, change, end)
             _names(axes, row, boat.changes, (first, last))
             axes.annotate(
-                _short(boat.boat, 16), (0, row), (-8, 0), ha="right", va="center", textcoords="offset points",
+                cut(boat.boat, 16), (0, row), (-8, 0), ha="right", va="center", textcoords="offset points",
                 xycoords=axes.get_yaxis_transform(), weight="bold" if boat.changes else "normal",
             )  # fmt: skip
         margin = max(0.01 * (last - first), 0.5)
@@ -182,10 +182,6 @@ def _at(day: str) -> float:
     return float(date2num(date.fromisoformat(day)))
 
 
-def _short(name: str, most: int) -> str:
-    return name if len(name) <= most else f"{name[: most - 1]}\N{HORIZONTAL ELLIPSIS}"
-
-
 RUNS_LINE, RUNS_HEAD, RUNS_LEFT, RUNS_WIDTH, RUNS_RIGHT = 22, 30, 84, 440, 190
 """Height of a run and of the head above it, left edge of the axis, width of the figure, room for numbers [px]."""
 _LONGEST = 10
@@ -224,8 +220,7 @@ def _draw(axes: Axes, shared: SharedNumber, names: Sequence[str]) -> None:
         low, high = max(band[0] for band in known), min(band[1] for band in known)
         axes.axvspan(low, max(low, high), color=ROLES["measured"], alpha=0.35, lw=0)
     for index, (name, one, band) in enumerate(zip(names, shared.held, bands, strict=True)):
-        short = name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
-        axes.annotate(short, (0, index), (-8, 0), ha="right", **beside)
+        axes.annotate(cut(name, _LONGEST), (0, index), (-8, 0), ha="right", **beside)
         if one is not None and band is not None:
             axes.plot(band, [index, index], color=ROLES["after"], lw=6, alpha=0.4)
             axes.plot(one.number.value, index, "o", color=ROLES["after"], ms=7)

@@ -15,6 +15,7 @@ from ....comparison.facts import ComparedModel
 from ....physics.presentation import MINUS, number
 from ....steering.closed_loop import PERFECT, ControlRecord, Passage
 from ....steering.tracks import TRACKS
+from ...wording import cut
 from ..markup import Html
 from ..rivals import Rival
 from .svg import ROLES, Look, canvas, drawn, panel
@@ -52,7 +53,7 @@ def trust(rivals: Sequence[Rival], horizon: str, best: str, of: str = "") -> Htm
 
 
 def _errors(axes: Axes, rivals: Sequence[Rival], best: str) -> None:
-    known = [rival.error for rival in rivals if rival.error > 0.0]
+    known = [rival.score.position for rival in rivals if rival.score.position > 0.0]
     low, high = min(known, default=0.1), max(known, default=1.0)
     ends = [end for rival in rivals if rival.interval for end in rival.interval if end > 0.3 * low]
     low, high = min([low, *ends]) / 1.35, max([high, *ends]) * 1.35
@@ -63,25 +64,23 @@ def _errors(axes: Axes, rivals: Sequence[Rival], best: str) -> None:
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     beside: Look = {"textcoords": "offset points", "va": "center"}
     for row, rival in enumerate(rivals):
-        strong = "bold" if rival.name == best else "normal"
+        strong = "bold" if rival.model.name == best else "normal"
         at_left = {**beside, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
-        name = rival.name
-        name = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}"
-        axes.annotate(name, (0, row), (-12, 7), **at_left, weight=strong)
+        axes.annotate(cut(rival.model.name, LONGEST_NAME), (0, row), (-12, 7), **at_left, weight=strong)
         axes.annotate(_about(rival), (0, row), (-12, -8), **at_left, color=ROLES["muted"], size=10)
         axes.axhline(row + 0.5, color=ROLES["grid"], lw=0.6)
-        if rival.error > 0.0:
+        if rival.score.position > 0.0:
             if rival.interval:
                 span = np.clip(rival.interval, low, high)
-                axes.plot(span, [row, row], color=COLOURS.get(rival.audit, ROLES["muted"]), lw=6, alpha=0.35)
-            axes.plot(rival.error, row, SHAPES.get(rival.audit, "o"), **_look(rival))
-        text = number(rival.error, 2, minus=MINUS, blank="diverged")
-        if rival.diverged and rival.error > 0.0:
-            text += f" ({rival.diverged} of {rival.starts} ran away)"
+                axes.plot(span, [row, row], color=COLOURS.get(rival.model.audit, ROLES["muted"]), lw=6, alpha=0.35)
+            axes.plot(rival.score.position, row, SHAPES.get(rival.model.audit, "o"), **_look(rival))
+        text = number(rival.score.position, 2, minus=MINUS, blank="diverged")
+        if rival.score.diverged and rival.score.position > 0.0:
+            text += f" ({rival.score.diverged} of {rival.score.starts or 0} ran away)"
         ends = [end for end in (rival.interval or ()) if end > 0.0]
-        place = min(max([rival.error, *ends]), high) if rival.error > 0.0 else low
+        place = min(max([rival.score.position, *ends]), high) if rival.score.position > 0.0 else low
         inside = place < low * (high / low) ** 0.72
-        place = place if inside else max(min([rival.error, *ends]), low)
+        place = place if inside else max(min([rival.score.position, *ends]), low)
         axes.annotate(
             text, (place, row), (11 if inside else -11, 0), **beside, ha="left" if inside else "right", weight=strong
         )
@@ -100,19 +99,24 @@ def _legend(axes: Axes) -> None:
 
 def _look(rival: Rival) -> Look:
     """A disc that grows with the number of parameters; hollow where no law was asked."""
-    size = 7.0 + 1.6 * math.log10(1.0 + (rival.parameters or 0))
-    colour = COLOURS.get(rival.audit, ROLES["muted"])
-    return {"ms": size, "color": colour if rival.audit in COLOURS else ROLES["surface"], "mec": colour, "mew": 2.0}
+    size = 7.0 + 1.6 * math.log10(1.0 + (rival.model.parameters or 0))
+    colour = COLOURS.get(rival.model.audit, ROLES["muted"])
+    return {
+        "ms": size,
+        "color": colour if rival.model.audit in COLOURS else ROLES["surface"],
+        "mec": colour,
+        "mew": 2.0,
+    }
 
 
 def _about(rival: Rival) -> str:
     """The kind of the model, and how many numbers were fitted, or that they were to the rows that judge."""
-    if rival.fitted_here:
-        return f"{rival.kind}, fitted to these rows"
-    if not rival.parameters:
-        return rival.kind
-    count = f"{rival.parameters:,}".replace(",", "\N{NO-BREAK SPACE}")
-    return f"{rival.kind}, {count} fitted"
+    if rival.model.fitted_here:
+        return f"{rival.model.kind}, fitted to these rows"
+    if not rival.model.parameters:
+        return rival.model.kind
+    count = f"{rival.model.parameters:,}".replace(",", "\N{NO-BREAK SPACE}")
+    return f"{rival.model.kind}, {count} fitted"
 
 
 def _laws(axes: Axes, rivals: Sequence[Rival], laws: Sequence[str]) -> None:
@@ -127,7 +131,7 @@ def _laws(axes: Axes, rivals: Sequence[Rival], laws: Sequence[str]) -> None:
     for row, rival in enumerate(rivals):
         axes.axhline(row + 0.5, color=ROLES["grid"], lw=0.6)
         if not rival.laws:
-            text = {"pass": "keeps the laws", "fail": "breaks a law"}.get(rival.audit, "not asked")
+            text = {"pass": "keeps the laws", "fail": "breaks a law"}.get(rival.model.audit, "not asked")
             axes.annotate(text, (0, row), (-8, 0), textcoords="offset points", va="center", color=ROLES["muted"])
         for column, law in enumerate(laws):
             verdict = rival.laws.get(law)
@@ -179,9 +183,10 @@ def growth(models: Sequence[ComparedModel], ends: Sequence[str]) -> Html:
         at = [tall * float(axes.transAxes.inverted().transform(axes.transData.transform((s[-1], e[-1])))[1])
               for _, (s, e) in lines]  # fmt: skip
         for (model, (_, error)), place in zip(lines, _apart(at, tall), strict=True):
-            name = model.name
-            name = name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}\N{HORIZONTAL ELLIPSIS}"
-            text, colour = f"{name}, {number(error[-1], 2, minus=MINUS)} m", colours.get(model.name, ROLES["muted"])
+            text, colour = (
+                f"{cut(model.name, LONGEST_LABEL)}, {number(error[-1], 2, minus=MINUS)} m",
+                colours.get(model.name, ROLES["muted"]),
+            )
             axes.annotate(text, (1.0, place / tall), (12, 0), xycoords="axes fraction",
                           textcoords="offset points", va="center", color=colour,
                           weight="bold" if model.name in colours else "normal")  # fmt: skip
