@@ -15,7 +15,7 @@ from .views.motion_view import MotionView
 from .views.opening import Opening, another_log, taking_away
 from .views.side_by_side import Networks, side_by_side
 from .views.vehicle_form import numbers_view, vehicle_form
-from .views.words import button, line, watching
+from .views.words import button, line, redrawn, watching
 
 
 class Page:
@@ -64,7 +64,7 @@ class Page:
             self._place.clear()
             with self._place:
                 if kind == "opening":
-                    self._waiting()
+                    hero(session)  # what goes on while nothing is open yet, and what went wrong
                     Opening(session, self._vehicles, paths=self._paths)
                 elif kind == "diary":
                     self._diary()
@@ -74,10 +74,6 @@ class Page:
             history = session.shown.history
             self._undo.set_enabled(history is not None and history.can_undo)
             self._redo.set_enabled(history is not None and history.can_redo)
-
-    def _waiting(self) -> None:
-        """What goes on while nothing is open yet, and what went wrong."""
-        hero(self._session)
 
     def _bench(self) -> None:
         session = self._session
@@ -140,13 +136,11 @@ def diary_view(session: Session, tools: ui.element) -> None:
         button("Take away", lambda: _take(session), lead=True, label="Take the page of the diary away")
     host = ui.element("section").classes("glance").props('aria-label="The hull diary"')
 
-    def refresh() -> None:
-        host.clear()
+    def draw() -> None:
         if session.shown.diary is not None:
-            with host:
-                ui.html(session.shown.diary.glance, sanitize=False)  # our own page, in which every name is escaped
+            ui.html(session.shown.diary.glance, sanitize=False)  # our own page, in which every name is escaped
 
-    watching(session, host, refresh)
+    redrawn(session, host, lambda: session.shown.diary, draw)
 
 
 def _take(session: Session) -> None:

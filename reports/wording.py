@@ -1,7 +1,7 @@
 """Numbers, units and names as a reader wants to see them, the same on the page, in the figures and on the terminal."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..comparison.facts import ComparedModel, Held
@@ -11,7 +11,7 @@ from ..discovery.findings import Step
 from ..discovery.lawful.price_of_law import Passivity
 from ..measurements.prepared_logs import FOLDS
 from ..physics.motion import AXES
-from ..physics.presentation import MINUS, NARROW, finite, listing, number, words
+from ..physics.presentation import MINUS, NARROW, finite, listing, number, unit_text, words
 
 
 def effect_words(candidate: EffectFinding) -> str:
@@ -192,13 +192,28 @@ def risen(steps: Sequence[Step], horizon: str, found: EffectFinding | None = Non
     return told
 
 
+STATE_UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
+"""Of what an audit tells where a law is broken."""
+
+
+def range_words(ranges: Mapping[str, Sequence[float]], units: Mapping[str, str] = STATE_UNITS) -> str:
+    """Ranges of states in words.
+
+    Examples
+    --------
+    >>> range_words({"u": (-1.0, 2.0), "r": (-0.5, 0.5)})
+    'u from -1 to 2 m/s and r from -0.5 to 0.5 rad/s'
+    """
+    told = [
+        f"{name} from {number(low)} to {number(high)} {unit_text(units.get(name, ''))}"
+        for name, (low, high) in ranges.items()
+    ]
+    return listing(told)
+
+
 def energy_lines(passivity: Passivity) -> list[str]:
     """How the law of dissipation stands in a model, as sentences: verdict and price, proof, and where it holds."""
-    ends = [
-        f"{name} from {number(low)} to {number(high)} {'rad/s' if name == 'r' else 'm/s'}"
-        for name, (low, high) in passivity.envelope.to_dict().items()
-    ]
-    where = listing(ends)
+    where = range_words(passivity.envelope.to_dict())
     if passivity.proof == "vertex LMI":
         shown = f"Proved for {where}, by matrix inequalities at the corners; a random search of 100 000 states agrees."
     elif passivity.verdict == "pass":

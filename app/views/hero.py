@@ -20,6 +20,7 @@ from .words import (
     leans_on,
     line,
     number_in,
+    redrawn,
     search_sentence,
     stair_name,
     watching,
@@ -43,20 +44,15 @@ def worst(opened: Opened) -> str:
 def log_notes(session: Session) -> None:
     """Warnings above all, then what the checks say, folded where it is only good to know."""
     place = ui.element("section").classes("stack").props('aria-label="What was found in the log"')
-    shown: list[object] = []
 
-    def refresh() -> None:
+    def draw() -> None:
         opened, source = session.shown.opened, session.shown.source
         if session.shown.on_other:
             source = None  # a repair is a step, and this log is no part of the steps
-        if shown == [opened]:
-            return
-        shown[:] = [opened]
-        place.clear()
         repaired = source is not None and source.original is not None
         if opened is None or not (repaired or opened.warnings or opened.checks or opened.notes):
             return
-        with place, ui.element("div").classes("card stack"):
+        with ui.element("div").classes("card stack"):
             ui.link_target(NOTES).classes("anchor")
             line("The log", tag="h2")
             if repaired:
@@ -82,7 +78,7 @@ def log_notes(session: Session) -> None:
                     for text in (*rest, *opened.notes):
                         line(session.names.with_user_names(text), "muted")
 
-    watching(session, place, refresh)
+    redrawn(session, place, lambda: session.shown.opened, draw)
 
 
 def _sentence(text: str) -> str:

@@ -9,8 +9,7 @@ from nicegui import ui
 from ...reports.band_words import band_words, held_words
 from ...workflows.workbench_facts import Fit, Opened
 from ..plots.error_map import AXES, Cells, ErrorMap, Sorted, common_command, sort_rows
-from ..plots.time_plots import Line, Panel, TimePlots
-from ..plots.track import Track
+from ..plots.time_plots import Line, Panel, TimePlots, Track
 from ..session import Session
 from ..shown import View
 from .words import button, line, watching

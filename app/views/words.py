@@ -1,6 +1,7 @@
 """Words and parts that views share: buttons and short texts, and what stands on top of the bench."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from inspect import isawaitable
 
 from nicegui import ui
@@ -51,9 +52,19 @@ def line(text: str, cls: str = "", tag: str = "p") -> TextElement:
     return TextElement(tag=tag, text=text).classes(cls)
 
 
-def number_in(value: float | None, unit: str, digits: int = 2) -> str:
+def number_in(value: float | None, unit: str) -> str:
     """A number with its unit."""
-    return "n/a" if value is None else f"{number(value, digits)} {unit}".strip()
+    return "n/a" if value is None else f"{number(value, 2)} {unit}"
+
+
+@contextmanager
+def dialog(width: int = 0) -> Iterator[ui.dialog]:
+    """A card over the page, which opens when it is built; of a width at most [px], where one is given."""
+    with ui.dialog() as made, ui.element("div").classes("card stack") as card:
+        if width:
+            card.style(f"max-width: min(96vw, {width}px)")
+        yield made
+    made.open()
 
 
 def watching(session: Session, host: ui.element, refresh: Callable[[], None]) -> None:
@@ -69,6 +80,21 @@ def watching(session: Session, host: ui.element, refresh: Callable[[], None]) ->
     leave = session.audience.watch(show)
     host.client.on_delete(leave)
     refresh()
+
+
+def redrawn(session: Session, host: ui.element, facts: Callable[[], object], draw: Callable[[], None]) -> None:
+    """Draw a part now, and anew whenever the facts that it shows are others than before."""
+    drawn: list[object] = []
+
+    def refresh() -> None:
+        now = facts()
+        if drawn != [now]:
+            drawn[:] = [now]
+            host.clear()
+            with host:
+                draw()
+
+    watching(session, host, refresh)
 
 
 def in_a_line(vehicle: Vehicle) -> str:

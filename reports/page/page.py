@@ -121,6 +121,7 @@ def comparison_page(folder: ComparisonFolder) -> str:
     logs = listing([Path(log).name for log in found.logs]) if len(found.logs) <= MOST else f"{len(found.logs)} logs"
     rows = judged_rows(found.split)
     fitted = [model.name for model in found.models if model.fitted_here]
+    where = failing(found, folder.series)
     not_counted = f" Marked, because fitted to rows that are judged: {listing(fitted)}." if fitted else ""
     sections = [
         *(element("p", unit_text(text), cls="card warning") for text in found.warnings),
@@ -133,13 +134,9 @@ def comparison_page(folder: ComparisonFolder) -> str:
         figure([growth(found.models, ends)], GROWTH, cls="wide"),
         element("h2", "Measured against predicted"),
         motion(folder.series, f"of {'one of the logs' if several else logs}", found, ends[-1]),
-        _folded(WHERE, failing(found, folder.series)),
+        element("section", element("details", element("summary", element("h2", WHERE)), where, cls="folded")),
     ]
     return document(logs, f"models compared on {logs}", sections)
-
-
-def _folded(title: str, body: Html) -> Html:
-    return element("section", element("details", element("summary", element("h2", title)), render(body), cls="folded"))
 
 
 def fleet_page(runs: Sequence[RunFolder], home: Path) -> str:

@@ -8,6 +8,7 @@ from ...comparison.audit import Audit
 from ...comparison.error_limits import HeldLimit, HeldLimits
 from ...physics.laws.audit.base import Ruling
 from ...physics.presentation import listing, number, percent, unit_text
+from ..wording import STATE_UNITS, range_words
 from .layout import (
     ASIDE,
     BAD,
@@ -25,7 +26,6 @@ from .layout import (
 
 _STYLES = {"pass": GOOD, "fail": BAD, "noted": UNSURE, "n/a": ASIDE}
 _SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid body", "times the expected": "expected"}
-_UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
 
 
 def audit_screen(audit: Audit) -> list[RenderableType]:
@@ -36,15 +36,11 @@ def audit_screen(audit: Audit) -> list[RenderableType]:
 def headline(audit: Audit) -> str:
     """The verdict in one or two sentences."""
     box = audit.envelope.to_dict()
-    ends = [f"{name} from {number(box[name][0])} to {number(box[name][1])} {_UNITS[name]}" for name in "uvr"]
-    where = f"Judged for {listing(ends)}, from {audit.envelope_from}."
+    where = f"Judged for {range_words({name: box[name] for name in 'uvr'})}, from {audit.envelope_from}."
     if audit.verdict == "pass":
         return f"{audit.model} breaks no law. {where}"
-    return f"{audit.model} breaks {listing([_name(r) for r in audit.violations])}. {where}"
-
-
-def _name(ruling: Ruling) -> str:
-    return f"the law '{ruling.law}'"
+    broken = listing([f"the law '{ruling.law}'" for ruling in audit.violations])
+    return f"{audit.model} breaks {broken}. {where}"
 
 
 def _verdict(ruling: Ruling) -> str:
@@ -80,7 +76,7 @@ def _place(ruling: Ruling) -> str:
     found = dict(ruling.at or {})
     if "from" in found:
         return f"{found['from']:.1f} to {found['to']:.1f} s"
-    return ", ".join(f"{name} {value:.2f}" for name, value in found.items() if name in _UNITS)
+    return ", ".join(f"{name} {value:.2f}" for name, value in found.items() if name in STATE_UNITS)
 
 
 def _words(audit: Audit) -> list[RenderableType]:

@@ -41,11 +41,12 @@ def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[Renderab
     effect = found.effect
     unit = unit_text(FORCE_UNITS[found.axis])
     amount = [f"{s} = {number(v)} {unit_text(_unit(effect, vehicle, s))}".strip() for s, v in found.amount.items()]
+    reported = "found as the amount that is added to the file's number" if effect.added else "found as its whole value"
     said = [
         ("force", unit_text(effect.equation)),
         ("meaning", effect.meaning),
         ("symbols", "; ".join(_symbol(p) for p in effect.parameters)),
-        ("in the file", f"under {_section(effect)}; {_reported(effect)}"),
+        ("in the file", f"under {_section(effect)}; {reported}"),
         ("typical", f"{', '.join(amount)} on {vehicle.name}{found.assumed and f', of {found.assumed}'}"),
         (
             "shown best by",
@@ -102,10 +103,6 @@ def _symbol(parameter: Parameter) -> str:
 def _section(effect: Effect) -> str:
     places = dict.fromkeys(p.section if p.section != "top" else p.symbol for p in effect.parameters)
     return listing([place if place != "thrusters" else "each of thrusters" for place in places])
-
-
-def _reported(effect: Effect) -> str:
-    return "found as the amount that is added to the file's number" if effect.added else "found as its whole value"
 
 
 def _alike(found: Signature) -> str:

@@ -56,28 +56,18 @@ def style_of(findings: Sequence[Finding]) -> str:
 
 
 def _table(findings: Sequence[Finding]) -> Table:
+    count = sum(1 for item in findings if item.fix)
+    caption = f"inspect LOG --fix OUT.csv writes a log with {count} of these put right" if count else ""
     columns = [*word_columns("check"), Column("what was found, what follows, and what to do")]
-    table = plain_table("Quality", _caption(findings), columns)
+    table = plain_table("Quality", caption, columns)
     for item in findings:
         text = Table.grid()
         text.add_row(Prose(item.told))
         if item.remedy:
-            text.add_row(Prose(f"> {_remedy(item)}"))
-        table.add_row(_name(item), text, end_section=True)
+            text.add_row(Prose(f"> {item.cure}{' (--fix does it)' if item.fix else ''}"))
+        name = Text(f"{item.check}\n{item.verdict}", style=STYLES[item.verdict])
+        table.add_row(name, text, end_section=True)
     return table
-
-
-def _name(item: Finding) -> Text:
-    return Text(f"{item.check}\n{item.verdict}", style=STYLES[item.verdict])
-
-
-def _remedy(item: Finding) -> str:
-    return item.cure + (" (--fix does it)" if item.fix else "")
-
-
-def _caption(findings: Sequence[Finding]) -> str:
-    count = sum(1 for item in findings if item.fix)
-    return f"inspect LOG --fix OUT.csv writes a log with {count} of these put right" if count else ""
 
 
 _MOST_UNUSED = 12

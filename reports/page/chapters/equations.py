@@ -56,8 +56,13 @@ def intervals_of(run: RunFolder) -> dict[str, tuple[float, float]]:
 
 def _axis(line: Balance, run: RunFolder, ends: Intervals) -> Html:
     words = f"{line.axis.capitalize()} [{UNITS[line.axis]}]"
-    parts = [*_side(line.inertia, run, ends), element("span", mathml.formula(mathml.sign("=")), cls="term")]
-    parts += _side(line.force, run, ends) or [element("span", mathml.formula(mathml.number("0")), cls="term")]
+    inertia, force = (
+        [_term(term, k == 0, run, ends) for k, term in enumerate(side)] for side in (line.inertia, line.force)
+    )
+    equals, nothing = (
+        element("span", mathml.formula(one), cls="term") for one in (mathml.sign("="), mathml.number("0"))
+    )
+    parts = [*inertia, equals, *(force or [nothing])]
     return render(
         element("h3", words),
         element("div", *parts, cls="balance", attributes={"role": "math", "aria-label": plain(line)}),
@@ -76,10 +81,6 @@ def _plain_side(terms: tuple[BalanceTerm, ...]) -> str:
         minus = term.coefficient < 0
         texts.append((f"{MINUS} " if minus else "+ ") + amount if k else MINUS * minus + amount)
     return " ".join(texts)
-
-
-def _side(terms: tuple[BalanceTerm, ...], run: RunFolder, ends: Intervals) -> list[Html]:
-    return [_term(term, k == 0, run, ends) for k, term in enumerate(terms)]
 
 
 def _term(term: BalanceTerm, first: bool, run: RunFolder, ends: Intervals) -> Html:

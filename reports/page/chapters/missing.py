@@ -20,8 +20,7 @@ from ...sureness import (
     verdict_word,
 )
 from ...wording import effect_words, interval, risen, twins, typeset, within
-from ..figures.effect_figures import convincing, excitation, force_drawings
-from ..figures.figures import coefficients, ranked_effects
+from ..figures.effect_figures import coefficients, convincing, excitation, force_drawings, ranked_effects
 from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
 from ..outcome import hero, section_title
 from .base import Chapter, Section

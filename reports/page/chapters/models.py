@@ -5,10 +5,21 @@ from collections.abc import Mapping, Sequence
 
 from ....comparison.facts import Amount, AuditRecord, ComparedModel, Comparison, Domain, PairedRecord, RulingRecord
 from ....physics.motion import AXES
-from ....physics.presentation import listing, number, unit_text
+from ....physics.presentation import listing, unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
 from ...run_contents import RunFolder
-from ...wording import INTERVAL_HOLDS, OWN_NUMBERS, goodness, held_shares, interval, judged_rows, typeset, within
+from ...wording import (
+    INTERVAL_HOLDS,
+    OWN_NUMBERS,
+    STATE_UNITS,
+    goodness,
+    held_shares,
+    interval,
+    judged_rows,
+    range_words,
+    typeset,
+    within,
+)
 from ..figures.model_figures import trust
 from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
 from ..rivals import MARKS, difference, hero_horizon, laws_of, mark, reference_of, rivals
@@ -209,7 +220,6 @@ def _marked(value: str, told: PairedRecord | None) -> str:
 
 
 SIGNS = {"pass": "\N{BULLET} pass", "fail": "\N{MULTIPLICATION SIGN} fail", "noted": "\N{WHITE CIRCLE} noted"}
-STATE_UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
 
 
 def laws(run: RunFolder) -> Section | None:
@@ -233,7 +243,7 @@ def laws(run: RunFolder) -> Section | None:
         head = ("model", "broken law", "worst value", "in words, and the state in which it was found")
         parts += [element("h3", "Counterexamples"), element("div", table(head, broken, "llrl"), cls="wordy")]
     else:
-        parts.append(element("p", f"{_listed(judged)}: no law that counts is broken."))
+        parts.append(element("p", f"{listing(list(judged))}: no law that counts is broken."))
     for name, told in judged.items():
         opened = {"open": "open"} if name == "corrected" else {}
         summary = element("summary", f"all laws, {name} model")
@@ -295,15 +305,7 @@ def _words(law: RulingRecord, units: Mapping[str, str]) -> Html:
 
 
 def _asked(audit: AuditRecord) -> str:
-    ends = [
-        f"{name} from {number(low)} to {number(high)} {unit_text(audit.units.get(name, ''))}"
-        for name, (low, high) in audit.envelope.items()
-    ]
-    return f"Asked for {listing(ends)}: {audit.envelope_from}."
-
-
-def _listed(judged: Mapping[str, object]) -> str:
-    return listing(list(judged))
+    return f"Asked for {range_words(audit.envelope, audit.units)}: {audit.envelope_from}."
 
 
 MODELS = Chapter(50, lambda run: Section(TITLE, models(run.comparison, run.audit)))

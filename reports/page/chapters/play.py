@@ -34,6 +34,19 @@ STATES = {"position": ("north", "east"), "surge": ("u",), "sway": ("v",), "yaw":
 """The states whose error is told, by the name of the error."""
 
 
+_PLAYER = Html(
+    '<button type="button" data-play="run">Play</button>'
+    '<input type="range" min="0" max="1" value="0" data-play="cursor" aria-label="time">'
+    '<output data-play="clock" aria-live="off"></output>'
+    '<label>show <select data-play="span"><option value="20">20 s</option>'
+    '<option value="60" selected="">60 s</option><option value="all">all</option></select></label>'
+    '<label>speed <select data-play="speed"><option value="1">1\N{MULTIPLICATION SIGN}</option>'
+    '<option value="4" selected="">4\N{MULTIPLICATION SIGN}</option>'
+    '<option value="16">16\N{MULTIPLICATION SIGN}</option></select></label>'
+)
+"""What plays the motion, moves the time, and chooses the part of the log that is drawn."""
+
+
 class Knob(NamedTuple):
     """A number that a slider moves: its symbol, what it is, and its values before and after with the slider's ends."""
 
@@ -88,7 +101,7 @@ def play(run: RunFolder) -> Section | None:
         legend(("measured", "before", "yours")),
         _canvas("track", "The track from above, measured, before and by your values"),
         _canvas("time", "Speeds over time, measured, before and by your values"),
-        element("div", *_player(), cls="window"),
+        element("div", _PLAYER, cls="window"),
         element("p", Html("&nbsp;"), cls="where", attributes={"data-play": "where"}),
         cls="stage",
     )
@@ -195,32 +208,6 @@ def _canvas(name: str, told: str) -> Html:
 
 def _button(name: str, text: str) -> Html:
     return element("button", text, attributes={"type": "button", "data-play": name})
-
-
-def _player() -> list[Html]:
-    """What plays the motion, moves the time, and chooses the part of the log that is drawn."""
-    cursor = Html('<input type="range" min="0" max="1" value="0" data-play="cursor" aria-label="time">')
-    shown = _select("span", (("20", "20 s"), ("60", "60 s"), ("all", "all")), "60")
-    speed = _select(
-        "speed",
-        (("1", "1\N{MULTIPLICATION SIGN}"), ("4", "4\N{MULTIPLICATION SIGN}"), ("16", "16\N{MULTIPLICATION SIGN}")),
-        "4",
-    )
-    return [
-        _button("run", "Play"),
-        cursor,
-        element("output", attributes={"data-play": "clock", "aria-live": "off"}),
-        element("label", "show ", shown),
-        element("label", "speed ", speed),
-    ]
-
-
-def _select(name: str, options: Sequence[tuple[str, str]], chosen: str) -> Html:
-    found = [
-        element("option", text, attributes={"value": value} | ({"selected": ""} if value == chosen else {}))
-        for value, text in options
-    ]
-    return element("select", *found, attributes={"data-play": name})
 
 
 PLAY = Chapter(40, play)

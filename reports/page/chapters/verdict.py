@@ -7,7 +7,7 @@ from ....physics.presentation import percent, unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ...run_contents import RunFolder
 from ...wording import cut, risen, step_words, typeset
-from ..figures.figures import step_bars
+from ..figures.model_figures import step_bars
 from ..markup import Html, element, lines, paragraphs, render
 from ..outcome import (
     Line,

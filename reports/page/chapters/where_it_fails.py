@@ -23,12 +23,13 @@ from ..figures.error_figures import (
     heat_steps,
     histogram,
     local_error,
+    regime_bars,
     regime_table,
     scatter,
     scatter_stride,
     spectra,
 )
-from ..figures.figures import regime_bars, speeds, track
+from ..figures.model_figures import speeds, track
 from ..figures.svg import HEAT
 from ..judged_pieces import MODELS, held_out_rows, liveliest_stretch, regime_rows
 from ..markup import Html, element, enlargeable, figure, lines, render, table

@@ -1,4 +1,4 @@
-"""Drawings of models side by side: errors and laws, errors that grow with the horizon, and tracks."""
+"""Drawings of models: errors and laws, errors by horizon and step, speeds and tracks beside the measured ones."""
 
 import io
 import math
@@ -7,18 +7,21 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from ....comparison.facts import ComparedModel
-from ....physics.presentation import MINUS, number
+from ....physics.presentation import MINUS, finite, number, unit_text
 from ....steering.closed_loop import PERFECT, ControlRecord, Passage
 from ....steering.tracks import TRACKS
 from ...wording import cut
+from ..judged_pieces import rollouts
 from ..markup import Html
 from ..rivals import Rival
-from .svg import ROLES, Look, canvas, drawn, panel
+from .svg import BESIDE, ROLES, Look, canvas, drawn, panel
 
 ROW = 40
 """Height of a model [px]: its name, and marks above each other that can be told apart."""
@@ -62,10 +65,9 @@ def _errors(axes: Axes, rivals: Sequence[Rival], best: str) -> None:
     axes.minorticks_off()
     ticks = [base * 10.0**power for power in range(-6, 7) for base in (1, 2, 5) if low <= base * 10.0**power <= high]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    beside: Look = {"textcoords": "offset points", "va": "center"}
     for row, rival in enumerate(rivals):
         strong = "bold" if rival.model.name == best else "normal"
-        at_left = {**beside, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
+        at_left = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
         axes.annotate(cut(rival.model.name, LONGEST_NAME), (0, row), (-12, 7), **at_left, weight=strong)
         axes.annotate(_about(rival), (0, row), (-12, -8), **at_left, color=ROLES["muted"], size=10)
         axes.axhline(row + 0.5, color=ROLES["grid"], lw=0.6)
@@ -82,7 +84,7 @@ def _errors(axes: Axes, rivals: Sequence[Rival], best: str) -> None:
         inside = place < low * (high / low) ** 0.72
         place = place if inside else max(min([rival.score.position, *ends]), low)
         axes.annotate(
-            text, (place, row), (11 if inside else -11, 0), **beside, ha="left" if inside else "right", weight=strong
+            text, (place, row), (11 if inside else -11, 0), **BESIDE, ha="left" if inside else "right", weight=strong
         )
 
 
@@ -94,7 +96,7 @@ def _legend(axes: Axes) -> None:
         colour, height = COLOURS.get(audit, ROLES["muted"]), 0.62 - 0.26 * row
         look = {"color": colour if audit else ROLES["surface"], "mec": colour, "mew": 2.0}
         axes.plot(0.02, height, SHAPES.get(audit, "o"), ms=9, **look)
-        axes.annotate(text, (0.02, height), (12, 0), textcoords="offset points", va="center", color=ROLES["muted"])
+        axes.annotate(text, (0.02, height), (12, 0), **BESIDE, color=ROLES["muted"])
 
 
 def _look(rival: Rival) -> Look:
@@ -132,7 +134,7 @@ def _laws(axes: Axes, rivals: Sequence[Rival], laws: Sequence[str]) -> None:
         axes.axhline(row + 0.5, color=ROLES["grid"], lw=0.6)
         if not rival.laws:
             text = {"pass": "keeps the laws", "fail": "breaks a law"}.get(rival.model.audit, "not asked")
-            axes.annotate(text, (0, row), (-8, 0), textcoords="offset points", va="center", color=ROLES["muted"])
+            axes.annotate(text, (0, row), (-8, 0), **BESIDE, color=ROLES["muted"])
         for column, law in enumerate(laws):
             verdict = rival.laws.get(law)
             if verdict == "fail":
@@ -187,9 +189,9 @@ def growth(models: Sequence[ComparedModel], ends: Sequence[str]) -> Html:
                 f"{cut(model.name, LONGEST_LABEL)}, {number(error[-1], 2, minus=MINUS)} m",
                 colours.get(model.name, ROLES["muted"]),
             )
-            axes.annotate(text, (1.0, place / tall), (12, 0), xycoords="axes fraction",
-                          textcoords="offset points", va="center", color=colour,
-                          weight="bold" if model.name in colours else "normal")  # fmt: skip
+            weight = "bold" if model.name in colours else "normal"
+            right: Look = {**BESIDE, "xycoords": "axes fraction"}
+            axes.annotate(text, (1.0, place / tall), (12, 0), **right, color=colour, weight=weight)
         return drawn(figure, "position error of each model by the length of its predictions")
 
 
@@ -263,3 +265,133 @@ def _draw(axes: Axes, record: ControlRecord, track: str, passages: Mapping[tuple
     else:
         axes.set(xlabel="time [s]", ylabel="distance from the wanted place [m]", ylim=(0.0, None))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), frameon=False, ncols=2, title="RMS distance from it")
+
+
+SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
+POSITION = ("position", "distance of the predicted from the measured position", "m")
+BAND: Look = {"color": ROLES["after"], "alpha": 0.2, "linewidth": 0.0}
+LINES = (("measured", "", 5.0), ("before", "_before", 1.5), ("after", "_after", 1.5))
+"""Name, ending of its columns and width of its line: measured is widest, so that it shows beneath what is near it."""
+
+
+def step_bars(title: str, unit: str, values: Sequence[Any], names: Sequence[str] | None = None) -> Html:
+    """Horizontal bars, one per step of the correction, the nominal model on top.
+
+    Parameters
+    ----------
+    title, unit : str
+        What is measured, and its unit.
+    values : sequence
+        One error per step, in `unit`; null where the rollout diverged.
+    names : sequence of str, optional
+        The step names; bare step numbers without them.
+    """
+    left, width = (214, 472) if names else (22, 162)
+    height = 34 + 27 * len(values)
+    with canvas(width, height) as figure:
+        axes = panel(figure, left, 30, width - left - 52, height - 34)
+        shown = np.array([finite(value) for value in values])
+        lengths = np.nan_to_num(shown)
+        colours = [ROLES["before"], *[ROLES["between"]] * (len(values) - 2), ROLES["after"]][: len(values)]
+        axes.barh(np.arange(len(values)), lengths, height=0.62, color=colours)
+        for index, value in enumerate(shown):
+            strong = "bold" if index in (0, len(values) - 1) else "normal"
+            text = number(value, 2, minus=MINUS, blank="diverged")
+            axes.annotate(text, (lengths[index], index), (5, 0), **BESIDE, weight=strong)
+            if names:
+                axes.annotate(names[index], (0, index), (-24, 0), **BESIDE, ha="right", weight=strong)
+        axes.set(
+            ylim=(len(values) - 0.5, -0.5), xlim=(0.0, max(lengths.max(), 1e-12)), xticks=[], yticks=range(len(values))
+        )
+        axes.grid(visible=False)
+        axes.tick_params(length=0.0)
+        axes.spines["bottom"].set_visible(False)
+        figure.text(left / width, 1 - 18 / height, f"{title} [{unit_text(unit)}]", color=ROLES["muted"])
+        return drawn(figure, f"{title} error after each step, {unit}")
+
+
+def speeds(series: pd.DataFrame) -> Html:
+    """Measured and predicted speeds over time and the error of the position, predictions restarted every 10 s.
+
+    With the band of the corrected model, where the series has it.
+    """
+    width, height, left, tall = 960, 650, 52, 124
+    runs = rollouts(series)
+    with canvas(width, height) as figure:
+        for row, (name, title, unit) in enumerate((*SPEEDS, POSITION)):
+            axes = panel(figure, left, 22 + row * (tall + 32), width - left - 16, tall)
+            if (name, title, unit) == POSITION:
+                _position_error(axes, runs)
+            else:
+                _speed(axes, runs, name)
+            restarts = runs.loc[runs["restart"], "time"]
+            axes.vlines(restarts, 0, 1, ROLES["muted"], (0, (1, 3)), transform=axes.get_xaxis_transform(), lw=0.9)
+            axes.set_xlim(runs["time"].min(), runs["time"].max())
+            axes.grid(visible=False, axis="x")
+            axes.set_title(f"{title} [{unit}]", loc="left", fontsize=12, pad=6)
+            axes.locator_params(axis="y", nbins=5)
+            if row < len(SPEEDS):
+                axes.set_xticklabels([])
+        axes.set_xlabel("time in the log [s]")
+        return drawn(figure, "measured and predicted speeds and the error of the position over time")
+
+
+def _speed(axes: Axes, runs: pd.DataFrame, name: str) -> None:
+    if f"{name}_band" in runs:
+        middle, half = runs[f"{name}_after"], runs[f"{name}_band"]
+        axes.fill_between(runs["time"], middle - half, middle + half, **BAND)
+    for role, suffix, thickness in LINES:
+        axes.plot(runs["time"], runs[f"{name}{suffix}"], color=ROLES[role], linewidth=thickness)
+    _limit(axes, runs, name)
+
+
+def _position_error(axes: Axes, runs: pd.DataFrame) -> None:
+    """How far the predicted positions are from the measured one; the frame holds the corrected model and its band."""
+    if "position_band" in runs:
+        axes.fill_between(runs["time"], 0.0, runs["position_band"].where(runs["u_after"].notna()), **BAND)
+    for role, suffix, thickness in LINES[1:]:
+        error = np.hypot(runs[f"north{suffix}"] - runs["north"], runs[f"east{suffix}"] - runs["east"])
+        axes.plot(runs["time"], error, color=ROLES[role], linewidth=thickness)
+    shown = [error, runs["position_band"]] if "position_band" in runs else [error]
+    axes.set_ylim(0.0, max(1.1 * max(float(np.nanmax(one, initial=0.0)) for one in shown), 1e-3))
+
+
+def track(series: pd.DataFrame) -> Html:
+    """Measured and predicted track, east to the right and north up, predictions restarted every 10 s."""
+    width, height = 460, 420
+    runs = rollouts(series)
+    north, east = runs["north"].mean(), runs["east"].mean()
+    with canvas(width, height) as figure:
+        axes = panel(figure, 56, 6, width - 62, height - 52)
+        if "position_band" in runs:
+            _discs(axes, runs)
+        for role, suffix, thickness in LINES:
+            axes.plot(runs[f"east{suffix}"], runs[f"north{suffix}"], color=ROLES[role], linewidth=thickness)
+        starts = runs[runs["restart"]]
+        axes.plot(starts["east"], starts["north"], "o", color=ROLES["surface"], mec=ROLES["ink"], ms=6)
+        span = max(np.ptp(runs["north"].dropna()), np.ptp(runs["east"].dropna()), 1.0)
+        # A diverged prediction must not shrink the boat's own track to a dot.
+        axes.set_aspect("equal", adjustable="datalim")
+        if max(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) > 3.0 * span:
+            ratio = axes.bbox.width / axes.bbox.height
+            wide, high = span * max(ratio, 1.0), span * max(1.0 / ratio, 1.0)
+            axes.set(xlim=(east - wide, east + wide), ylim=(north - high, north + high))
+        axes.locator_params(nbins=6)
+        axes.set(xlabel="east [m]", ylabel="north [m]")
+        return drawn(figure, "measured and predicted track")
+
+
+def _discs(axes: Axes, runs: pd.DataFrame) -> None:
+    """The disc that holds the position at the end of each prediction of the corrected model."""
+    there = runs["north_after"].notna()
+    ends = runs[there & ~there.shift(-1, fill_value=False)]
+    for north, east, radius in ends[["north_after", "east_after", "position_band"]].dropna().to_numpy(dtype=float):
+        axes.add_patch(Circle((east, north), radius, **BAND))
+
+
+def _limit(axes: Axes, runs: pd.DataFrame, name: str) -> None:
+    """Keep the measured line readable where a prediction runs away."""
+    low, high = runs[name].min(), runs[name].max()
+    margin = max(0.6 * (high - low), 1e-3)
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(max(bottom, low - margin), min(top, high + margin))

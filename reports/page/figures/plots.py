@@ -19,7 +19,7 @@ from ....discovery.findings import Findings
 from ....physics.effects import BY_NAME
 from ....physics.errors import RequestError
 from ....physics.integration import rollout
-from ....physics.motion import AXES, FORCE_UNITS, Array, Motion
+from ....physics.motion import AXES, FORCE_UNITS, Motion
 from ....physics.presentation import Card, listing, number, unit_text
 from ....physics.registry_members import how_to_install
 from ....physics.vehicle import Vehicle
@@ -34,6 +34,9 @@ from ..markup import LIGHT, NOTHING, Html, element
 from ..outcome import Hero, hero
 from .effect_figures import SIGNALS, MissingForce, means, missing_force, signals
 from .record_plots import AFTER, BEFORE, MEASURED, Drawings, FindingsPlots, draw_coefficients, new_axes
+
+_LINES = (("measured", "", MEASURED, 4.0), ("nominal", "_before", BEFORE, 1.0), ("corrected", "_after", AFTER, 1.0))
+"""What a line is of, the ending of its columns, its colour and its width."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -68,8 +71,8 @@ class Plots(Drawings):
             axes = list(plt.subplots(3, 1, sharex=True, layout="constrained")[1])
         runs = rollouts(liveliest_stretch(self.series))
         for one, name in zip(axes, ("u", "v", "r"), strict=True):
-            for colour, ending, width in ((MEASURED, "", 4.0), (BEFORE, "_before", 1.0), (AFTER, "_after", 1.0)):
-                one.plot(runs["time"], runs[f"{name}{ending}"], color=colour, lw=width, label=_named(ending))
+            for model, ending, colour, width in _LINES:
+                one.plot(runs["time"], runs[f"{name}{ending}"], color=colour, lw=width, label=model)
             if f"{name}_band" in runs:
                 ends = (runs[f"{name}_after"] + sign * runs[f"{name}_band"] for sign in (-1.0, 1.0))
                 one.fill_between(runs["time"], *ends, color=AFTER, alpha=0.2, lw=0, label="band")
@@ -191,10 +194,6 @@ def of_folder(run: RunFolder) -> Plots:
     return Plots(run.findings, run.series, run.nominal, run.corrected, run.comparison.best.horizon)
 
 
-def _named(ending: str) -> str:
-    return {"": "measured", "_before": "nominal", "_after": "corrected"}[ending]
-
-
 _PREDICTED = ("north", "east", "psi", "u", "v", "r")
 """The states of a prediction."""
 _STEPS = 200
@@ -244,7 +243,8 @@ class PredictionSlider(Card):
             starts = np.arange(0, motion.time.size - steps, every)
             ahead = np.arange(1, steps + 1)
             states = rollout(vehicle, motion, starts, steps).states[:, ahead]
-            off = (states - _states(motion)[starts[:, None] + ahead])[..., columns]
+            measured = np.column_stack([motion.position, motion.heading, motion.velocity])
+            off = (states - measured[starts[:, None] + ahead])[..., columns]
             squares.append((off**2).sum(axis=-1).mean(axis=1))
         return float(np.sqrt(np.concatenate(squares).mean())) if squares else float("nan")
 
@@ -328,10 +328,6 @@ def _motion(piece: Piece, vehicle: Vehicle) -> Motion:
         thrusters=tuple(thruster.name for thruster in vehicle.thrusters),
         minutes=piece.begins + step / 60.0 * np.arange(time.size),
     )
-
-
-def _states(motion: Motion) -> Array:
-    return np.column_stack([motion.position, motion.heading, motion.velocity])
 
 
 _WIDTH, _HEIGHT, _MARGIN = 180.0, 14.0, 6.0

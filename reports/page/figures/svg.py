@@ -21,6 +21,10 @@ from ..markup import Html, escaped
 Look = dict[str, Any]
 """How matplotlib is to draw something: its keyword arguments, of many types."""
 
+BESIDE: Look = {"textcoords": "offset points", "va": "center"}
+"""A text beside a place, at the middle of its height."""
+PANEL = (318, 300)
+"""Width and height of a drawing [px] of which three stand beside each other on the page."""
 ROLES = {
     "ink": "#010101",
     "muted": "#020202",
