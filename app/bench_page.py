@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 
-from nicegui import ui
+from nicegui import events, ui
 
 from ..reports.page.markup import DARK, LIGHT
 from ..workflows.workbench_facts import HullDiary, Source
@@ -108,19 +108,12 @@ class Page:
     def _toggle(self) -> None:
         self._dark.set_value(self._dark.value is not True)
 
-    async def _key(self, event: object) -> None:
-        key, modifiers = getattr(event, "key", None), getattr(event, "modifiers", None)
-        action = getattr(event, "action", None)
-        if (
-            self._kind == "diary"
-            or key is None
-            or not getattr(action, "keydown", False)
-            or not getattr(modifiers, "ctrl", False)
-        ):
+    async def _key(self, event: events.KeyEventArguments) -> None:
+        if self._kind == "diary" or not event.action.keydown or not event.modifiers.ctrl:
             return
-        if key == "z":
-            await (self._session.redo() if getattr(modifiers, "shift", False) else self._session.undo())
-        elif key == "y":
+        if event.key == "z":
+            await (self._session.redo() if event.modifiers.shift else self._session.undo())
+        elif event.key == "y":
             await self._session.redo()
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from itertools import count
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -368,7 +369,7 @@ def _map_of(source: Source) -> Path | None:
     return Path(source.channel_map) if source.channel_map else None
 
 
-def _reading(source: Source, channel_map: Path | None) -> Reading:
+def _reading(source: Source, channel_map: str | PathLike[str] | None) -> Reading:
     """How the logs of a source are read, with a map that may be another than its own."""
     return Reading(source.frame or None, channel_map, None, source.as_is)
 

@@ -207,10 +207,9 @@ class _VehicleForm:
                 unit = f" [{field.unit}]" if field.unit else ""
                 line(f" {field.what}{unit}", "muted small", "span")
 
-            async def change(event: object) -> None:
-                value = getattr(event, "value", None)
-                if value is not None:
-                    self._changed[field.symbol] = float(value)
+            async def change(event: events.ValueChangeEventArguments) -> None:
+                if event.value is not None:
+                    self._changed[field.symbol] = float(event.value)
                     await self._check()
 
             box = ui.number(value=float(number(field.value, 6)), on_change=change)

@@ -38,9 +38,9 @@ def folded(title: str, *parts: str) -> Html:
     return element("details", element("summary", element("h3", title)), *parts, cls="card")
 
 
-def lines(texts: Iterable[str]) -> list[Html]:
+def lines(texts: Iterable[str]) -> Html:
     """Each text on a line of its own."""
-    return [element("div", text) for text in texts]
+    return render(*(element("div", text) for text in texts))
 
 
 def figure(svgs: Sequence[Html], caption: str, *, cls: str = "") -> Html:

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 from math import isfinite
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from ...comparison.facts import CORRECTED, NOMINAL, Comparison, Grounds
 from ...comparison.recommendation import BASELINE
@@ -34,7 +34,7 @@ _SPEEDS = {"surge": "the surge speed u", "sway": "the sway speed v", "yaw": "the
 
 
 class Line(NamedTuple):
-    """One of the lines of an answer: what it tells of, and what it says."""
+    """A line of an answer or of an opening: what it tells of, and what it says."""
 
     label: str
     text: str
@@ -43,10 +43,6 @@ class Line(NamedTuple):
     def in_words(self) -> str:
         """Both, as a line of text."""
         return f"{self.label}: {self.text}"
-
-
-OpeningPart = Literal["headline", "cannot", "done", "grown", "answer", "why", "trust"]
-"""What a sentence at the beginning tells."""
 
 
 class Hero(NamedTuple):
@@ -260,27 +256,27 @@ def opening(findings: Findings, comparison: Comparison, nominal: Vehicle | None 
     return [text for _, text in opening_parts(findings, comparison, nominal)]
 
 
-def opening_parts(
-    findings: Findings, comparison: Comparison, nominal: Vehicle | None = None
-) -> list[tuple[OpeningPart, str]]:
+def opening_parts(findings: Findings, comparison: Comparison, nominal: Vehicle | None = None) -> list[Line]:
     """How the terminal begins: headline, what the model cannot do, why, what changed, which to trust; bad news first.
 
     Where the verdict is open, the lines of the `answer` stand below the headline.
     """
-    lines: list[tuple[OpeningPart, str]] = [("answer", line.in_words) for line in answer(findings, comparison, nominal)]
-    parts: list[tuple[OpeningPart, str]]
-    done, grown = ("done", outcome(findings, comparison)), ("grown", also_worse(findings, comparison))
-    begins = [("headline", headline(findings, comparison)), ("cannot", cannot(comparison, quiet_axes(findings)))]
-    why, again = ("why", " ".join(findings.reasons)), ("why", repeated(findings))
-    trust = ("trust", recommendation(findings, comparison))
+    answered = [Line("answer", line.in_words) for line in answer(findings, comparison, nominal)]
+    done, grown = Line("done", outcome(findings, comparison)), Line("grown", also_worse(findings, comparison))
+    begins = [
+        Line("headline", headline(findings, comparison)),
+        Line("cannot", cannot(comparison, quiet_axes(findings))),
+    ]
+    why, again = Line("why", " ".join(findings.reasons)), Line("again", repeated(findings))
+    trust = Line("trust", recommendation(findings, comparison))
     worse = gets_worse(findings.steps, comparison.best.horizon)
-    if lines:
-        parts = [*[done] * worse, *begins, *lines, why, grown, again]
+    if answered:
+        parts = [*[done] * worse, *begins, *answered, why, grown, again]
     elif worse:
-        parts = [done, grown, *begins, ("why", also_likely(findings)), why, again, trust]
+        parts = [done, grown, *begins, Line("likely", also_likely(findings)), why, again, trust]
     else:
-        parts = [*begins, why, ("done", with_likely(findings, comparison)), grown, again, trust]
-    return [(part, text) for part, text in parts if text]
+        parts = [*begins, why, Line("done", with_likely(findings, comparison)), grown, again, trust]
+    return [line for line in parts if line.text]
 
 
 def _names_first(findings: Findings) -> str:

@@ -195,23 +195,17 @@ def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
     rows = []
     for index, (run, name) in enumerate(zip(runs, names, strict=True)):
         led = hero(run.findings.steps, run.comparison.best.horizon)
+        error = f"{typeset(led.before, 2)} \N{RIGHTWARDS ARROW} {typeset(led.after, 2)} {led.unit}"
         logs = [Path(log).name for log in run.comparison.logs]
         page = os.path.relpath((run.folder / "report.html").absolute(), home.absolute())
         rows.append(
             (
                 element("a", name, attributes={"href": f"#run-{index + 1}"}),
                 run.nominal.name,
-                render(*lines(logs)),
+                lines(logs),
                 run.findings.verdict,
-                render(*lines(_names(run))),
-                render(
-                    *lines(
-                        [
-                            f"{typeset(led.before, 2)} \N{RIGHTWARDS ARROW} {typeset(led.after, 2)} {led.unit}",
-                            f"{led.metric}, {led.horizon} s",
-                        ]
-                    )
-                ),
+                lines(_names(run)),
+                lines([error, f"{led.metric}, {led.horizon} s"]),
                 "not run" if run.audit is None else run.audit.verdict,
                 element("a", "its page", attributes={"href": quote(Path(page).as_posix())}),
             )
@@ -259,8 +253,7 @@ def _cell(held: Held | None, elsewhere: str) -> Html:
     """A number of one run: its value, its interval, and how sure its effect is."""
     if held is None:
         return element("span", elsewhere, cls="facts")
-    known = f"{held.verdict} ({held.odds})" if held.odds else held.verdict
-    return render(*lines([held.number.amount(), interval(held.number.ci95)]), element("span", known, cls="facts"))
+    return render(lines([held.number.amount(), interval(held.number.ci95)]), element("span", held.verdict, cls="facts"))
 
 
 def _short(run: RunFolder, name: str, index: int) -> Html:

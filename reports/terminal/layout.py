@@ -83,7 +83,7 @@ def plain_table(title: str, caption: str = "", columns: Sequence[Column] = ()) -
     """An empty table in the house's style."""
     return Table(
         *columns,
-        title=heading(title) if title else None,
+        title=Text(title, style="bold") if title else None,
         caption=Text(caption, style="dim") if caption else None,
         box=box.SIMPLE_HEAD,
         padding=(0, 1),
@@ -93,11 +93,6 @@ def plain_table(title: str, caption: str = "", columns: Sequence[Column] = ()) -
         title_justify="left",
         caption_justify="left",
     )
-
-
-def heading(text: str, style: str = "bold") -> Text:
-    """The first line of a section."""
-    return Text(text, style=style)
 
 
 def bullets(texts: Sequence[str], style: str = "") -> Table:
@@ -120,7 +115,7 @@ def glossary(pairs: Sequence[tuple[str, str]]) -> Table:
 
 def section(title: str, *parts: RenderableType, style: str = "bold") -> Group:
     """A heading and what belongs under it."""
-    return Group(heading(title, style), *parts)
+    return Group(Text(title, style=style), *parts)
 
 
 def stacked(parts: Sequence[RenderableType]) -> Group:

@@ -117,11 +117,11 @@ def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
                     cls=f"tag {verdict}" if verdict != "no evidence" else "tag",
                 ),
                 odds(item),
-                render(*lines(f"{one.symbol} = {one.amount()}" for one in numbers)),
-                render(*lines(interval(one.ci95) for one in numbers)),
-                render(*lines(one.filed() for one in numbers if any(each.filed() for each in numbers))),
+                lines(f"{one.symbol} = {one.amount()}" for one in numbers),
+                lines(interval(one.ci95) for one in numbers),
+                lines(one.filed() for one in numbers if any(each.filed() for each in numbers)),
                 comes_back(item),
-                render(*lines(twins(item))),
+                lines(twins(item)),
             )
         )
     head = (*("effect", "verdict", "sure", "value", "95 % interval", "in the file"), BACK, "not to be told from")

@@ -107,7 +107,7 @@ def _rollouts(comparison: Comparison, base: str) -> Html:
         judged = any(errors and errors.starts for errors in scores)
         cells = [_rolled(comparison, model, base, seconds, "position") for seconds in horizons]
         cells += [_rolled(comparison, model, base, hero, axis) for axis in AXES]
-        rows.append([model.name, *cells, render(*lines(ran)) if ran else "none" * judged])
+        rows.append([model.name, *cells, lines(ran) if ran else "none" * judged])
     return table(head, rows)
 
 

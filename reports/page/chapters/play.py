@@ -18,7 +18,7 @@ from ....physics.presentation import unit_text, words
 from ....physics.vehicle import Vehicle
 from ....residuals.scores import SPACING
 from ...run_contents import RunFolder
-from ..judged_pieces import JudgedPieces, thrusters_differ
+from ..judged_pieces import JudgedPieces, changed_numbers
 from ..markup import Html, details, element, escaped, render
 from ..outcome import hero
 from .base import Chapter, Section
@@ -77,7 +77,7 @@ def play(run: RunFolder) -> Section | None:
     data = {
         "nominal": vehicle_data(run.nominal),
         "boats": [vehicle_data(model) for model in judged.models],
-        "changes": [judged.changes(model) for model in judged.models],
+        "changes": [changed_numbers(run.nominal, model) for model in judged.models],
         "knobs": [knob._asdict() | {"unit": unit_text(knob.unit)} for knob in knobs],
         **_measurement(rows, judged, run.corrected),
         "horizon": float(led.horizon),
@@ -142,14 +142,8 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
     """The numbers that differ between two vehicles, each with ends that leave room on both sides."""
     named = {p.symbol: words(effect.name) for effect in reversed(EFFECTS) for p in effect.parameters}
     result = []
-    for symbol, after in corrected.values.items():
-        before = nominal.value(symbol)
-        if (
-            before == after
-            or symbol == COMMAND_OFFSET.symbol
-            or thrusters_differ(nominal, symbol)
-            or thrusters_differ(corrected, symbol)
-        ):
+    for symbol, before, after in changed_numbers(nominal, corrected):
+        if symbol == COMMAND_OFFSET.symbol:
             continue
         parameter, room = corrected.parameter(symbol), _BEYOND * abs(after - before)
         low, high = (

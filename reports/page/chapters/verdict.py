@@ -65,7 +65,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     what = element(
         "div",
         element("strong", led.in_words),
-        *lines(["root mean square, open loop, on held-out data"]),
+        lines(["root mean square, open loop, on held-out data"]),
         element("div", *(element("span", text) for text in by_axis), cls="axes"),
         cls="what",
     )
@@ -98,7 +98,7 @@ def falling_error(run: RunFolder) -> Section:
     side = element(
         "div",
         element("b", "Acceleration error"),
-        *lines(["along the measured motion,", "after the same steps"]),
+        lines(["along the measured motion,", "after the same steps"]),
         cls="side",
     )
     drawing = element(

@@ -226,13 +226,13 @@ def _fall(place: FailingPlace | FailingSeconds) -> Html:
     """Error in a place, before and below it after where both are known: a cell so narrow that none cuts it."""
     ends = [end for end in (place.rmse, place.rmse_after) if end is not None]
     unit, signs = unit_text(place.unit), ("", "\N{RIGHTWARDS ARROW} ")
-    return render(*lines(f"{sign}{typeset(end, 2)} {unit}" for sign, end in zip(signs, ends, strict=False)))
+    return lines(f"{sign}{typeset(end, 2)} {unit}" for sign, end in zip(signs, ends, strict=False))
 
 
 def _removed(place: FailingPlace | FailingSeconds) -> Html:
     if not place.removed_by and place.unlinked:
         return element("span", place.unlinked, cls="facts")
-    return render(*lines(f"{words(one.effect)} ({share_removed(one.share_removed)})" for one in place.removed_by))
+    return lines(f"{words(one.effect)} ({share_removed(one.share_removed)})" for one in place.removed_by)
 
 
 ARROW = "\N{RIGHTWARDS ARROW}"
