@@ -115,7 +115,7 @@ class _Screen:
         self.last: Update | None = None
 
     def begin(self, begun: "Begun", hours: float) -> None:
-        from ..reports.hull_diary import heading
+        from ..reports.following_words import heading
 
         self.begun = begun
         wider = "" if begun.widening == 1.0 else f", taken with {begun.widening:.3g} times its variance"
@@ -129,7 +129,7 @@ class _Screen:
 
     def tell(self, update: "Update") -> None:
         from ..physics.files import strict_json
-        from ..reports.hull_diary import alarm_sentence, followed_row, row, table_row
+        from ..reports.following_words import alarm_sentence, followed_row, row, table_row
 
         if self.begun is None:
             return
@@ -155,7 +155,7 @@ class _Screen:
 
     def write(self, boat: "Vehicle", out: Path | None, values: Path | None) -> None:
         from ..physics.files import on_top, write_text
-        from ..reports.hull_diary import table_heading
+        from ..reports.following_words import table_heading
 
         if self.last is None or self.begun is None:
             return

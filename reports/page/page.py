@@ -150,12 +150,12 @@ def fleet_page(runs: Sequence[RunFolder], home: Path) -> str:
     names = run_names(runs)
     numbers = shared_numbers(runs, names)
     sections = [
-        element("h1", _verdict(numbers, len(runs))),
-        element("p", _lead(runs, numbers), cls="lead"),
+        element("h1", _runs_verdict(numbers, len(runs))),
+        element("p", _runs_lead(runs, numbers), cls="lead"),
         *_side_by_side(numbers, names, runs),
         element("h2", "The runs"),
-        element("div", _table(runs, names, home), cls="card"),
-        *(_short(run, name, index) for index, (run, name) in enumerate(zip(runs, names, strict=True))),
+        element("div", _run_table(runs, names, home), cls="card"),
+        *(_run_in_short(run, name, index) for index, (run, name) in enumerate(zip(runs, names, strict=True))),
     ]
     return document("fleet", "what the models of a fleet are missing", sections)
 
@@ -166,7 +166,7 @@ def run_names(runs: Sequence[RunFolder]) -> list[str]:
     return [name if short.count(name) == 1 else str(run.folder) for name, run in zip(short, runs, strict=True)]
 
 
-def _verdict(numbers: Sequence[SharedNumber], count: int) -> str:
+def _runs_verdict(numbers: Sequence[SharedNumber], count: int) -> str:
     """What tells the runs apart, in a sentence."""
     apart = [one.effect for one in numbers if one.relation in (Relation.DIFFERS, Relation.ONLY_HERE)]
     same = sum(one.relation is Relation.SAME for one in numbers)
@@ -180,7 +180,7 @@ def _verdict(numbers: Sequence[SharedNumber], count: int) -> str:
     return f"Nothing tells the {whole} runs apart, and no number is in two of them."
 
 
-def _lead(runs: Sequence[RunFolder], numbers: Sequence[SharedNumber]) -> str:
+def _runs_lead(runs: Sequence[RunFolder], numbers: Sequence[SharedNumber]) -> str:
     """What all runs lack, and how many numbers stand how."""
     sure, likely = common_effects(runs)
     whole = "Both runs" if len(runs) == 2 else f"All {len(runs)} runs"
@@ -191,7 +191,7 @@ def _lead(runs: Sequence[RunFolder], numbers: Sequence[SharedNumber]) -> str:
     return " ".join([*lack, *texts])
 
 
-def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
+def _run_table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
     rows = []
     for index, (run, name) in enumerate(zip(runs, names, strict=True)):
         led = hero(run.findings.steps, run.comparison.best.horizon)
@@ -204,7 +204,7 @@ def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
                 run.nominal.name,
                 lines(logs),
                 run.findings.verdict,
-                lines(_names(run)),
+                lines(_missing_names(run)),
                 lines([error, f"{led.metric}, {led.horizon} s"]),
                 "not run" if run.audit is None else run.audit.verdict,
                 element("a", "its page", attributes={"href": quote(Path(page).as_posix())}),
@@ -214,7 +214,7 @@ def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
     return table(head, rows, "lllllrll")
 
 
-def _names(run: RunFolder) -> list[str]:
+def _missing_names(run: RunFolder) -> list[str]:
     """What a run misses, then what it probably does, with its odds."""
     likely = [f"probably {with_odds(item)}" for item in named(run.findings, "likely")]
     return [*(words(effect) for effect in run.findings.missing), *likely]
@@ -227,7 +227,7 @@ def _side_by_side(numbers: Sequence[SharedNumber], names: Sequence[str], runs: S
         return [title, element("p", "No run found a number that is not in its file.")]
     rows = []
     for one in numbers:
-        cells = [_cell(held, other) for held, other in zip(one.held, one.elsewhere, strict=True)]
+        cells = [_number_cell(held, other) for held, other in zip(one.held, one.elsewhere, strict=True)]
         name = render(element("div", element("b", one.symbol)), element("span", one.effect, cls="facts"))
         rows.append((name, one.told(names), *cells))
     head = ("number", "together", *names)
@@ -249,14 +249,14 @@ def _side_by_side(numbers: Sequence[SharedNumber], names: Sequence[str], runs: S
     ]
 
 
-def _cell(held: Held | None, elsewhere: str) -> Html:
+def _number_cell(held: Held | None, elsewhere: str) -> Html:
     """A number of one run: its value, its interval, and how sure its effect is."""
     if held is None:
         return element("span", elsewhere, cls="facts")
     return render(lines([held.number.amount(), interval(held.number.ci95)]), element("span", held.verdict, cls="facts"))
 
 
-def _short(run: RunFolder, name: str, index: int) -> Html:
+def _run_in_short(run: RunFolder, name: str, index: int) -> Html:
     """A run in short: its verdict, and which of its models to trust."""
     return element(
         "section",
@@ -286,14 +286,14 @@ def diary_page(diary: DiaryFacts) -> str:
     """The HTML text of the page."""
     boats = in_telling_order(diary.boats)
     sections = [
-        *_verdicts(diary, boats, _linked),
+        *_diary_verdicts(diary, boats, _linked),
         element("h2", BOATS),
         figure([strip(diary, boats)], STRIP, cls="wide"),
         element("h2", "What the boats share"),
-        element("div", _shared(diary), cls="card"),
+        element("div", _shared_parameters(diary), cls="card"),
         element("h2", "Boat by boat"),
         element("p", COURSE, cls="facts"),
-        *(_boat(boat, diary) for boat in boats),
+        *(_boat_section(boat, diary) for boat in boats),
     ]
     return document(diary.fleet, "how the hulls of a fleet change", sections, verb=_DIARY_VERB)
 
@@ -303,17 +303,17 @@ def glance(diary: DiaryFacts) -> Html:
     boats = in_telling_order(diary.boats)
     drawing = element("div", strip(diary, boats), cls="scroll")
     days = element("section", element("h2", BOATS), drawing, element("p", STRIP, cls="muted"), cls="card")
-    return render(*_verdicts(diary, boats, _named), days)
+    return render(*_diary_verdicts(diary, boats, _named), days)
 
 
-def _verdicts(diary: DiaryFacts, boats: Sequence[BoatRecord], name: Callable[[BoatRecord], Html]) -> list[Html]:
+def _diary_verdicts(diary: DiaryFacts, boats: Sequence[BoatRecord], name: Callable[[BoatRecord], Html]) -> list[Html]:
     """The verdict on the fleet, then what is told of each boat; those that stayed as they were folded."""
     told = [boat for boat in boats if boat.changes or boat.odd_days or differs_sentence(boat)]
-    same = [_sentence(boat, name) for boat in boats if boat not in told]
+    same = [_boat_line(boat, name) for boat in boats if boat not in told]
     return [
         element("h1", verdict(diary)),
         element("p", caution(diary), cls="lead"),
-        *[element("div", *(_sentence(boat, name) for boat in told), cls="card")] * bool(told),
+        *[element("div", *(_boat_line(boat, name) for boat in told), cls="card")] * bool(told),
         *[folded(f"{len(same)} without a change", *same)] * bool(same),
     ]
 
@@ -326,7 +326,7 @@ def _linked(boat: BoatRecord) -> Html:
     return element("a", _named(boat), attributes={"href": f"#{_boat_anchor(boat)}"})
 
 
-def _sentence(boat: BoatRecord, name: Callable[[BoatRecord], Html]) -> Html:
+def _boat_line(boat: BoatRecord, name: Callable[[BoatRecord], Html]) -> Html:
     """What is told of a boat, a line a change, after its name."""
     parts: list[str] = [name(boat)]
     for change in boat.changes:
@@ -341,7 +341,7 @@ def _boat_anchor(boat: BoatRecord) -> str:
     return f"boat-{quote(boat.boat)}"
 
 
-def _shared(diary: DiaryFacts) -> Html:
+def _shared_parameters(diary: DiaryFacts) -> Html:
     rows = []
     for one in diary.parameters:
         mean, spread = one.mean, one.spread
@@ -363,7 +363,7 @@ def _shared(diary: DiaryFacts) -> Html:
     return table((*head, "who differs"), rows, "llrrrrrl")
 
 
-def _boat(boat: BoatRecord, diary: DiaryFacts) -> Html:
+def _boat_section(boat: BoatRecord, diary: DiaryFacts) -> Html:
     fleet = {one.name: one for one in diary.parameters}
     drawings = [course(boat, one, fleet[one.name]) for one in boat.parameters if one.rows]
     rows = []

@@ -34,7 +34,7 @@ from ..figures.svg import HEAT
 from ..judged_pieces import MODELS, held_out_rows, liveliest_stretch, regime_rows
 from ..markup import Html, element, enlargeable, figure, lines, render, table
 from .base import Chapter, Section
-from .verdict import legend
+from .verdict import ARROW, legend
 
 TITLE = "Where it fails"
 _LOOKS = ("Fast or slow", "Early or late", "With the heading", "Over time")
@@ -225,7 +225,7 @@ def _structure(structure: Sequence[Structure]) -> Html:
 def _fall(place: FailingPlace | FailingSeconds) -> Html:
     """Error in a place, before and below it after where both are known: a cell so narrow that none cuts it."""
     ends = [end for end in (place.rmse, place.rmse_after) if end is not None]
-    unit, signs = unit_text(place.unit), ("", "\N{RIGHTWARDS ARROW} ")
+    unit, signs = unit_text(place.unit), ("", f"{ARROW} ")
     return lines(f"{sign}{typeset(end, 2)} {unit}" for sign, end in zip(signs, ends, strict=False))
 
 
@@ -233,9 +233,6 @@ def _removed(place: FailingPlace | FailingSeconds) -> Html:
     if not place.removed_by and place.unlinked:
         return element("span", place.unlinked, cls="facts")
     return lines(f"{words(one.effect)} ({share_removed(one.share_removed)})" for one in place.removed_by)
-
-
-ARROW = "\N{RIGHTWARDS ARROW}"
 
 
 def agreement(run: RunFolder) -> Section:
