@@ -96,7 +96,7 @@ def interval(ends: Any, *, minus: str = MINUS, blank: str = "n/a") -> str:
     return " to ".join(within(end, ends, minus=minus) for end in ends)
 
 
-def within(value: Any, ends: Any, *, minus: str = MINUS, blank: str = "n/a") -> str:
+def within(value: Any, ends: Any, *, minus: str = MINUS) -> str:
     """A value to as many decimals as its interval; to three significant digits without one.
 
     Examples
@@ -106,7 +106,7 @@ def within(value: Any, ends: Any, *, minus: str = MINUS, blank: str = "n/a") -> 
     """
     known, half = finite(value), _half_width(ends)
     if math.isnan(known) or not half:
-        return number(value, minus=minus, blank=blank)
+        return number(value, minus=minus)
     decimals = 1 - math.floor(math.log10(half))
     rounded = round(known, decimals)
     if rounded == 0.0:
@@ -221,6 +221,12 @@ def energy_lines(passivity: Passivity) -> list[str]:
     else:
         shown = f"Searched for {where}."
     return [passivity.sentence, shown]
+
+
+def absorbed_sentence(absorbed: Sequence[str]) -> str:
+    """Which effects took no part, because a calibration does the same; empty where all did."""
+    names = listing([words(name) for name in absorbed])
+    return f"Not judged beside the calibration, which would do the same: {names}." if absorbed else ""
 
 
 def energy_verdict(passivity: Passivity) -> str:

@@ -80,8 +80,7 @@ def difference(
 ) -> PairedRecord | None:
     """The paired difference of a model to another in one error; None where it was not told."""
     wanted = (model, against, quantity, axis, horizon)
-    keys = ((item, (item.model, item.against, item.quantity, item.axis, item.horizon)) for item in differences)
-    return next((item for item, key in keys if key == wanted), None)
+    return next((d for d in differences if (d.model, d.against, d.quantity, d.axis, d.horizon) == wanted), None)
 
 
 def mark(told: PairedRecord | None) -> str:

@@ -32,6 +32,7 @@ from ..wording import (
     CALIBRATED,
     LEAD,
     OWN_NUMBERS,
+    absorbed_sentence,
     effect_words,
     energy_lines,
     energy_verdict,
@@ -195,9 +196,7 @@ def not_calibrated_list(left: Sequence[NotCalibrated], absorbed: Sequence[str] =
     pairs = [(item.symbol, item.why) for item in left]
     parts: list[RenderableType] = [section("Left as they were", glossary(pairs))] if pairs else []
     if absorbed:
-        names = listing([words(name) for name in absorbed])
-        text = f"Not judged beside the calibration, which would do the same: {names}."
-        parts.append(Prose(text))
+        parts.append(Prose(absorbed_sentence(absorbed)))
     return stacked(parts) if parts else None
 
 

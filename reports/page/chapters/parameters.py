@@ -5,10 +5,10 @@ from typing import Any
 
 from ....measurements.inspection import Inspection
 from ....physics.errors import VehicleError
-from ....physics.presentation import MINUS, listing, number, unit_text, words
+from ....physics.presentation import MINUS, number, unit_text, words
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
-from ...wording import energy_lines, energy_verdict, interval, trimmed
+from ...wording import absorbed_sentence, energy_lines, energy_verdict, interval, trimmed
 from ..markup import Html, details, element, render, table
 from .base import Chapter, Section
 
@@ -51,9 +51,7 @@ def calibrated(run: RunFolder) -> Section | None:
     if not rows:
         return None
     notes = [f"{item.symbol} stays as it was: {item.why}." for item in found.left]
-    absorbed = [words(name) for name in found.absorbed]
-    if absorbed:
-        notes.append(f"Not judged beside the calibration, which would do the same: {listing(absorbed)}.")
+    notes += filter(None, [absorbed_sentence(found.absorbed)])
     if any(item.held_by_law for item in found.calibrated):
         notes.append("* Held by the law of dissipation; the interval is what the log alone asks for.")
     text = (

@@ -196,12 +196,16 @@ def excitation(told: Mapping[str, Excitation]) -> Html:
         return drawn(figure, "how far the log excites each effect")
 
 
-def ranked_effects(candidates: Sequence[EffectFinding], most: int = 12) -> Html:
+_MOST = 12
+"""Effects in the ranking: the others have next to no evidence."""
+
+
+def ranked_effects(candidates: Sequence[EffectFinding]) -> Html:
     """The best-ranked effects that the log can judge, by the share of the unseen error that comes back without each.
 
     A missing effect is strong blue, a likely one faint, a possible one in the corrected model has a rim alone.
     """
-    shown = sorted([item for item in candidates if not item.cannot_tell][:most], key=worth, reverse=True)
+    shown = sorted([item for item in candidates if not item.cannot_tell][:_MOST], key=worth, reverse=True)
     left, width, height = 190, 460, 34 + 24 * len(shown)
     drops = np.nan_to_num([worth(item) for item in shown])
     with canvas(width, height) as figure:
