@@ -129,9 +129,9 @@ def diary_view(session: Session, tools: ui.element) -> None:
         button("Take away", lambda: _take(session), lead=True, label="Take the page of the diary away")
     host = ui.element("section").classes("glance").props('aria-label="The hull diary"')
 
-    def draw() -> None:
-        if session.shown.diary is not None:
-            ui.html(session.shown.diary.glance, sanitize=False)  # our own page, in which every name is escaped
+    def draw(diary: HullDiary | None) -> None:
+        if diary is not None:
+            ui.html(diary.glance, sanitize=False)  # our own page, in which every name is escaped
 
     redrawn(session, host, lambda: session.shown.diary, draw)
 

@@ -45,10 +45,8 @@ def log_notes(session: Session) -> None:
     """Warnings above all, then what the checks say, folded where it is only good to know."""
     place = ui.element("section").classes("stack").props('aria-label="What was found in the log"')
 
-    def draw() -> None:
-        opened, source = session.shown.opened, session.shown.source
-        if session.shown.on_other:
-            source = None  # a repair is a step, and this log is no part of the steps
+    def draw(opened: Opened | None) -> None:
+        source = None if session.shown.on_other else session.shown.source  # a repair is a step of the fitted log
         repaired = source is not None and source.original is not None
         if opened is None or not (repaired or opened.warnings or opened.checks or opened.notes):
             return

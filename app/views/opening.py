@@ -311,12 +311,11 @@ def another_log(session: Session, *, paths: bool) -> None:
 
     def facts() -> tuple[list[str], bool]:
         logs = (session.shown.fitted, session.shown.other)
-        return [
-            session.names.with_user_names(one.opened.log) for one in logs if one is not None
-        ], session.shown.on_other
+        names = [session.names.with_user_names(one.opened.log) for one in logs if one is not None]
+        return names, session.shown.on_other
 
-    def draw() -> None:
-        names, on_other = facts()
+    def draw(facts: tuple[list[str], bool]) -> None:
+        names, on_other = facts
         if len(names) == 2:
             options = {False: f"{names[0]} (fitted)", True: f"{names[1]} (tried)"}
             choice = ui.toggle(options, value=on_other).props('dense no-caps unelevated aria-label="Log"')

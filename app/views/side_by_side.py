@@ -25,8 +25,8 @@ def side_by_side(session: Session) -> None:
     """The models that the search compared; on another log, the shown model after every step."""
     place = ui.element("section").classes("card stack").props('aria-label="Models side by side"')
 
-    def draw() -> None:
-        told, rivals = _side_by_side(session.shown)
+    def draw(facts: tuple[str, Sequence[Rival]]) -> None:
+        told, rivals = facts
         place.set_visibility(bool(rivals))
         if rivals:
             line("Models side by side", tag="h2").style("margin: 0")

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from inspect import isawaitable
+from typing import TypeVar
 
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
@@ -12,6 +13,8 @@ from ...physics.vehicle import Vehicle
 from ...workflows.workbench_facts import OWN_NUMBERS, Fit, Opened
 from ..session import Session
 from ..shown import Shown
+
+Facts = TypeVar("Facts")
 
 
 def button(
@@ -82,9 +85,9 @@ def watching(session: Session, host: ui.element, refresh: Callable[[], None]) ->
     refresh()
 
 
-def redrawn(session: Session, host: ui.element, facts: Callable[[], object], draw: Callable[[], None]) -> None:
-    """Draw a part now, and anew whenever the facts that it shows are others than before."""
-    drawn: list[object] = []
+def redrawn(session: Session, host: ui.element, facts: Callable[[], Facts], draw: Callable[[Facts], None]) -> None:
+    """Draw a part of its facts now, and anew whenever these are others than before."""
+    drawn: list[Facts] = []
 
     def refresh() -> None:
         now = facts()
@@ -92,7 +95,7 @@ def redrawn(session: Session, host: ui.element, facts: Callable[[], object], dra
             drawn[:] = [now]
             host.clear()
             with host:
-                draw()
+                draw(now)
 
     watching(session, host, refresh)
 

@@ -186,48 +186,45 @@ def identified(run: RunFolder) -> Section | None:
     return Section("What this log can tell", element("div", facts, *drawing, cls="columns"))
 
 
-def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
+def _facts(told: Identifiability, decided: Sequence[str]) -> list[Html]:
     """Sentences on what cannot be told apart or seen; one that says all is well where none is needed.
 
     Parameters
     ----------
     decided : effects that are missing for sure, with none that does as well in their place
     """
-    lines = []
+    texts = []
     for group in told.groups:
         chosen = [name for name in group if name.split("[")[0] in decided]
         alike = f"{_names(group).capitalize()} move alike in this log"
         if chosen and len(chosen) < len(group):
             verb = "fits" if len(chosen) == 1 else "fit"
-            lines.append(
+            texts.append(
                 f"{alike}, but not so much that they could not be told apart: {_names(chosen)} {verb} held-out data "
                 "clearly better than any of the others alone. A mixture may fit as well, so a part of the value may "
                 "be theirs."
             )
         else:
-            lines.append(f"{alike}; a mixture of them may fit as well as one.")
+            texts.append(f"{alike}; a mixture of them may fit as well as one.")
     if told.noise_limited:
-        lines.append(f"Hardly more than sensor noise: {_names(told.noise_limited)}.")
+        texts.append(f"Hardly more than sensor noise: {_names(told.noise_limited)}.")
     if told.dormant:
-        lines.append(f"Never excited, so neither found nor excluded: {_names(told.dormant)}.")
+        texts.append(f"Never excited, so neither found nor excluded: {_names(told.dormant)}.")
     if told.absorbed:
-        lines.append(f"No trace beside what the calibration explains: {_names(told.absorbed)}.")
+        texts.append(f"No trace beside what the calibration explains: {_names(told.absorbed)}.")
     if told.quiet_axes:
         axes = listing(told.quiet_axes)
-        lines.append(f"Hardly moves beyond sensor noise: {axes}. Little can be said of its effects.")
-    if not lines:
-        lines.append("Every effect of the catalogue that the log's channels allow is excited and can be told apart.")
-    parts = [element("h3", "Alike, hidden, or never excited"), element("ul", *(element("li", line) for line in lines))]
-    if told.condition is not None:
-        parts.append(
-            element(
-                "p",
-                f"Condition number of all effects together: {typeset(told.condition, 2)} (1 is ideal; in the "
-                "thousands, some mixtures of effects cannot be told apart).",
-                cls="facts",
-            )
-        )
-    return parts
+        texts.append(f"Hardly moves beyond sensor noise: {axes}. Little can be said of its effects.")
+    if not texts:
+        texts.append("Every effect of the catalogue that the log's channels allow is excited and can be told apart.")
+    parts = [element("h3", "Alike, hidden, or never excited"), element("ul", *(element("li", text) for text in texts))]
+    if told.condition is None:
+        return parts
+    condition = (
+        f"Condition number of all effects together: {typeset(told.condition, 2)} (1 is ideal; in the thousands, some "
+        "mixtures of effects cannot be told apart)."
+    )
+    return [*parts, *paragraphs([condition])]
 
 
 def _names(names: Sequence[str]) -> str:
