@@ -202,7 +202,7 @@ def range_words(ranges: Mapping[str, Sequence[float]], units: Mapping[str, str] 
     Examples
     --------
     >>> range_words({"u": (-1.0, 2.0), "r": (-0.5, 0.5)})
-    'u from -1 to 2 m/s and r from -0.5 to 0.5 rad/s'
+    'u from -1.00 to 2.00 m/s and r from -0.500 to 0.500 rad/s'
     """
     told = [
         f"{name} from {number(low)} to {number(high)} {unit_text(units.get(name, ''))}"
