@@ -186,7 +186,7 @@ def identified(run: RunFolder) -> Section | None:
     return Section("What this log can tell", element("div", facts, *drawing, cls="columns"))
 
 
-def _facts(told: Identifiability, decided: Sequence[str]) -> list[Html]:
+def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
     """Sentences on what cannot be told apart or seen; one that says all is well where none is needed.
 
     Parameters
