@@ -1,21 +1,21 @@
-"""The page: a bar above, and below it the opening, or the bench."""
+"""The page: a bar above, and below it the opening, the bench, or the hull diary of a fleet."""
 
 from collections.abc import Mapping
 from importlib import resources
+from pathlib import Path
 
-from nicegui import ui
+from nicegui import events, ui
 
 from ..reports.page.markup import DARK, LIGHT
 from ..workflows.workbench_facts import HullDiary, Source
 from .session import Session
-from .views.diary_view import diary_view
 from .views.hero import hero, log_notes
 from .views.missing_cards import MissingCards
 from .views.motion_view import MotionView
 from .views.opening import Opening, another_log, taking_away
 from .views.side_by_side import Networks, side_by_side
 from .views.vehicle_form import numbers_view, vehicle_form
-from .views.words import button, line, watching
+from .views.words import button, line, redrawn, watching
 
 
 class Page:
@@ -64,7 +64,7 @@ class Page:
             self._place.clear()
             with self._place:
                 if kind == "opening":
-                    self._waiting()
+                    hero(session)  # what goes on while nothing is open yet, and what went wrong
                     Opening(session, self._vehicles, paths=self._paths)
                 elif kind == "diary":
                     self._diary()
@@ -74,10 +74,6 @@ class Page:
             history = session.shown.history
             self._undo.set_enabled(history is not None and history.can_undo)
             self._redo.set_enabled(history is not None and history.can_redo)
-
-    def _waiting(self) -> None:
-        """What goes on while nothing is open yet, and what went wrong."""
-        hero(self._session)
 
     def _bench(self) -> None:
         session = self._session
@@ -112,19 +108,12 @@ class Page:
     def _toggle(self) -> None:
         self._dark.set_value(self._dark.value is not True)
 
-    async def _key(self, event: object) -> None:
-        key, modifiers = getattr(event, "key", None), getattr(event, "modifiers", None)
-        action = getattr(event, "action", None)
-        if (
-            self._kind == "diary"
-            or key is None
-            or not getattr(action, "keydown", False)
-            or not getattr(modifiers, "ctrl", False)
-        ):
+    async def _key(self, event: events.KeyEventArguments) -> None:
+        if self._kind == "diary" or not event.action.keydown or not event.modifiers.ctrl:
             return
-        if key == "z":
-            await (self._session.redo() if getattr(modifiers, "shift", False) else self._session.undo())
-        elif key == "y":
+        if event.key == "z":
+            await (self._session.redo() if event.modifiers.shift else self._session.undo())
+        elif event.key == "y":
             await self._session.redo()
 
 
@@ -132,3 +121,22 @@ def _css() -> str:
     """The style sheet: the report page's colour roles, and the layout."""
     layout = (resources.files(__package__ or "undertow.app") / "workbench.css").read_text("utf-8")
     return f":root {{ {LIGHT} }} body.body--dark {{ {DARK} }} {layout}"
+
+
+def diary_view(session: Session, tools: ui.element) -> None:
+    """The top of the diary's page, with a button in the bar for all of it."""
+    with tools:
+        button("Take away", lambda: _take(session), lead=True, label="Take the page of the diary away")
+    host = ui.element("section").classes("glance").props('aria-label="The hull diary"')
+
+    def draw(diary: HullDiary | None) -> None:
+        if diary is not None:
+            ui.html(diary.glance, sanitize=False)  # our own page, in which every name is escaped
+
+    redrawn(session, host, lambda: session.shown.diary, draw)
+
+
+def _take(session: Session) -> None:
+    if session.shown.diary is not None:
+        page = Path(session.shown.diary.page)
+        ui.download.content(page.read_bytes(), page.name)

@@ -1,9 +1,13 @@
-"""Names of the user's files in a tab, which are stored under names that no browser can choose."""
+"""Names of files: how the user calls those of a tab, stored as no browser can choose, and whether one is a fleet."""
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
 from shlex import quote
+
+from ..physics.errors import RequestError
+from ..workflows.workbench_facts import Source
 
 _OF_A_VERB = re.compile(r"^(init|discover|add|fit|train): ")
 """How messages of the command line begin: with the verb that nobody typed here."""
@@ -69,3 +73,23 @@ def _stems(kept: str, name: str) -> tuple[str, str]:
 
 def _plain(name: str) -> str:
     return _UNSAFE.sub("_", name).strip("_").lstrip("_.+-") or "file"
+
+
+def fleet_in(source: Source | None) -> str:
+    """The folder of the fleet that is to be opened; empty where logs are.
+
+    Raises
+    ------
+    RequestError
+        when a vehicle or a map is given with it.
+    """
+    if source is None or len(source.logs) != 1 or not os.path.isdir(source.logs[0]):
+        return ""
+    from ..fleet.log_sources import INDEX  # here, because the first page is there before anybody asks for a fleet
+
+    (folder,) = source.logs
+    if not os.path.isfile(os.path.join(folder, INDEX)):
+        return ""
+    if source.vehicle or source.channel_map or source.frame:
+        raise RequestError(f"{folder}: a fleet has been read for its vehicles already; leave vehicle, map and axes out")
+    return folder

@@ -14,8 +14,7 @@ from typing import Any
 from ..physics.errors import RequestError
 from ..workflows.workbench_facts import Source
 from .closed_to_strangers import ClosedToStrangers
-from .file_names import SESSION
-from .fleets import fleet_in
+from .file_names import SESSION, fleet_in
 from .worker import PrewarmedWorker
 
 PORT, _TRIED = 8423, 20

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..workflows.workbench_facts import OWN_NUMBERS, Source, Trained, Way
-from .file_names import SESSION, FileNames
-from .fleets import fleet_in
+from .file_names import SESSION, FileNames, fleet_in
 from .shown import Shown
 from .steps import History, Step, same_commands
 from .worker import PrewarmedWorker

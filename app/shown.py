@@ -23,12 +23,14 @@ class OnLog:
     stairs : the models of every beginning of its effects, the nominal one first, for the falling error; where numbers
         were moved by hand, that with all effects as they are fitted comes before it
     selected : stretches of time that are marked in all views [s]
+    source : what another log than that of the step was read from
     """
 
     opened: Opened
     fit: Fit
     stairs: tuple[Fit, ...] = ()
     selected: tuple[Interval, ...] = ()
+    source: Source | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +57,6 @@ class Shown:
     history : the steps, of which the present one is shown; None before anything is open
     fitted : the log that models are fitted to
     other : another log, on which the same models are judged; None where there is none
-    other_source : what that was read from
     on_other : the views show the other log
     view : what they draw of it
     searches : what was found, by what was searched
@@ -71,7 +72,6 @@ class Shown:
         self.history: History | None = None
         self.fitted: OnLog | None = None
         self.other: OnLog | None = None
-        self.other_source: Source | None = None
         self.on_other = False
         self.view = View()
         self.searches: dict[Source, Searched] = {}
@@ -86,6 +86,11 @@ class Shown:
     def chosen(self) -> OnLog | None:
         """The model on the log that the views show."""
         return self.other if self.on_other else self.fitted
+
+    @property
+    def other_source(self) -> Source | None:
+        """What the other log was read from."""
+        return None if self.other is None else self.other.source
 
     @property
     def opened(self) -> Opened | None:
@@ -138,7 +143,6 @@ class Shown:
         """Show a log that was read, and forget all that was found in others."""
         self.diary = None
         self.searches.clear()
-        self.other, self.other_source, self.on_other = None, None, False
         self._put(History((Step(source),)), OnLog(opened, opened.nominal), None, anew=True)
 
     async def reopen(self, history: History, opened: Opened, searched: Searched | None) -> bool:
@@ -219,7 +223,7 @@ class Shown:
         other = await self._read_other(source, self.stand)
         if other is None:
             return False
-        self.other, self.other_source, self.on_other = other, source, True
+        self.other, self.on_other = other, True
         self._audience.tell()
         await self._climb(self.stand, on_other=True)
         return True
@@ -256,22 +260,22 @@ class Shown:
 
     def put_away(self) -> None:
         """Go on without the other log."""
-        self.other, self.other_source, self.on_other = None, None, False
+        self.other, self.on_other = None, False
         self._audience.tell()
 
     async def _on_other(self, stand: ModelChoice, *, anew: bool) -> OnLog | None:
         """The model of a stand on the other log, which is read anew where the vehicle may be another."""
-        if self.other is None or self.other_source is None:
+        if self.other is None or self.other.source is None:
             return None
         if anew:
-            return await self._read_other(self.other_source, stand)
+            return await self._read_other(self.other.source, stand)
         fit = await self._fit(stand, self.other.opened, "fit_other")
         return None if fit is None else replace(self.other, fit=fit)
 
     async def _read_other(self, source: Source, stand: ModelChoice) -> OnLog | None:
         given = source, stand, str(self._folder), self._names
         found = await self._errands.ask("reading the other log", "try_on", *given)
-        return None if found is None else OnLog(*found, stairs=(found[0].nominal,))
+        return None if found is None else OnLog(*found, stairs=(found[0].nominal,), source=source)
 
     # -- what the worker is asked --------------------------------------------------------------------------------------
 
@@ -288,9 +292,7 @@ class Shown:
             self.by_hand, self._weighed = {}, None
         stairs = (fitted.opened.nominal,) if before is None else before.stairs
         self.fitted = replace(fitted, stairs=stairs, selected=() if before is None else before.selected)
-        self.other = other
-        if other is None:
-            self.other_source, self.on_other = None, False
+        self.other, self.on_other = other, self.on_other and other is not None
         self.history, self._stale = history, False
         self._audience.tell()
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from itertools import count
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ from ..workflows.workbench_facts import (
     Card,
     Fit,
     Form,
+    HullDiary,
     ModelChoice,
     Opened,
     Place,
@@ -33,7 +35,6 @@ from ..workflows.workbench_facts import (
     Wire,
 )
 from .file_names import FileNames
-from .fleets import hull_diary
 from .vehicle_numbers import assumed_of, form_of
 
 if TYPE_CHECKING:
@@ -80,8 +81,6 @@ class _Other:
 class WorkerService:
     """Everything that a page may ask of a worker; each method takes and gives what can be sent between processes."""
 
-    diary = staticmethod(hull_diary)
-
     def __init__(self) -> None:
         self._read: _Read | None = None
         self._kept: dict[Source, _Read] = {}
@@ -121,7 +120,7 @@ class WorkerService:
         self._folder, tell = folder, say or (lambda line: None)
         found = _of_demo(source, self._folder)
         vehicle, mapped, doubt, how = self._vehicle(found, tell)
-        reading = Reading(found.frame or None, mapped, None, found.as_is)
+        reading = _reading(found, mapped)
         if found.wires:
             wired = _fresh(folder, "wired.yaml")
             reading = replace(reading, channel_map=write_rewired(wired, found.logs, reading, vehicle, found.wires))
@@ -193,8 +192,7 @@ class WorkerService:
         from ..workflows.log_view import TriedLog, rows_that_judge
 
         first = self._open.inputs
-        mapped = Path(source.channel_map) if source.channel_map else first.reading.channel_map
-        reading = Reading(source.frame or None, mapped, None, source.as_is)
+        reading = _reading(source, _map_of(source) or first.reading.channel_map)
         inputs = read_inputs(list(source.logs), first.vehicle, reading, progress=say)
         judged = [(path, names.with_user_names(path)) for path in inputs.paths]
         log = TriedLog(inputs, rows_that_judge(judged, first.paths, first.vehicle))
@@ -224,9 +222,8 @@ class WorkerService:
         from ..workflows.inspect_and_init import look_over
 
         fixed = _fresh(Path(folder), "repaired.csv")
-        mapped = Path(source.channel_map) if source.channel_map else None
-        reading = Reading(source.frame or None, mapped, None, source.as_is)
-        found, _ = look_over([Path(log) for log in source.logs], None, reading, fix=fixed, progress=say)
+        logs, reading = [Path(log) for log in source.logs], _reading(source, _map_of(source))
+        found, _ = look_over(logs, None, reading, fix=fixed, progress=say)
         done = getattr(found, "fixed", None)
         if done is None or not done.done:
             raise RequestError("there is nothing in this log that can safely be repaired")
@@ -301,6 +298,20 @@ class WorkerService:
         named = (replace(r, name=_BESIDE) if r.name == "nominal" else r for r in rivals)
         return Trained(" ".join(done.sentences), tuple(named), stand)
 
+    def diary(self, fleet: str, folder: str, say: Say | None = None) -> HullDiary:
+        """The diary of a fleet, with its page in a folder."""
+        from ..fleet.diary import diary_of
+        from ..fleet.parameter_estimates import read_fleet
+        from ..reports.page.page import diary_page, glance
+
+        tell = say or (lambda line: None)
+        found = read_fleet(fleet)
+        tell(f"watching the hulls of {len({one.boat for one in found.estimates})} boats")
+        facts = diary_of(found, Path(fleet).absolute().name)
+        tell("drawing their days")
+        page = write_text(Path(folder) / "diary.html", diary_page(facts))
+        return HullDiary(facts.fleet, glance(facts), str(page))
+
     def load(self) -> None:
         """Load what a search needs, before it is asked for."""
         from ..workflows import workbench as _  # noqa: F401
@@ -322,7 +333,7 @@ class WorkerService:
 
     def _vehicle(self, source: Source, say: Say) -> tuple[Vehicle, Path | None, str, tuple[str, ...]]:
         """The vehicle that is meant, the channel map, if there is one; of one that is made a doubt, and how it is."""
-        mapped, doubt, how = Path(source.channel_map) if source.channel_map else None, "", ()
+        mapped, doubt, how = _map_of(source), "", ()
         if source.vehicle:
             vehicle = load_vehicle(source.vehicle)
         else:
@@ -352,6 +363,15 @@ def _exported(to: str, model: Path, target: Path) -> Path:
     there.mkdir()
     first, *others = export(model, to, there / f"model{format_named(to).suffix}").files
     return Path(shutil.make_archive(str(target / f"model-{to}"), "zip", there)) if others else first
+
+
+def _map_of(source: Source) -> Path | None:
+    return Path(source.channel_map) if source.channel_map else None
+
+
+def _reading(source: Source, channel_map: str | PathLike[str] | None) -> Reading:
+    """How the logs of a source are read, with a map that may be another than its own."""
+    return Reading(source.frame or None, channel_map, None, source.as_is)
 
 
 def _fresh(folder: Path, name: str) -> Path:

@@ -15,7 +15,7 @@ from undertow.fleet.build_fleet import build_fleet
 from undertow.fleet.diary import diary_of
 from undertow.fleet.parameter_estimates import read_fleet
 from undertow.fleet.workers import Engine
-from undertow.reports.page.fleet_page import diary_page
+from undertow.reports.page.page import diary_page
 
 DAYS = 180
 """Days of the boats of a diary: half a year."""

@@ -31,7 +31,7 @@ def diary(
         earlier = earlier_files((("--out", "diary", out),), (fleet,), force=force)
         facts = diary_of(read_fleet(fleet), fleet.absolute().name, settings)
         if out is not None:
-            from ..reports.page.fleet_page import diary_page
+            from ..reports.page.page import diary_page
 
             write_text(out, diary_page(facts))
         tell_replaced(earlier)

@@ -122,9 +122,11 @@ class FileNumber:
 
     def told(self, *, minus: str = MINUS) -> str:
         """Value and unit; of a number that the file has, what it says, too."""
-        if self.in_file is not None:
-            return self._against_the_file(minus)
-        return f"{self.symbol} = {self.amount(minus=minus)}{self._ends(minus)}"
+        ends = f" (95{NARROW}%: {interval(self.ci95, minus=minus)})" if self.ci95 else ""
+        amount = f"{self.amount(minus=minus)}{ends}"
+        if self.in_file is None:
+            return f"{self.symbol} = {amount}"
+        return f"{self.symbol} is about {amount}, the file says {self.filed(minus=minus)}"
 
     def amount(self, *, minus: str = MINUS) -> str:
         """The value with its unit."""
@@ -133,13 +135,6 @@ class FileNumber:
     def filed(self, *, minus: str = MINUS) -> str:
         """What the file has; empty where it says nothing of it."""
         return "" if self.in_file is None else number(self.in_file, minus=minus)
-
-    def _against_the_file(self, minus: str) -> str:
-        about = f"{self.symbol} is about {self.amount(minus=minus)}{self._ends(minus)}"
-        return f"{about}, the file says {self.filed(minus=minus)}"
-
-    def _ends(self, minus: str) -> str:
-        return f" (95{NARROW}%: {interval(self.ci95, minus=minus)})" if self.ci95 else ""
 
 
 def file_numbers(found: EffectFinding, nominal: Vehicle) -> list[FileNumber]:

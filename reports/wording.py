@@ -1,7 +1,7 @@
 """Numbers, units and names as a reader wants to see them, the same on the page, in the figures and on the terminal."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..comparison.facts import ComparedModel, Held
@@ -11,7 +11,7 @@ from ..discovery.findings import Step
 from ..discovery.lawful.price_of_law import Passivity
 from ..measurements.prepared_logs import FOLDS
 from ..physics.motion import AXES
-from ..physics.presentation import MINUS, NARROW, finite, listing, number, words
+from ..physics.presentation import MINUS, NARROW, finite, listing, number, unit_text, words
 
 
 def effect_words(candidate: EffectFinding) -> str:
@@ -96,7 +96,7 @@ def interval(ends: Any, *, minus: str = MINUS, blank: str = "n/a") -> str:
     return " to ".join(within(end, ends, minus=minus) for end in ends)
 
 
-def within(value: Any, ends: Any, *, minus: str = MINUS, blank: str = "n/a") -> str:
+def within(value: Any, ends: Any, *, minus: str = MINUS) -> str:
     """A value to as many decimals as its interval; to three significant digits without one.
 
     Examples
@@ -106,7 +106,7 @@ def within(value: Any, ends: Any, *, minus: str = MINUS, blank: str = "n/a") -> 
     """
     known, half = finite(value), _half_width(ends)
     if math.isnan(known) or not half:
-        return number(value, minus=minus, blank=blank)
+        return number(value, minus=minus)
     decimals = 1 - math.floor(math.log10(half))
     rounded = round(known, decimals)
     if rounded == 0.0:
@@ -121,6 +121,17 @@ def _half_width(ends: Any) -> float | None:
         return None
     half = 0.5 * abs(finite(ends[1]) - finite(ends[0]))
     return None if math.isnan(half) else half
+
+
+def cut(name: str, most: int) -> str:
+    """A name of at most so many letters, with an ellipsis in the place of what goes.
+
+    Examples
+    --------
+    >>> cut("harbour", 7), cut("harbour patrol", 8)
+    ('harbour', 'harbour…')
+    """
+    return name if len(name) <= most else f"{name[: most - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 
 def ordinal(count: int) -> str:
@@ -181,13 +192,28 @@ def risen(steps: Sequence[Step], horizon: str, found: EffectFinding | None = Non
     return told
 
 
+STATE_UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
+"""Of what an audit tells where a law is broken."""
+
+
+def range_words(ranges: Mapping[str, Sequence[float]], units: Mapping[str, str] = STATE_UNITS) -> str:
+    """Ranges of states in words.
+
+    Examples
+    --------
+    >>> range_words({"u": (-1.0, 2.0), "r": (-0.5, 0.5)})
+    'u from -1.00 to 2.00 m/s and r from -0.500 to 0.500 rad/s'
+    """
+    told = [
+        f"{name} from {number(low)} to {number(high)} {unit_text(units.get(name, ''))}"
+        for name, (low, high) in ranges.items()
+    ]
+    return listing(told)
+
+
 def energy_lines(passivity: Passivity) -> list[str]:
     """How the law of dissipation stands in a model, as sentences: verdict and price, proof, and where it holds."""
-    ends = [
-        f"{name} from {number(low)} to {number(high)} {'rad/s' if name == 'r' else 'm/s'}"
-        for name, (low, high) in passivity.envelope.to_dict().items()
-    ]
-    where = listing(ends)
+    where = range_words(passivity.envelope.to_dict())
     if passivity.proof == "vertex LMI":
         shown = f"Proved for {where}, by matrix inequalities at the corners; a random search of 100 000 states agrees."
     elif passivity.verdict == "pass":
@@ -195,6 +221,12 @@ def energy_lines(passivity: Passivity) -> list[str]:
     else:
         shown = f"Searched for {where}."
     return [passivity.sentence, shown]
+
+
+def absorbed_sentence(absorbed: Sequence[str]) -> str:
+    """Which effects took no part, because a calibration does the same; empty where all did."""
+    names = listing([words(name) for name in absorbed])
+    return f"Not judged beside the calibration, which would do the same: {names}." if absorbed else ""
 
 
 def energy_verdict(passivity: Passivity) -> str:

@@ -11,7 +11,7 @@ from ..physics.errors import RequestError, expect
 from ..physics.files import write_json, write_text
 from ..physics.folders import check_folder, identity, link, lock_settled, replace_folder
 from ..physics.stage import Say
-from ..reports.page.fleet_page import fleet_page
+from ..reports.page.page import fleet_page
 from ..reports.page.pdf import find_browser, print_pdf
 from ..reports.terminal.progress import SHOWN, showing
 from .run_folder.moved_files import UNMOVED, Moved

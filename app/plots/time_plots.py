@@ -1,4 +1,7 @@
-"""Linked time plots, one cursor and one zoom; all rows stay here, the browser gets what its window shows."""
+"""Plots of logs over time: linked time plots, and the track on the water with what the models predict.
+
+All rows stay here; the browser gets what its window shows.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -9,10 +12,24 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from ...physics.motion import Array
-from .level_of_detail import Levels, Named, rounded, rounded_times, sent_number
+from .level_of_detail import (
+    Levels,
+    Named,
+    Path,
+    joined,
+    nearest,
+    rounded,
+    rounded_times,
+    sent_number,
+    thinned_by_length,
+    thinned_by_rows,
+    within,
+)
 
 Role = Literal["measured", "before", "after", "between"]
 
+HEIGHT = 130
+"""Of each panel [px]."""
 WIDTH = 1000
 """Columns of pixels until the browser has told its own."""
 WIDEST = 8192
@@ -41,7 +58,33 @@ class Panel:
     band: tuple[str, ...] = ()
 
 
-class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"], esm={"undertow-uplot": "uplot"}):
+class OverTime(Element):
+    """A plot of logs over time; what it is told before there is a browser is sent once that has built it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._mounted = False
+        self._marks: list[tuple[float, float]] = []
+        self._logs: list[Named] = []
+
+    def divide(self, logs: Sequence[Named]) -> None:
+        """Say which log lies where in time: name, begin and end [s] of each, in place of those said before."""
+        self._logs = [(name, float(begin), float(end)) for name, begin, end in logs]
+        if self._mounted:
+            self.run_method("divide", self._logs)
+
+    def mark(self, intervals: Sequence[tuple[float, float]]) -> None:
+        """Shade stretches of time [s], in place of those shaded before."""
+        self._marks = [(float(begin), float(end)) for begin, end in intervals]
+        if self._mounted:
+            self.run_method("mark", self._marks)
+
+    def _send_logs(self) -> None:
+        self.run_method("divide", self._logs)
+        self.run_method("mark", self._marks)
+
+
+class TimePlots(OverTime, component="time_plots.js", dependencies=["drawing.js"], esm={"undertow-uplot": "uplot"}):
     """Panels above each other with one time axis.
 
     Drag to zoom, double-click for all, turn the wheel to zoom about the pointer, Shift and drag to select; where there
@@ -52,24 +95,20 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
     ----------
     panels : Sequence[Panel]
         From top to bottom.
-    height : int
-        Of each panel [px].
     """
 
-    def __init__(self, panels: Sequence[Panel], height: int = 130) -> None:
+    def __init__(self, panels: Sequence[Panel]) -> None:
         super().__init__()
         titles = ", ".join(panel.title for panel in panels)
         self._props["panels"] = [asdict(panel) for panel in panels]
-        self._props["height"] = height
+        self._props["height"] = HEIGHT
         self._props["label"] = (
             f"Time plots of {titles}. Arrow keys move, plus and minus zoom, Home shows all, Enter selects what is "
             "shown, Shift and arrow keys read values."
         )
         self._levels: Levels | None = None
-        self._marks: list[tuple[float, float]] = []
-        self._logs: list[Named] = []
         self._window: tuple[float, float] | None = None
-        self._width = 0
+        self._width = WIDTH
         self.on("ready", self._ready)
         self.on("window", self._looked)
 
@@ -113,18 +152,6 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
         self._levels.replace(columns)
         self._draw(moved=True)
 
-    def divide(self, logs: Sequence[Named]) -> None:
-        """Say which log lies where in time: name, begin and end [s] of each, in place of those said before."""
-        self._logs = [(name, float(begin), float(end)) for name, begin, end in logs]
-        if self._width:
-            self.run_method("divide", self._logs)
-
-    def mark(self, intervals: Sequence[tuple[float, float]]) -> None:
-        """Shade stretches of time [s] in every panel, in place of those shaded before."""
-        self._marks = [(float(begin), float(end)) for begin, end in intervals]
-        if self._width:
-            self.run_method("mark", self._marks)
-
     def on_brush(self, handler: Callable[[float, float], object]) -> None:
         """Call the handler with begin and end [s] of a stretch that was selected with Shift and a drag."""
 
@@ -136,11 +163,9 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
 
     def _ready(self, event: GenericEventArguments) -> None:
         """The browser has built the element, for the first time or anew: it knows nothing yet."""
-        self._width = self._columns_of(event)
-        self._window = None
+        self._mounted, self._width, self._window = True, self._columns_of(event), None
         self._draw(fresh=True)
-        self.run_method("divide", self._logs)
-        self.run_method("mark", self._marks)
+        self._send_logs()
 
     def _looked(self, event: GenericEventArguments) -> None:
         """The browser shows another window, or has another width."""
@@ -156,7 +181,7 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
 
     def _draw(self, *, fresh: bool = False, moved: bool = False, asked: int = -1) -> None:
         """Send the window, once there is a browser to draw it."""
-        if self._levels is None or not self._width or not len(self._levels.time):
+        if self._levels is None or not self._mounted or not len(self._levels.time):
             return
         first, last = float(self._levels.time[0]), float(self._levels.time[-1])
         whole = first, last if last > first else first + 1.0  # an axis without length has no ticks
@@ -172,3 +197,143 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
             "asked": asked,
         }
         self.run_method("draw", message)
+
+
+Places = tuple[Array, Array]
+"""Metres north and metres east, each of shape (rows,)."""
+
+TRACK_HEIGHT = 420
+"""Of the picture [px]."""
+MOST_MEASURED, MOST_PREDICTED = 4000, 6000
+"""Points of a path that are sent at once: a path across a screen of 2,000 pixels and back."""
+SIDES = ("south", "north", "west", "east")
+
+
+class Track(OverTime, component="track.js", dependencies=["drawing.js"]):
+    """The track, north up, with equal scales.
+
+    A click picks the measured point nearest to it; the wheel zooms, a drag moves, a double-click shows all. On the
+    keyboard the arrows move, + and - zoom, Home shows all, Enter picks the point nearest to the middle.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._props["height"] = TRACK_HEIGHT
+        self._props["label"] = (
+            "Track on the water, north up. Arrow keys move, plus and minus zoom, Home shows all, Enter picks the point "
+            "in the middle."
+        )
+        self._measured: Path | None = None
+        self._predicted: dict[str, Path] = {}
+        self._paths: dict[str, Path] = {}
+        self._box: tuple[float, float, float, float] | None = None
+        self.on("ready", self._ready)
+        self.on("view", self._viewed)
+
+    def show(self, time: Array, north: Array, east: Array) -> None:
+        """Show another track, whole, and forget what was predicted for the one before.
+
+        Parameters
+        ----------
+        time : Array
+            Ascending [s], shape (rows,).
+        north, east : Array
+            Measured positions [m], each of shape (rows,); NaN breaks the track.
+
+        Raises
+        ------
+        ValueError
+            If the three have not the same shape.
+        """
+        if not np.shape(time) == np.shape(north) == np.shape(east):
+            raise ValueError(
+                f"time, north and east have the shapes {np.shape(time)}, {np.shape(north)} and {np.shape(east)}: "
+                "give one of each a row"
+            )
+        self._measured = Path(np.asarray(time), np.asarray(north), np.asarray(east))
+        self._predicted, self._paths, self._box = {}, {}, None
+        if self._mounted:
+            self._send_all()
+
+    def predict(self, pieces: Mapping[str, Sequence[tuple[Array, Array, Array]]]) -> None:
+        """Show predicted rollouts as thin lines, in place of those with the same role.
+
+        Parameters
+        ----------
+        pieces : Mapping[str, Sequence[tuple[Array, Array, Array]]]
+            By role, "before" or "after": time [s], north and east [m] of every rollout. No rollouts take the role's
+            lines away.
+        """
+        self._predicted |= {role: joined(parts) for role, parts in pieces.items()}
+        if self._mounted:
+            self._send_predicted()
+
+    def path(
+        self, time: Array, measured: Places | None = None, before: Places | None = None, after: Places | None = None
+    ) -> None:
+        """Show strongly the rollouts from a clicked point, in place of those shown so before; none takes them away.
+
+        Parameters
+        ----------
+        time : Array
+            Times of the rollouts [s], shape (rows,).
+        measured, before, after : Places, optional
+            North and east [m] of what was measured meanwhile and what is predicted.
+        """
+        given = {"measured": measured, "before": before, "after": after}
+        self._paths = {role: Path(np.asarray(time), *places) for role, places in given.items() if places is not None}
+        if self._mounted:
+            self._send_paths()
+
+    def on_pick(self, handler: Callable[[float], object]) -> None:
+        """Call the handler with the time [s] of the measured point nearest to a click."""
+
+        def picked(event: GenericEventArguments) -> object:
+            north, east = sent_number(event.args, "north"), sent_number(event.args, "east")
+            if north is None or east is None or self._measured is None:
+                return None
+            row = nearest(self._measured, north, east)
+            return None if row is None else handler(float(self._measured.time[row]))
+
+        self.on("pick", picked)
+
+    def _ready(self) -> None:
+        """The browser has built the element, for the first time or anew: it knows nothing yet."""
+        self._mounted, self._box = True, None
+        self._send_all()
+
+    def _viewed(self, event: GenericEventArguments) -> None:
+        """The browser looks closer: send what lies in its view with more points."""
+        south, north, west, east = (sent_number(event.args, side) for side in SIDES)
+        if south is None or north is None or west is None or east is None or self._measured is None:
+            return
+        self._box = (south, north, west, east)
+        self.run_method("detail", {"box": self._box, **self._lines(self._box)})
+
+    def _lines(self, box: tuple[float, float, float, float] | None) -> dict[str, dict[str, Array]]:
+        """Measured and predicted lines by role, thinned; those in a box, or all."""
+        lines: dict[str, dict[str, Array]] = {}
+        if self._measured is not None:
+            measured = self._measured if box is None else within(self._measured, box)
+            lines["measured"] = _sent(thinned_by_length(measured, MOST_MEASURED))
+        for role, path in self._predicted.items():
+            lines[role] = _sent(thinned_by_rows(path if box is None else within(path, box), MOST_PREDICTED))
+        return lines
+
+    def _send_all(self) -> None:
+        self.run_method("draw", self._lines(None))
+        self._send_paths()
+        self._send_logs()
+
+    def _send_predicted(self) -> None:
+        lines = self._lines(None)
+        lines.pop("measured", None)
+        self.run_method("predict", lines)
+
+    def _send_paths(self) -> None:
+        self.run_method("path", {role: _sent(path) for role, path in self._paths.items()})
+
+
+def _sent(path: Path) -> dict[str, Array]:
+    """A path as it goes to the browser."""
+    return {"time": rounded_times(path.time), "north": rounded(path.north), "east": rounded(path.east)}

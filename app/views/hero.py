@@ -11,9 +11,20 @@ from ...physics.presentation import number
 from ...workflows.workbench_facts import Opened
 from ..session import Session
 from ..worker_client import Work
-from . import headline as says
 from .vehicle_form import vehicle_form
-from .words import button, line, number_in, watching
+from .words import (
+    button,
+    by_axis,
+    headline,
+    how_well,
+    leans_on,
+    line,
+    number_in,
+    redrawn,
+    search_sentence,
+    stair_name,
+    watching,
+)
 
 _OPEN = ("defect", "warning")
 """Verdicts that are shown at once."""
@@ -33,20 +44,13 @@ def worst(opened: Opened) -> str:
 def log_notes(session: Session) -> None:
     """Warnings above all, then what the checks say, folded where it is only good to know."""
     place = ui.element("section").classes("stack").props('aria-label="What was found in the log"')
-    shown: list[object] = []
 
-    def refresh() -> None:
-        opened, source = session.shown.opened, session.shown.source
-        if session.shown.on_other:
-            source = None  # a repair is a step, and this log is no part of the steps
-        if shown == [opened]:
-            return
-        shown[:] = [opened]
-        place.clear()
+    def draw(opened: Opened | None) -> None:
+        source = None if session.shown.on_other else session.shown.source  # a repair is a step of the fitted log
         repaired = source is not None and source.original is not None
         if opened is None or not (repaired or opened.warnings or opened.checks or opened.notes):
             return
-        with place, ui.element("div").classes("card stack"):
+        with ui.element("div").classes("card stack"):
             ui.link_target(NOTES).classes("anchor")
             line("The log", tag="h2")
             if repaired:
@@ -72,7 +76,7 @@ def log_notes(session: Session) -> None:
                     for text in (*rest, *opened.notes):
                         line(session.names.with_user_names(text), "muted")
 
-    watching(session, place, refresh)
+    redrawn(session, place, lambda: session.shown.opened, draw)
 
 
 def _sentence(text: str) -> str:
@@ -93,9 +97,9 @@ def hero(session: Session) -> None:
     host = ui.element("section").classes("card hero").props('aria-label="What is missing, and the error"')
     with host:
         with ui.element("div"):
-            headline = line("", tag="h1").props('aria-live="polite"')
+            title = line("", tag="h1").props('aria-live="polite"')
             count = ui.element("div").classes("count").mark("count")
-            by_axis = line("", "small")
+            axes = line("", "small")
             told = line("", "told small")
             found = line("", "told small")
             doubts = _Doubts()
@@ -105,15 +109,15 @@ def hero(session: Session) -> None:
 
     def refresh() -> None:
         opened, fit = session.shown.opened, session.shown.fit
-        text = session.names.with_user_names(says.headline(session.shown))
+        text = session.names.with_user_names(headline(session.shown))
         long = len(text) > _LONG
-        headline.classes(add="long" if long else None, remove=None if long else "long")
-        headline.set_text(text)
+        title.classes(add="long" if long else None, remove=None if long else "long")
+        title.set_text(text)
         host.set_visibility(opened is not None or session.errands.work is not None)
         _show_count(session, count)
-        by_axis.set_text("" if opened is None or fit is None else says.by_axis(opened, fit))
-        told.set_text(session.names.with_user_names(says.how_well(session.shown)))
-        found.set_text(session.names.with_user_names(says.search_sentence(session.shown)))
+        axes.set_text("" if opened is None or fit is None else by_axis(opened, fit))
+        told.set_text(session.names.with_user_names(how_well(session.shown)))
+        found.set_text(session.names.with_user_names(search_sentence(session.shown)))
         doubts.show(session)
         _show_work(session, work)
         stairs.show(session)
@@ -161,7 +165,7 @@ class _Doubts:
     def show(self, session: Session) -> None:
         """Bring them up to date."""
         opened = session.shown.opened
-        told = [] if opened is None else [worst(opened), opened.doubt, says.leans_on(session.shown)]
+        told = [] if opened is None else [worst(opened), opened.doubt, leans_on(session.shown)]
         if told == self._told:
             return
         self._told = told
@@ -228,7 +232,7 @@ class _Stairs:
             if k == len(self._rows):
                 self._rows.append(self._row(first_one=k == 0))
             stair = self._rows[k]
-            stair.name.set_text(says.stair_name(fit))
+            stair.name.set_text(stair_name(fit))
             share = min(fit.error["position"] / (first or 1.0), _BEYOND) / _BEYOND
             stair.fill.style(f"width: {100.0 * share:.2f}%")
             stair.number.set_text("runs away" if fit.lost else number_in(fit.error["position"], "m"))

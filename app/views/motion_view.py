@@ -9,8 +9,7 @@ from nicegui import ui
 from ...reports.band_words import band_words, held_words
 from ...workflows.workbench_facts import Fit, Opened
 from ..plots.error_map import AXES, Cells, ErrorMap, Sorted, common_command, sort_rows
-from ..plots.time_plots import Line, Panel, TimePlots
-from ..plots.track import Track
+from ..plots.time_plots import Line, Panel, TimePlots, Track
 from ..session import Session
 from ..shown import View
 from .words import button, line, watching
@@ -128,21 +127,20 @@ class MotionView:
             self._opened, self._fit, self._sorted = opened, fit, {}
             table, first = opened.table, opened.nominal
             columns = {name: table[name] for name in ("u", "v", "r")}
-            self._speeds.show(
-                table["time"], columns | _drawn(opened, first, "before", _STATES) | self._after(_STATES + _ENDS)
-            )
-            self._forces.show(table["time"], _drawn(opened, first, "before", tuple(AXES)) | self._after(tuple(AXES)))
+            states, forces = (_drawn(opened, first, "before", names) for names in (_STATES, tuple(AXES)))
+            self._speeds.show(table["time"], columns | states | _after(opened, fit, _STATES + _ENDS))
+            self._forces.show(table["time"], forces | _after(opened, fit, tuple(AXES)))
             self._track.show(table["time"], table["north"], table["east"])
             logs = [(session.names.with_user_names(log.name), log.begin, log.end) for log in opened.logs]
             for view in (self._speeds, self._forces, self._track):
                 view.divide(logs)
-            self._predict()
+            self._predict(opened, fit)
             self._map_of()
         elif fit is not self._fit:
             self._fit = fit
-            self._speeds.change(self._after(_STATES + _ENDS))
-            self._forces.change(self._after(tuple(AXES)))
-            self._predict()
+            self._speeds.change(_after(opened, fit, _STATES + _ENDS))
+            self._forces.change(_after(opened, fit, tuple(AXES)))
+            self._predict(opened, fit)
             self._map_of()
         marked = session.shown.selected
         if marked != self._marked:
@@ -153,21 +151,8 @@ class MotionView:
                 view.mark(marked)
         self._none.style(f"visibility: {'visible' if marked else 'hidden'}")  # its place stays
 
-    def _after(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-        """The present model's columns; nothing to draw while it is the nominal one."""
-        opened, fit = self._session.shown.opened, self._session.shown.fit
-        assert opened is not None, "what is drawn is open"
-        assert fit is not None, "what is drawn is open"
-        nothing = {f"{name}_after": np.full(opened.table["time"].size, np.nan) for name in names}
-        if fit is opened.nominal or not (fit.names or not fit.unseen):
-            return nothing
-        return nothing | _drawn(opened, fit, "after", tuple(name for name in names if name in fit.columns))
-
-    def _predict(self) -> None:
+    def _predict(self, opened: Opened, fit: Fit) -> None:
         """Draw the ways of the models on the water, and tell of the band of what is drawn."""
-        opened, fit = self._session.shown.opened, self._session.shown.fit
-        assert opened is not None, "what is drawn is open"
-        assert fit is not None, "what is drawn is open"
         after = [] if fit is opened.nominal else _pieces(opened, fit)
         self._track.predict({"before": _pieces(opened, opened.nominal), "after": after})
         told = (band_words(fit.band), held_words(fit.held, "the model"))
@@ -202,6 +187,14 @@ class MotionView:
         if opened is not None:
             self._of_cells = self._sorted[self._of_view.over].stretches(opened.table["time"], cells)
             self._session.shown.select(self._of_cells)
+
+
+def _after(opened: Opened, fit: Fit, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """The present model's columns; nothing to draw while it is the nominal one."""
+    nothing = {f"{name}_after": np.full(opened.table["time"].size, np.nan) for name in names}
+    if fit is opened.nominal or not (fit.names or not fit.unseen):
+        return nothing
+    return nothing | _drawn(opened, fit, "after", tuple(name for name in names if name in fit.columns))
 
 
 def _drawn(opened: Opened, fit: Fit, role: str, names: tuple[str, ...]) -> dict[str, np.ndarray]:

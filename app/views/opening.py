@@ -6,12 +6,13 @@ from pathlib import Path
 from weakref import proxy
 
 from nicegui import events, ui
+from nicegui.elements.mixins.text_element import TextElement
 
 from ...physics.errors import one_line
 from ...workflows.workbench_facts import Source
 from ..closed_to_strangers import MOST_UPLOADED
 from ..session import Session
-from .words import button, line, watching
+from .words import button, dialog, line, redrawn
 
 _THINGS = {
     "page": ("The report page", "one HTML file that opens anywhere"),
@@ -39,10 +40,14 @@ def taking_away(session: Session) -> None:
         ui.menu_item("The commands that do the same", on_click=lambda: _commands(session))
 
 
+def _warn(session: Session) -> None:
+    ui.notify(session.errands.trouble, type="warning", multi_line=True)
+
+
 async def _take(session: Session, what: str) -> None:
     path = await session.take(what)
     if path is None:
-        ui.notify(session.errands.trouble, type="warning", multi_line=True)
+        _warn(session)
         return
     ui.download.content(path.read_bytes(), path.name)
 
@@ -50,7 +55,7 @@ async def _take(session: Session, what: str) -> None:
 async def _save(session: Session) -> None:
     opened, path = session.shown.fitted, await session.save()
     if path is None or opened is None:
-        ui.notify(session.errands.trouble, type="warning", multi_line=True)
+        _warn(session)
         return
     log = session.names.in_file(session.names.with_user_names(opened.opened.log)).partition(".")[0]
     ui.download.content(path.read_bytes(), f"{log}.session.json")
@@ -60,24 +65,22 @@ async def _for_another(session: Session) -> None:
     """A dialog of the formats of exports, each with what it is."""
     formats = dict(await session.ask("formats") or ())
     if not formats:
-        ui.notify(session.errands.trouble, type="warning", multi_line=True)
+        _warn(session)
         return
-    with ui.dialog() as dialog, ui.element("div").classes("card stack"):
+    with dialog() as made:
         line("The model for another program", tag="h2")
         choice = ui.radio(formats, value=next(iter(formats))).props('aria-label="Format"').classes("formats")
         line("Every file says what is known about the model, and what the format cannot express.", "muted small")
         with ui.element("div").classes("flow"):
             button("Write and take", lambda: _take(session, str(choice.value)), lead=True)
-            button("Close", dialog.close)
-    dialog.open()
+            button("Close", made.close)
 
 
 def _commands(session: Session) -> None:
-    with ui.dialog() as dialog, ui.element("div").classes("card stack"):
+    with dialog() as made:
         line("The same on the command line", tag="h2")
         ui.code(session.commands(), language="bash").classes("commands")
-        button("Close", dialog.close)
-    dialog.open()
+        button("Close", made.close)
 
 
 SUFFIXES = (
@@ -147,20 +150,16 @@ class LogFiles:
         """The vehicle file that was dropped last; empty for none."""
         return next(reversed(self._of("vehicle")), "")
 
-    @property
-    def channel_map(self) -> str:
-        """The channel map that was dropped last; empty for none."""
-        return next(reversed(self._of("map")), "")
-
-    @property
-    def frame(self) -> str:
-        """Axes of the log; empty for what it says."""
-        return str(self._frame.value)
-
-    @property
-    def as_is(self) -> bool:
-        """True when a broken log is taken as it is."""
-        return bool(self._as_is.value)
+    def source(self, vehicle: str = "", hull: Mapping[str, float] | None = None) -> Source:
+        """The logs for a vehicle, or for one that is made of what is known of the hull, read as was chosen."""
+        return Source(
+            self.logs,
+            vehicle,
+            tuple((hull or {}).items()),
+            channel_map=next(reversed(self._of("map")), ""),
+            frame=str(self._frame.value),
+            as_is=bool(self._as_is.value),
+        )
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
         name = shown(event.file.name)
@@ -278,12 +277,7 @@ class Opening:
         await self._session.open(Source(), self._opened)
 
     def _opened(self) -> None:
-        """Leave the dialog, if this is one, when the log is open; say what went wrong where it is not."""
-        if self._told.is_deleted:
-            return
-        self._told.set_text(self._session.names.with_user_names(self._session.errands.trouble))
-        if not self._session.errands.trouble and self._leave is not None:
-            self._leave()
+        _told_or_left(self._session, self._told, self._leave)
 
     async def _open(self) -> None:
         files = self._files
@@ -293,15 +287,16 @@ class Opening:
         made = self._choice.value == _MADE and not files.vehicle
         hull = {name: float(field.value) for name, field in self._known.items() if made and field.value}
         vehicle = files.vehicle or ("" if made else str(self._choice.value))
-        source = Source(
-            files.logs,
-            vehicle,
-            tuple(hull.items()),
-            channel_map=files.channel_map,
-            frame=files.frame,
-            as_is=files.as_is,
-        )
-        await self._session.open(source, self._opened)
+        await self._session.open(files.source(vehicle, hull), self._opened)
+
+
+def _told_or_left(session: Session, told: TextElement, leave: Callable[[], object] | None) -> None:
+    """Leave the dialog, if this is one, when the log is open; say what went wrong where it is not."""
+    if told.is_deleted:
+        return
+    told.set_text(session.names.with_user_names(session.errands.trouble))
+    if not session.errands.trouble and leave is not None:
+        leave()
 
 
 def another_log(session: Session, *, paths: bool) -> None:
@@ -313,30 +308,27 @@ def another_log(session: Session, *, paths: bool) -> None:
     """
     place = ui.element("section").classes("flow small").props('aria-label="The log that is shown"')
     place.style("margin-top: 12px")
-    shown: list[object] = []
 
-    def refresh() -> None:
-        fitted, other, on_other = session.shown.fitted, session.shown.other, session.shown.on_other
-        names = [session.names.with_user_names(one.opened.log) for one in (fitted, other) if one is not None]
-        if shown == [names, on_other]:
-            return
-        shown[:] = [names, on_other]
-        place.clear()
-        with place:
-            if len(names) == 2:
-                options = {False: f"{names[0]} (fitted)", True: f"{names[1]} (tried)"}
-                choice = ui.toggle(options, value=on_other).props('dense no-caps unelevated aria-label="Log"')
-                choice.on_value_change(lambda event: session.shown.look_at(other=bool(event.value)))
-                button("Put away", session.put_away, label="Put the other log away")
-            button("Try on another log", lambda: _dialog(session, paths=paths), label="Try the model on another log")
+    def facts() -> tuple[list[str], bool]:
+        logs = (session.shown.fitted, session.shown.other)
+        names = [session.names.with_user_names(one.opened.log) for one in logs if one is not None]
+        return names, session.shown.on_other
 
-    watching(session, place, refresh)
+    def draw(facts: tuple[list[str], bool]) -> None:
+        names, on_other = facts
+        if len(names) == 2:
+            options = {False: f"{names[0]} (fitted)", True: f"{names[1]} (tried)"}
+            choice = ui.toggle(options, value=on_other).props('dense no-caps unelevated aria-label="Log"')
+            choice.on_value_change(lambda event: session.shown.look_at(other=bool(event.value)))
+            button("Put away", session.put_away, label="Put the other log away")
+        button("Try on another log", lambda: _dialog(session, paths=paths), label="Try the model on another log")
+
+    redrawn(session, place, facts, draw)
 
 
 def _dialog(session: Session, *, paths: bool) -> None:
-    with ui.dialog() as dialog, ui.element("div").classes("card stack").style("max-width: min(96vw, 620px)"):
-        _Trying(session, dialog.close, paths=paths)
-    dialog.open()
+    with dialog(620) as made:
+        _Trying(session, made.close, paths=paths)
 
 
 class _Trying:
@@ -358,16 +350,7 @@ class _Trying:
             self._told = line("", "small", "span").props('role="status"')
 
     async def _try(self) -> None:
-        files = self._files
-        if not files.logs:
+        if not self._files.logs:
             self._told.set_text("Drop a log above, or give its path.")
             return
-        source = Source(files.logs, channel_map=files.channel_map, frame=files.frame, as_is=files.as_is)
-        await self._session.try_on(source, self._tried)
-
-    def _tried(self) -> None:
-        if self._told.is_deleted:
-            return
-        self._told.set_text(self._session.names.with_user_names(self._session.errands.trouble))
-        if not self._session.errands.trouble:
-            self._leave()
+        await self._session.try_on(self._files.source(), lambda: _told_or_left(self._session, self._told, self._leave))

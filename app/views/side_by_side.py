@@ -13,8 +13,7 @@ from ...workflows.workbench_facts import ModelChoice, Rival, Trained
 from ..plots.time_plots import Line, Panel, TimePlots
 from ..session import Session
 from ..shown import Shown
-from .headline import stair_name
-from .words import button, line, watching
+from .words import button, line, redrawn, stair_name, watching
 
 _ERRORS = ("position [m]", "surge [m/s]", "sway [m/s]", "yaw [rad/s]")
 _ACCELERATIONS = tuple(
@@ -25,22 +24,16 @@ _ACCELERATIONS = tuple(
 def side_by_side(session: Session) -> None:
     """The models that the search compared; on another log, the shown model after every step."""
     place = ui.element("section").classes("card stack").props('aria-label="Models side by side"')
-    shown: list[tuple[str, Sequence[Rival]]] = [("", ())]
 
-    def refresh() -> None:
-        told, rivals = now = _side_by_side(session.shown)
+    def draw(facts: tuple[str, Sequence[Rival]]) -> None:
+        told, rivals = facts
         place.set_visibility(bool(rivals))
-        if now == shown[0]:
-            return
-        shown[0] = now
-        place.clear()
         if rivals:
-            with place:
-                line("Models side by side", tag="h2").style("margin: 0")
-                line(told, "muted small")
-                rivals_table(rivals)
+            line("Models side by side", tag="h2").style("margin: 0")
+            line(told, "muted small")
+            rivals_table(rivals)
 
-    watching(session, place, refresh)
+    redrawn(session, place, lambda: _side_by_side(session.shown), draw)
 
 
 def _side_by_side(shown: Shown) -> tuple[str, Sequence[Rival]]:

@@ -12,7 +12,7 @@ from nicegui.elements.mixins.text_element import TextElement
 from ...physics.presentation import number
 from ...workflows.workbench_facts import Field, Form, Place, Source, Value, Wire
 from ..session import Session
-from .words import button, line, watching
+from .words import button, dialog, line, watching
 
 _EVERY = 0.15
 """Seconds between predictions while a slider moves: a fit is shown before the next is asked for."""
@@ -187,7 +187,7 @@ class _VehicleForm:
     def __init__(self, session: Session, form: Form, source: Source) -> None:
         self._session, self._source, self._told = session, source, ""
         self._changed: dict[str, float] = dict(source.changed)
-        with ui.dialog() as self._dialog, ui.element("div").classes("card stack").style("max-width: min(96vw, 900px)"):
+        with dialog(900) as self._dialog:
             line("The vehicle", tag="h2").style("margin: 0")
             self._wrong = line("", "trouble small").props('role="alert"')
             self._wrong.set_visibility(visible=False)
@@ -199,7 +199,6 @@ class _VehicleForm:
             with ui.element("div").classes("flow"):
                 button("Use these numbers", self._use, lead=True)
                 button("Cancel", self._dialog.close)
-        self._dialog.open()
 
     def _number(self, field: Field) -> None:
         with ui.element("div").classes("numbers-row form-row"):
@@ -208,10 +207,9 @@ class _VehicleForm:
                 unit = f" [{field.unit}]" if field.unit else ""
                 line(f" {field.what}{unit}", "muted small", "span")
 
-            async def change(event: object) -> None:
-                value = getattr(event, "value", None)
-                if value is not None:
-                    self._changed[field.symbol] = float(value)
+            async def change(event: events.ValueChangeEventArguments) -> None:
+                if event.value is not None:
+                    self._changed[field.symbol] = float(event.value)
                     await self._check()
 
             box = ui.number(value=float(number(field.value, 6)), on_change=change)

@@ -3,12 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-import matplotlib
 import numpy as np
 from zoo.cases import Setting
 
 from undertow.physics.motion import AXES
-from undertow.reports.page.figures.svg import ROLES, STYLE, canvas, drawn, panel
+from undertow.reports.page.figures.svg import ROLES, canvas, drawn, panel
 from undertow.reports.page.markup import Html, figure
 
 from .paper_change import Change, Records, relative
@@ -39,8 +38,7 @@ def figures_of(results: Results) -> list[Html]:
 def _along(series: Mapping[str, Mapping[str, Any]]) -> Html:
     first = next(iter(series.values()))
     lines = {PHYSICS: "before", "hybrid MLP": "after"}
-    with matplotlib.rc_context(STYLE):
-        drawing = canvas(900, 480)
+    with canvas(900, 480) as drawing:
         time = first["step"] * np.arange(len(first["measured"]))
         for k, (axis, unit) in enumerate(zip(AXES, ("m/s²", "m/s²", "rad/s²"), strict=True)):
             axes = panel(drawing, 70, 10 + 150 * k, 810, 125)
@@ -56,8 +54,7 @@ def _along(series: Mapping[str, Mapping[str, Any]]) -> Html:
 def _bars(results: Results, keys: tuple[str, ...], what: str) -> Html:
     names = [*PURE, "residual MLP", *(f"hybrid {n}" for n in HYBRID)]
     height = 22 * len(names)
-    with matplotlib.rc_context(STYLE):
-        drawing = canvas(900, (height + 45) * len(results) + 50)
+    with canvas(900, (height + 45) * len(results) + 50) as drawing:
         for k, (case, (_, records)) in enumerate(results.items()):
             axes = panel(drawing, 160, 25 + (height + 45) * k, 720, height)
             for row, name in enumerate(names):

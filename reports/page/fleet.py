@@ -11,7 +11,7 @@ from ...discovery.effect_findings import EffectFinding
 from ...discovery.evidence.weighing import CERTAINLY
 from ...physics.presentation import listing, number, unit_text, words
 from ..run_contents import RunFolder
-from ..sureness import FileNumber, file_numbers, odds, vehicle_value, verdict_word
+from ..sureness import FileNumber, file_numbers, marked, vehicle_value, verdict_word
 from ..wording import effect_words, interval
 
 _FOUND = ("missing", "likely")
@@ -40,18 +40,22 @@ class Held:
 
     Attributes
     ----------
-    effect : in words, with the thruster where it concerns one
-    verdict : of the effect: missing, likely, possible; or calibrated, of a number that was fitted beside the effects
-    odds : how sure that is, such as "87 %"; empty where nobody knows
     number : value and 95 % interval, as a corrected vehicle file has them
     found : the effect; None for a number that was calibrated
     """
 
-    effect: str
-    verdict: str
-    odds: str
     number: FileNumber
     found: EffectFinding | None = None
+
+    @property
+    def effect(self) -> str:
+        """The effect in words, with the thruster where it concerns one."""
+        return "calibrated" if self.found is None else effect_words(self.found)
+
+    @property
+    def verdict(self) -> str:
+        """How sure the effect is; or that the number was calibrated, fitted beside the effects."""
+        return "calibrated" if self.found is None else marked(self.found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,15 +187,12 @@ def difference_of(numbers: Sequence[FileNumber]) -> Difference | None:
 
 def _numbers(run: RunFolder) -> dict[str, Held]:
     """The numbers of a run by symbol: of its effects that are at least possible, and of a calibration."""
-    held = {
-        one.symbol: Held("calibrated", "calibrated", "", FileNumber(one.symbol, one.unit, one.after, one.ci95))
-        for one in run.findings.calibrated
-    }
+    held = {one.symbol: Held(FileNumber(one.symbol, one.unit, one.after, one.ci95)) for one in run.findings.calibrated}
     for item in run.findings.candidates:
         if item.cannot_tell or (item.verdict == "no evidence" and not item.in_model):
             continue
         for one in file_numbers(item, run.nominal):
-            held[one.symbol] = Held(effect_words(item), verdict_word(item), odds(item), one, item)
+            held[one.symbol] = Held(one, item)
     return held
 
 

@@ -162,15 +162,6 @@ class JudgedPieces:
         part = f" over {here:.0f} of {self.seconds:.0f} s" if here < self.seconds - 0.5 * self.step else ""
         return f"{part}{', on rows that the fit saw' * self.seen}"
 
-    def changes(self, model: Vehicle) -> list[tuple[str, float, float]]:
-        """What a model changes of the nominal one: symbol, value before and after."""
-        both = ((symbol, self.nominal.value(symbol), after) for symbol, after in model.values.items())
-        return [
-            one
-            for one in both
-            if one[1] != one[2] and not thrusters_differ(self.nominal, one[0]) and not thrusters_differ(model, one[0])
-        ]
-
     def moved(self, shares: Mapping[str, float]) -> tuple[Vehicle, ...]:
         """The models with a share of each of their changes: none of it before, all of it after.
 
@@ -180,14 +171,24 @@ class JudgedPieces:
         """
         mean = float(np.mean(list(shares.values()))) if shares else 1.0
         return tuple(
-            model.with_values({s: low + shares.get(s, mean) * (high - low) for s, low, high in self.changes(model)})
+            model.with_values(
+                {s: low + shares.get(s, mean) * (high - low) for s, low, high in changed_numbers(self.nominal, model)}
+            )
             for model in self.models
         )
 
 
-def thrusters_differ(vehicle: Vehicle, symbol: str) -> bool:
-    """True when thrusters differ in what all share as a rule: no single number moves that."""
-    return len(values_of(vehicle, symbol)) > 1
+def changed_numbers(nominal: Vehicle, model: Vehicle) -> list[tuple[str, float, float]]:
+    """What a model changes of another: symbol, value before and after.
+
+    No single number moves what thrusters share as a rule and in which they differ here.
+    """
+    both = ((symbol, nominal.value(symbol), after) for symbol, after in model.values.items())
+    return [
+        (symbol, before, after)
+        for symbol, before, after in both
+        if before != after and max(len(values_of(vehicle, symbol)) for vehicle in (nominal, model)) <= 1
+    ]
 
 
 def _pieces(

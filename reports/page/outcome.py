@@ -33,7 +33,7 @@ _SPEEDS = {"surge": "the surge speed u", "sway": "the sway speed v", "yaw": "the
 
 
 class Line(NamedTuple):
-    """One of the lines of an answer: what it tells of, and what it says."""
+    """A line of an answer or of an opening: what it tells of, and what it says."""
 
     label: str
     text: str
@@ -44,8 +44,27 @@ class Line(NamedTuple):
         return f"{self.label}: {self.text}"
 
 
-def hero(steps: Sequence[Step], deciding: str = "") -> tuple[str, str]:
-    """The rollout horizon [s] and the quantity that the story leads with.
+class Hero(NamedTuple):
+    """The error that a story leads with: horizon of the predictions [s], quantity, and its size before and after."""
+
+    horizon: str
+    metric: str
+    before: float
+    after: float
+
+    @property
+    def unit(self) -> str:
+        """Of the error."""
+        return ROLLOUT_UNITS[self.metric]
+
+    @property
+    def in_words(self) -> str:
+        """What error it is."""
+        return f"{self.metric} error of {self.horizon} s predictions"
+
+
+def hero(steps: Sequence[Step], deciding: str = "") -> Hero:
+    """The error that a story leads with.
 
     Parameters
     ----------
@@ -53,7 +72,8 @@ def hero(steps: Sequence[Step], deciding: str = "") -> tuple[str, str]:
     """
     horizon = pick_horizon(list(steps[0].rollout_rmse), deciding or LEAD)
     known = [name for name in ROLLOUT_UNITS if any(isfinite(step.rollout(horizon).of(name)) for step in steps)]
-    return horizon, known[0] if known else "position"
+    metric = known[0] if known else "position"
+    return Hero(horizon, metric, *(step.rollout(horizon).of(metric) for step in (steps[0], steps[-1])))
 
 
 _MORE = 2
@@ -62,8 +82,8 @@ _MORE = 2
 
 def gets_worse(steps: Sequence[Step], deciding: str = "") -> bool:
     """Whether the error that the story leads with is larger after the last step, or the predictions run away there."""
-    before, after = _ends(steps, deciding)
-    return len(steps) > 1 and before == before and not after <= before * (1.0 + _LEVEL)
+    led = hero(steps, deciding)
+    return len(steps) > 1 and led.before == led.before and not led.after <= led.before * (1.0 + _LEVEL)
 
 
 def outcome(findings: Findings, comparison: Comparison) -> str:
@@ -76,11 +96,11 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     steps = findings.steps
     if len(steps) < 2:
         return ""
-    before, after = _ends(steps, comparison.best.horizon)
+    led = hero(steps, comparison.best.horizon)
+    before, after = led.before, led.after
     if before != before:
         return ""
-    horizon, metric = hero(steps, comparison.best.horizon)
-    unit, added = ROLLOUT_UNITS[metric], [step for step in steps[1:] if step.added != CALIBRATED]
+    added = [step for step in steps[1:] if step.added != CALIBRATED]
     said = [step for step in added if step.added in (*findings.missing, *findings.likely) or ":" in str(step.added)]
     more = [words(str(step.added)) for step in added if step not in said] if said else []
     every = [
@@ -90,22 +110,22 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     ]
     adding = [f"adding {listing(every)}"] * bool(added)
     done = listing([*["calibrating its parameters"] * bool(findings.calibrated), *adding]) or "what was done"
-    what, where = f"the {metric} error of {horizon} s predictions", "on unseen motion"
+    what, where = f"the {led.in_words}", "on unseen motion"
     if after != after:
-        return f"{done.capitalize()} makes predictions over {horizon} s run away {where}."
-    ends = f"{number(before, 2)} to {number(after, 2)} {unit}"
+        return f"{done.capitalize()} makes predictions over {led.horizon} s run away {where}."
+    ends = f"{number(before, 2)} to {number(after, 2)} {led.unit}"
     doubt = f", {why}" if (why := _chance(findings, comparison)) else ""
     if gets_worse(steps, comparison.best.horizon):
         return f"{done.capitalize()} makes {what} worse {where}, from {ends}{doubt}."
     if after >= before * (1.0 - _LEVEL):
-        return f"{done.capitalize()} leaves {what} as it was {where}, {number(before, 2)} {unit}."
+        return f"{done.capitalize()} leaves {what} as it was {where}, {number(before, 2)} {led.unit}."
     return f"{done.capitalize()} removes {share_removed(1.0 - after / before)} of {what} {where}{doubt}."
 
 
 def also_worse(findings: Findings, comparison: Comparison) -> str:
     """Which other errors grew by more than chance, as a sentence; empty where none did."""
     led = hero(findings.steps, comparison.best.horizon)
-    grown = [one.in_words for one in comparison.worsened if (one.horizon, one.axis) != led]
+    grown = [one.in_words for one in comparison.worsened if (one.horizon, one.axis) != led[:2]]
     return f"By more than chance, these errors grow: {listing(grown)}." if grown else ""
 
 
@@ -132,8 +152,8 @@ def headline(findings: Findings, comparison: Comparison) -> str:
         return f"No force was judged in {listing(unjudged)}: the velocity there may be wrong.{rest}"
     if settled(findings, comparison):
         return _SETTLED
-    horizon, metric = hero(findings.steps, comparison.best.horizon)
-    by = f"changes the {metric} error of {horizon} s predictions{_by(_ends(findings.steps, comparison.best.horizon))}"
+    led = hero(findings.steps, comparison.best.horizon)
+    by = f"changes the {led.in_words}{_by(led.before, led.after)}"
     if findings.added:
         return f"No name is sure, and yet model.yaml {by}."
     return f"No new effect is needed: numbers of the vehicle file are off, and putting them right {by}."
@@ -225,24 +245,37 @@ def recommendation(findings: Findings, comparison: Comparison) -> str:
     return f"{best.sentence} What is missing hardly matters on these rows."
 
 
+def repeated(findings: Findings) -> str:
+    """What the search found when it was repeated without parts of the log; empty where it was not."""
+    return findings.folds.in_words(bool(findings.added)) if findings.folds else ""
+
+
 def opening(findings: Findings, comparison: Comparison, nominal: Vehicle | None = None) -> list[str]:
+    """How the terminal begins, see `opening_parts`."""
+    return [text for _, text in opening_parts(findings, comparison, nominal)]
+
+
+def opening_parts(findings: Findings, comparison: Comparison, nominal: Vehicle | None = None) -> list[Line]:
     """How the terminal begins: headline, what the model cannot do, why, what changed, which to trust; bad news first.
 
     Where the verdict is open, the lines of the `answer` stand below the headline.
     """
-    lines, why = answer(findings, comparison, nominal), " ".join(findings.reasons)
+    answered = [Line("answer", line.in_words) for line in answer(findings, comparison, nominal)]
+    done, grown = Line("done", outcome(findings, comparison)), Line("grown", also_worse(findings, comparison))
+    begins = [
+        Line("headline", headline(findings, comparison)),
+        Line("cannot", cannot(comparison, quiet_axes(findings))),
+    ]
+    why, again = Line("why", " ".join(findings.reasons)), Line("again", repeated(findings))
+    trust = Line("trust", recommendation(findings, comparison))
     worse = gets_worse(findings.steps, comparison.best.horizon)
-    did, grown, said = outcome(findings, comparison), also_worse(findings, comparison), headline(findings, comparison)
-    again = findings.folds.in_words(bool(findings.added)) if findings.folds else ""
-    weak = cannot(comparison, quiet_axes(findings))
-    if lines:
-        first = [*[did] * worse, said, weak, *(line.in_words for line in lines), why, grown, again]
-        return [text for text in first if text]
-    if worse:
-        first = [did, grown, said, weak, also_likely(findings), why]
+    if answered:
+        parts = [*[done] * worse, *begins, *answered, why, grown, again]
+    elif worse:
+        parts = [done, grown, *begins, Line("likely", also_likely(findings)), why, again, trust]
     else:
-        first = [said, weak, why, with_likely(findings, comparison), grown]
-    return [text for text in (*first, again, recommendation(findings, comparison)) if text]
+        parts = [*begins, why, Line("done", with_likely(findings, comparison)), grown, again, trust]
+    return [line for line in parts if line.text]
 
 
 def _names_first(findings: Findings) -> str:
@@ -260,13 +293,14 @@ def _names_first(findings: Findings) -> str:
 def _predicts_best(findings: Findings, comparison: Comparison) -> str:
     """Which model errs least on unseen rows, and by how much; where no number says it, what the comparison says."""
     best, steps = comparison.best, findings.steps
-    horizon, metric = hero(steps, best.horizon)
-    models = {model.name: model.rollout[horizon].of(metric) for model in comparison.models if horizon in model.rollout}
+    led = hero(steps, best.horizon)
+    rollouts = {model.name: model.rollout.get(led.horizon) for model in comparison.models}
+    models = {name: error.of(led.metric) for name, error in rollouts.items() if error is not None}
     before, own = models.get(NOMINAL, float("nan")), models.get(best.model, float("nan"))
     if not best.model or not isfinite(before) or not own <= before:
         guess = "a guess that knows nothing of the boat. " * (best.grounds is Grounds.GUESS)
         return f"{guess}{best.sentence}" or outcome(findings, comparison) or "only the nominal model was judged."
-    what, unit = f"{metric} error of {horizon} s predictions", ROLLOUT_UNITS[metric]
+    what, unit = led.in_words, led.unit
     if best.model != NOMINAL:
         which = f"the {best.model} model{' (model.yaml)' * (best.model == CORRECTED)}"
         less = f"{share_removed(1.0 - own / before)} less than the nominal model's {number(before, 2)} {unit}"
@@ -355,9 +389,8 @@ def _apart(one: float, other: float) -> float:
     return abs(one - other) / max(abs(one), abs(other), 1e-300)
 
 
-def _by(ends: tuple[float, float]) -> str:
+def _by(before: float, after: float) -> str:
     """How much an error changes, as the end of a sentence; empty where it is the other errors that do."""
-    before, after = ends
     if not (isfinite(after) and before > 0.0) or abs(1.0 - after / before) < _LEVEL:
         return ""
     return f" by {percent(abs(1.0 - after / before))}"
@@ -370,7 +403,7 @@ def _changed(steps: Sequence[Step], comparison: Comparison) -> float:
     """
     if len(steps) < 2:
         return 0.0
-    horizon, _ = hero(steps, comparison.best.horizon)
+    horizon = hero(steps, comparison.best.horizon).horizon
     guesses = [m.rollout[horizon] for m in comparison.models if m.kind == BASELINE and horizon in m.rollout]
     shares = [0.0]
     for name in ROLLOUT_UNITS:
@@ -385,11 +418,6 @@ def _changed(steps: Sequence[Step], comparison: Comparison) -> float:
 
 def _chance(findings: Findings, comparison: Comparison, model: str = CORRECTED) -> str:
     """Why the change of the lead error may be nothing, as a clause; empty where it is more than chance."""
-    horizon, metric = hero(findings.steps, comparison.best.horizon)
-    told = difference(comparison.differences, model, NOMINAL, "rollout", metric, horizon)
+    led = hero(findings.steps, comparison.best.horizon)
+    told = difference(comparison.differences, model, NOMINAL, "rollout", led.metric, led.horizon)
     return _CHANCE.get("" if told is None else told.verdict, "")
-
-
-def _ends(steps: Sequence[Step], deciding: str) -> tuple[float, float]:
-    horizon, metric = hero(steps, deciding)
-    return steps[0].rollout(horizon).of(metric), steps[-1].rollout(horizon).of(metric)

@@ -17,31 +17,16 @@ class Rival:
 
     Attributes
     ----------
-    name, kind : as the comparison has them
-    error : held-out position error of the predictions [m], NaN where they diverged
-    interval : of the error, from the paired 95 % interval of its difference to the reference; None without one
+    model : as the comparison has it
+    score : of its predictions, NaN where they diverged
+    interval : of their position error [m], from the paired 95 % interval of its difference to the reference
     laws : verdict by law: pass, fail, noted, not applicable; empty when no law was asked
-    audit : pass, fail or not run
-    parameters : fitted numbers; None where the comparison does not say
-    diverged, starts : predictions that ran away, of how many
-    fitted_here : it was fitted to rows that are judged
     """
 
-    name: str
-    kind: str
-    error: float
+    model: ComparedModel
+    score: RolloutRecord
     interval: tuple[float, float] | None
     laws: dict[str, str]
-    audit: str
-    parameters: int | None
-    diverged: int
-    starts: int
-    fitted_here: bool
-
-    @property
-    def broken(self) -> int:
-        """How many laws that count it breaks."""
-        return sum(verdict == "fail" for verdict in self.laws.values())
 
 
 def rivals(comparison: Comparison, audit: AuditRecord | None = None) -> list[Rival]:
@@ -51,24 +36,11 @@ def rivals(comparison: Comparison, audit: AuditRecord | None = None) -> list[Riv
     base = scores[reference].position if reference in scores else float("nan")
     found = []
     for model in comparison.models:
-        name, score = model.name, scores[model.name]
-        low, high = _paired(comparison.differences, name, reference, horizon)
+        low, high = _paired(comparison.differences, model.name, reference, horizon)
         interval = (max(base + low, 0.0), max(base + high, 0.0)) if low <= high and base == base else None
-        found.append(
-            Rival(
-                name,
-                model.kind,
-                score.position,
-                interval,
-                {law.law: law.outcome for law in laws_of(model, audit)},
-                model.audit,
-                model.parameters,
-                score.diverged,
-                score.starts or 0,
-                model.fitted_here,
-            )
-        )
-    return sorted(found, key=lambda rival: (rival.error != rival.error, rival.error))
+        laws = {law.law: law.outcome for law in laws_of(model, audit)}
+        found.append(Rival(model, scores[model.name], interval, laws))
+    return sorted(found, key=lambda one: (one.score.position != one.score.position, one.score.position))
 
 
 def laws_of(model: ComparedModel, audit: AuditRecord | None) -> Sequence[RulingRecord]:
@@ -108,8 +80,7 @@ def difference(
 ) -> PairedRecord | None:
     """The paired difference of a model to another in one error; None where it was not told."""
     wanted = (model, against, quantity, axis, horizon)
-    keys = ((item, (item.model, item.against, item.quantity, item.axis, item.horizon)) for item in differences)
-    return next((item for item, key in keys if key == wanted), None)
+    return next((d for d in differences if (d.model, d.against, d.quantity, d.axis, d.horizon) == wanted), None)
 
 
 def mark(told: PairedRecord | None) -> str:

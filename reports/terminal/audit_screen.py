@@ -8,11 +8,24 @@ from ...comparison.audit import Audit
 from ...comparison.error_limits import HeldLimit, HeldLimits
 from ...physics.laws.audit.base import Ruling
 from ...physics.presentation import listing, number, percent, unit_text
-from .layout import ASIDE, BAD, GOOD, UNSURE, Fitting, Prose, bullets, plain_table, section
+from ..wording import STATE_UNITS, range_words
+from .layout import (
+    ASIDE,
+    BAD,
+    GOOD,
+    UNSURE,
+    Fitting,
+    Prose,
+    bullets,
+    number_columns,
+    plain_table,
+    section,
+    text_columns,
+    word_columns,
+)
 
 _STYLES = {"pass": GOOD, "fail": BAD, "noted": UNSURE, "n/a": ASIDE}
 _SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid body", "times the expected": "expected"}
-_UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
 
 
 def audit_screen(audit: Audit) -> list[RenderableType]:
@@ -23,15 +36,11 @@ def audit_screen(audit: Audit) -> list[RenderableType]:
 def headline(audit: Audit) -> str:
     """The verdict in one or two sentences."""
     box = audit.envelope.to_dict()
-    ends = [f"{name} from {number(box[name][0])} to {number(box[name][1])} {_UNITS[name]}" for name in "uvr"]
-    where = f"Judged for {listing(ends)}, from {audit.envelope_from}."
+    where = f"Judged for {range_words({name: box[name] for name in 'uvr'})}, from {audit.envelope_from}."
     if audit.verdict == "pass":
         return f"{audit.model} breaks no law. {where}"
-    return f"{audit.model} breaks {listing([_name(r) for r in audit.violations])}. {where}"
-
-
-def _name(ruling: Ruling) -> str:
-    return f"the law '{ruling.law}'"
+    broken = listing([f"the law '{ruling.law}'" for ruling in audit.violations])
+    return f"{audit.model} breaks {broken}. {where}"
 
 
 def _verdict(ruling: Ruling) -> str:
@@ -43,13 +52,9 @@ def _verdict(ruling: Ruling) -> str:
 def _table(audit: Audit, full: bool) -> Table:
     loose = any(_verdict(r) == "noted" for r in audit.rulings)
     caption = "margin: what is let pass less the worst found" + "; noted: broken, but does not count" * loose
-    table = plain_table(f"Laws: {audit.verdict}", caption)
-    table.add_column("law", no_wrap=True)
-    table.add_column("verdict", no_wrap=True)
-    table.add_column("margin", no_wrap=True, justify="right")
-    if full:
-        table.add_column("worst case", no_wrap=True)
-    table.add_column("proof", no_wrap=True)
+    last = word_columns(*["worst case"] * full, "proof")
+    columns = [*word_columns("law", "verdict"), *number_columns("margin"), *last]
+    table = plain_table(f"Laws: {audit.verdict}", caption, columns)
     for ruling in audit.rulings:
         verdict = _verdict(ruling)
         cells = [ruling.law, Text(verdict, style=_STYLES[verdict]), _margin(ruling)]
@@ -71,7 +76,7 @@ def _place(ruling: Ruling) -> str:
     found = dict(ruling.at or {})
     if "from" in found:
         return f"{found['from']:.1f} to {found['to']:.1f} s"
-    return ", ".join(f"{name} {value:.2f}" for name, value in found.items() if name in _UNITS)
+    return ", ".join(f"{name} {value:.2f}" for name, value in found.items() if name in STATE_UNITS)
 
 
 def _words(audit: Audit) -> list[RenderableType]:
@@ -104,16 +109,10 @@ def verdict_text(found: HeldLimits) -> str:
 
 def limits_table(found: HeldLimits) -> RenderableType:
     """All limits, a line each."""
-    table = plain_table("")
-    for name in ("error", "axis"):
-        table.add_column(name, overflow="fold")
-    for name in ("measured", "limit", "of it"):
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    table.add_column("holds", no_wrap=True)
     told = any(one.told for one in found.limits)
-    if told:
-        table.add_column("", overflow="fold")
+    columns = [*text_columns("error", "axis"), *number_columns("measured", "limit", "of it")]
+    columns += [*word_columns("unit", "holds"), *text_columns(*[""] * told)]
+    table = plain_table("", columns=columns)
     for one in found.limits:
         holds = Text("yes", style=GOOD) if one.holds else Text("NO", style=BAD)
         share = percent(one.measured / one.limit) if one.limit > 0.0 else ""

@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping, Sequence
 
 from rich.console import Group, RenderableType
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
-from ...comparison.facts import ComparedModel, Comparison, Domain, Held, PairedRecord
+from ...comparison.facts import ComparedModel, Comparison, Domain, PairedRecord
 from ...comparison.failing.failures import Structure
 from ...discovery.findings import FailingPlace
 from ...physics.motion import AXES
@@ -17,7 +17,20 @@ from ...steering.closed_loop import PERFECT, ControlRecord, Tracking
 from ..band_words import held_words
 from ..page.outcome import cannot
 from ..wording import INTERVAL_HOLDS, held_shares, judged_rows
-from .layout import BAD, FOUND, GOOD, Fitting, Prose, bullets, glossary, plain_table, section, stacked
+from .layout import (
+    BAD,
+    FOUND,
+    GOOD,
+    Fitting,
+    Prose,
+    bullets,
+    glossary,
+    number_columns,
+    plain_table,
+    section,
+    stacked,
+    word_columns,
+)
 
 MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell": "?"}
 FITTED_HERE = "*"
@@ -94,15 +107,10 @@ def _name(model: ComparedModel) -> Text:
 
 
 def _accelerations(models: Sequence[ComparedModel], where: str, verdicts: Marks, mae: bool) -> Table:
-    table = plain_table(f"Acceleration on {where}")
-    _model_column(table)
-    for axis in AXES:
-        table.add_column(f"{axis}\nRMSE\n{unit_text(ACCELERATION_UNITS[axis])}", justify="right", no_wrap=True)
-    if mae:
-        for axis in AXES:
-            table.add_column(f"{axis}\nMAE\n{unit_text(ACCELERATION_UNITS[axis])}", justify="right", no_wrap=True)
-    for axis in AXES:
-        table.add_column(f"{axis}\nR²", justify="right", no_wrap=True)
+    errors = ("RMSE", "MAE") if mae else ("RMSE",)
+    heads = [f"{axis}\n{error}\n{unit_text(ACCELERATION_UNITS[axis])}" for error in errors for axis in AXES]
+    heads += [f"{axis}\nR²" for axis in AXES]
+    table = plain_table(f"Acceleration on {where}", columns=[_model_column(), *number_columns(*heads)])
     for model in models:
         found, name = model.acceleration, model.name
         cells = [_marked(found.rmse.of(axis), verdicts.get((name, "acceleration", None, axis))) for axis in AXES]
@@ -112,15 +120,11 @@ def _accelerations(models: Sequence[ComparedModel], where: str, verdicts: Marks,
 
 
 def _predictions(models: Sequence[ComparedModel], where: str, verdicts: Marks) -> Table:
-    table = plain_table(f"Predictions on {where}: root mean square errors")
     horizons = sorted({key for model in models for key in model.rollout}, key=float)
     lost = any(error.diverged for model in models for error in model.rollout.values())
-    table.add_column("ahead", no_wrap=True, justify="right")
-    _model_column(table)
-    for axis in _ROLLED:
-        table.add_column(f"{axis}\n{ROLLOUT_UNITS[axis]}", justify="right", no_wrap=True)
-    if lost:
-        table.add_column("diverged", justify="right", no_wrap=True)
+    heads = [f"{axis}\n{ROLLOUT_UNITS[axis]}" for axis in _ROLLED] + ["diverged"] * lost
+    columns = [*number_columns("ahead"), _model_column(), *number_columns(*heads)]
+    table = plain_table(f"Predictions on {where}: root mean square errors", columns=columns)
     for horizon in horizons:
         for k, model in enumerate(models):
             error = model.rollout.get(horizon) or RolloutRecord()
@@ -139,16 +143,10 @@ def _beside(models: Sequence[ComparedModel]) -> Table:
         f"outside: acceleration error at the {outside} of {within + outside} rows with a speed or thrust beyond the "
         "training part's, over that at the others"
     )
-    table = plain_table("Laws, size and range", caption * beyond)
-    _model_column(table)
-    table.add_column("laws of\na hull", no_wrap=True)
-    table.add_column("numbers\nfitted", justify="right", no_wrap=True)
-    if timed:
-        table.add_column("to fit\ns", justify="right", no_wrap=True)
-        table.add_column("to evaluate\ns", justify="right", no_wrap=True)
-    if beyond:
-        for axis in AXES:
-            table.add_column(f"{axis}\noutside", justify="right", no_wrap=True)
+    heads = ["numbers\nfitted", *["to fit\ns", "to evaluate\ns"] * timed]
+    heads += [f"{axis}\noutside" for axis in AXES] * beyond
+    columns = [_model_column(), *word_columns("laws of\na hull"), *number_columns(*heads)]
+    table = plain_table("Laws, size and range", caption * beyond, columns)
     for model, domain in zip(models, domains, strict=True):
         cells = [Text(model.audit, style=_STYLES["worse"] if model.audit == "fail" else "")]
         cells += [Text(number(model.parameters))]
@@ -162,23 +160,17 @@ def _beside(models: Sequence[ComparedModel]) -> Table:
 
 def _intervals(models: Sequence[ComparedModel]) -> Table:
     """What the intervals of networks hold of the judged rows; vehicles have none."""
-    table = plain_table("Intervals", INTERVAL_HOLDS)
-    _model_column(table)
-    for where in ("holds", "holds\nbeyond"):
-        table.add_column(where, justify="right", no_wrap=True)
+    columns = [_model_column(), *number_columns("holds", "holds\nbeyond")]
+    table = plain_table("Intervals", INTERVAL_HOLDS, columns)
     for model in models:
         if model.interval:
-            table.add_row(_name(model), *(Text(held_shares(side)) for side in _sides(model)))
+            sides = (model.interval.inside, model.interval.outside)
+            table.add_row(_name(model), *(Text(held_shares(side)) for side in sides))
     return table
 
 
-def _sides(model: ComparedModel) -> tuple[Held | None, Held | None]:
-    found = model.interval
-    return (None, None) if found is None else (found.inside, found.outside)
-
-
-def _model_column(table: Table) -> None:
-    table.add_column("model", min_width=8, overflow="fold")
+def _model_column() -> Column:
+    return Column("model", min_width=8, overflow="fold")
 
 
 def _marked(value: float, verdict: str | None) -> Text:
@@ -233,16 +225,11 @@ def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Ta
     if any(one.share_removed > 1.0 for place in places for one in place.removed_by):
         caption += " More than all: others, alone, would add to it."
     caption = caption if places else "The error is spread evenly: no regime stands out."
-    table = plain_table(title, " ".join(filter(None, (whose, caption))))
+    columns = [*word_columns("model"), Column("where"), *word_columns("axis")]
+    columns += number_columns("share of\nerror", "share of\ntime", "error\nthere")
+    columns += word_columns(*["removed by"] * (known and beside))
+    table = plain_table(title, " ".join(filter(None, (whose, caption))), columns)
     table.show_header = bool(places)
-    table.add_column("model", no_wrap=True)
-    table.add_column("where")
-    table.add_column("axis", no_wrap=True)
-    table.add_column("share of\nerror", justify="right", no_wrap=True)
-    table.add_column("share of\ntime", justify="right", no_wrap=True)
-    table.add_column("error\nthere", justify="right", no_wrap=True)
-    if known and beside:
-        table.add_column("removed by", no_wrap=True)
     for place in places:
         removed = [f"{words(one.effect)} {share_removed(one.share_removed)}" for one in place.removed_by]
         below = [] if beside or not removed else [f"removed by {', '.join(removed)}"]
@@ -281,10 +268,9 @@ def control_tables(record: ControlRecord) -> RenderableType:
 
 def _table(record: ControlRecord, track: str) -> RenderableType:
     rows = [result for result in record.results if result.track == track]
-    table = plain_table(f"{track}, {record.controller} ({record.speed:.2f} m/s)")
-    table.add_column("model", no_wrap=True)
-    for name in ("error [m]", f"against {rows[0].model}", "effort", "off lane", "at limit", "step [ms]", "failures"):
-        table.add_column(name, justify="right")
+    heads = ("error [m]", f"against {rows[0].model}", "effort", "off lane", "at limit", "step [ms]", "failures")
+    columns = [*word_columns("model"), *(Column(head, justify="right") for head in heads)]
+    table = plain_table(f"{track}, {record.controller} ({record.speed:.2f} m/s)", columns=columns)
     for place, row in enumerate(rows):
         figures = row.merit
         table.add_row(

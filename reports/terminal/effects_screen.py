@@ -2,7 +2,7 @@
 
 import numpy as np
 from rich.console import Group, RenderableType
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from ...discovery.distillation.distilled import Distilled
@@ -11,7 +11,7 @@ from ...physics.motion import FORCE_UNITS, Array
 from ...physics.presentation import listing, number, percent, unit_text, words
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.signatures import Signature
-from .layout import Prose, bullets, glossary, plain_table, section, stacked
+from .layout import Prose, bullets, glossary, number_columns, plain_table, section, stacked, text_columns, word_columns
 
 _BLOCKS = "▁▂▃▄▅▆▇█"
 _COLUMNS = 60
@@ -20,10 +20,8 @@ _COLUMNS = 60
 
 def catalogue_table() -> Table:
     """Every effect with its symbols and the force that it adds, family by family."""
-    table = plain_table("Effects", "undertow effects NAME shows one of them")
-    table.add_column("effect", no_wrap=True)
-    table.add_column("symbols", overflow="fold")
-    table.add_column("force")
+    columns = [*word_columns("effect"), *text_columns("symbols"), Column("force")]
+    table = plain_table("Effects", "undertow effects NAME shows one of them", columns)
     family = ""
     for effect in EFFECTS:
         if effect.family != family:
@@ -43,11 +41,12 @@ def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[Renderab
     effect = found.effect
     unit = unit_text(FORCE_UNITS[found.axis])
     amount = [f"{s} = {number(v)} {unit_text(_unit(effect, vehicle, s))}".strip() for s, v in found.amount.items()]
+    reported = "found as the amount that is added to the file's number" if effect.added else "found as its whole value"
     said = [
         ("force", unit_text(effect.equation)),
         ("meaning", effect.meaning),
         ("symbols", "; ".join(_symbol(p) for p in effect.parameters)),
-        ("in the file", f"under {_section(effect)}; {_reported(effect)}"),
+        ("in the file", f"under {_section(effect)}; {reported}"),
         ("typical", f"{', '.join(amount)} on {vehicle.name}{found.assumed and f', of {found.assumed}'}"),
         (
             "shown best by",
@@ -106,10 +105,6 @@ def _section(effect: Effect) -> str:
     return listing([place if place != "thrusters" else "each of thrusters" for place in places])
 
 
-def _reported(effect: Effect) -> str:
-    return "found as the amount that is added to the file's number" if effect.added else "found as its whole value"
-
-
 def _alike(found: Signature) -> str:
     if not found.alike:
         return "nothing else, even in gentle driving"
@@ -149,15 +144,13 @@ def distilled_table(found: Distilled) -> RenderableType:
 def _shares(found: Distilled) -> Table:
     traded = "; all axes are fitted at once, and an effect may explain less of one for more of another"
     more = traded if any(axis.traded for axis in found.axes) else ""
-    table = plain_table("Share of the correction explained", f"along {found.seconds:.0f} s of motion{more}")
-    table.add_column("axis", no_wrap=True)
-    headings = ("correction", "named", "with\npossible", "with\nunnamed", "of the rest:\nmemory")
-    for text in headings:
-        table.add_column(text, justify="right", no_wrap=True)
+    shares = number_columns("correction", "named", "with\npossible", "with\nunnamed", "of the rest:\nmemory")
+    caption = f"along {found.seconds:.0f} s of motion{more}"
+    table = plain_table("Share of the correction explained", caption, [*word_columns("axis"), *shares])
     for axis in found.axes:
-        shares = (axis.named, axis.possible, axis.explained, axis.past and axis.past.memory)
+        explained = (axis.named, axis.possible, axis.explained, axis.past and axis.past.memory)
         size = f"{number(axis.correction, 2)} {axis.unit}"
-        table.add_row(axis.axis, size, *(_explained(share) for share in shares))
+        table.add_row(axis.axis, size, *map(_explained, explained))
     return table
 
 
@@ -166,10 +159,8 @@ def _explained(share: float | None) -> str:
 
 
 def _effects(found: Distilled) -> Table:
-    table = plain_table("What it holds")
-    table.add_column("effect", overflow="fold")
-    for text in ("verdict", "value", "95 % interval"):
-        table.add_column(text, no_wrap=True)
+    columns = [*text_columns("effect"), *word_columns("verdict", "value", "95 % interval")]
+    table = plain_table("What it holds", columns=columns)
     rows = [(words(part.effect), part.verdict, part.terms) for part in found.effects]
     rows += [(term.symbol, "unnamed", (term,)) for term in found.unnamed]
     for name, verdict, terms in rows:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from rich.console import RenderableType
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from ...comparison.facts import Comparison
@@ -15,18 +15,7 @@ from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, unit_text, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
-from ..page.outcome import (
-    also_worse,
-    answer,
-    cannot,
-    gets_worse,
-    headline,
-    opening,
-    outcome,
-    quiet_axes,
-    recommendation,
-    with_likely,
-)
+from ..page.outcome import gets_worse, opening_parts
 from ..sureness import (
     BACK,
     COMES_BACK,
@@ -43,6 +32,7 @@ from ..wording import (
     CALIBRATED,
     LEAD,
     OWN_NUMBERS,
+    absorbed_sentence,
     effect_words,
     energy_lines,
     energy_verdict,
@@ -65,9 +55,12 @@ from .layout import (
     Prose,
     bullets,
     glossary,
+    number_columns,
     plain_table,
     section,
     stacked,
+    text_columns,
+    word_columns,
 )
 
 VERDICT_STYLES = {
@@ -88,18 +81,17 @@ _WORSE = 1.05
 
 
 def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) -> list[Prose]:
-    """How the terminal begins, in the colours of what is said: see `page.outcome.opening`."""
-    done = BAD if gets_worse(findings.steps, comparison.best.horizon) else GOOD
-    opens = findings.verdict == "nothing missing" and answer(findings, comparison, nominal)
+    """How the terminal begins, in the colours of what is said: see `page.outcome.opening_parts`."""
+    parts = opening_parts(findings, comparison, nominal)
+    opens = findings.verdict == "nothing missing" and any(part == "answer" for part, _ in parts)
     styles = {
-        headline(findings, comparison): HEADLINE_STYLES["undecided" if opens else findings.verdict],
-        outcome(findings, comparison): done,
-        with_likely(findings, comparison): done,
-        also_worse(findings, comparison): UNSURE,
-        cannot(comparison, quiet_axes(findings)): BAD,
-        recommendation(findings, comparison): trust_style(comparison),
+        "headline": HEADLINE_STYLES["undecided" if opens else findings.verdict],
+        "done": BAD if gets_worse(findings.steps, comparison.best.horizon) else GOOD,
+        "grown": UNSURE,
+        "cannot": BAD,
+        "trust": trust_style(comparison),
     }
-    return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison, nominal)]
+    return [Prose(text, styles.get(part, "")) for part, text in parts]
 
 
 def steps_table(
@@ -118,14 +110,12 @@ def steps_table(
     deciding = comparison.best.horizon if comparison else ""
     horizon = _horizon(steps, deciding)
     alone = [m for m in comparison.models if m.name == CALIBRATED and horizon in m.rollout] if comparison else []
-    table = plain_table(f"Error on held-out data: acceleration (acc.) and {horizon} s predictions")
     calibrated = any(step.added == CALIBRATED for step in steps)
-    table.add_column("model" if calibrated else "effect added", min_width=12)
-    for axis in AXES:
-        table.add_column(f"{axis}\nacc.\n{unit_text(ACCELERATION_UNITS[axis])}", justify="right", no_wrap=True)
-    for axis in (*AXES, "position"):
-        heading = f"{axis.replace('position', 'pos.')}\n{horizon} s\n{ROLLOUT_UNITS[axis]}"
-        table.add_column(heading, justify="right", no_wrap=True)
+    accelerations = [f"{axis}\nacc.\n{unit_text(ACCELERATION_UNITS[axis])}" for axis in AXES]
+    rolled = [f"{axis.replace('position', 'pos.')}\n{horizon} s\n{ROLLOUT_UNITS[axis]}" for axis in (*AXES, "position")]
+    first = Column("model" if calibrated else "effect added", min_width=12)
+    title = f"Error on held-out data: acceleration (acc.) and {horizon} s predictions"
+    table = plain_table(title, columns=[first, *number_columns(*accelerations, *rolled)])
     names = _names(candidates)
     for index, step in enumerate(steps):
         added = step.added
@@ -186,12 +176,9 @@ def added_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Render
 
 def unnamed_table(terms: Sequence[FittedTerm]) -> Table:
     """Terms that no effect of the catalogue stands for: axis, monomial, value, 95 % interval, how often selected."""
-    table = plain_table("Terms without a name", "a term here is a hint, not a cause")
-    table.add_column("axis", no_wrap=True)
-    table.add_column("form", overflow="fold")
-    table.add_column("value", no_wrap=True)
-    table.add_column("95 % interval", no_wrap=True)
-    table.add_column("selected in", no_wrap=True, justify="right")
+    columns = [*word_columns("axis"), *text_columns("form"), *word_columns("value", "95 % interval")]
+    columns += number_columns("selected in")
+    table = plain_table("Terms without a name", "a term here is a hint, not a cause", columns)
     for term in terms:
         value = f"{within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip()
         cells = (term.axis, term.form, value, _interval(term.ci95), percent(term.inclusion, blank=""))
@@ -209,9 +196,7 @@ def not_calibrated_list(left: Sequence[NotCalibrated], absorbed: Sequence[str] =
     pairs = [(item.symbol, item.why) for item in left]
     parts: list[RenderableType] = [section("Left as they were", glossary(pairs))] if pairs else []
     if absorbed:
-        names = listing([words(name) for name in absorbed])
-        text = f"Not judged beside the calibration, which would do the same: {names}."
-        parts.append(Prose(text))
+        parts.append(Prose(absorbed_sentence(absorbed)))
     return stacked(parts) if parts else None
 
 
@@ -263,23 +248,22 @@ def _caption(candidates: Sequence[EffectFinding]) -> str:
 
 def _effects(title: str, candidates: Sequence[EffectFinding], nominal: Vehicle, caption: str) -> RenderableType:
     """Effects with values: each interval beside its value where there is room, or else below it."""
-    return Fitting([_effects_in(candidates, nominal, plain_table(title, caption), *gaps) for gaps in _GAPS])
+    return Fitting([_effects_in(candidates, nominal, (title, caption), *gaps) for gaps in _GAPS])
 
 
 def _effects_in(
-    candidates: Sequence[EffectFinding], nominal: Vehicle, table: Table, gap: str, gap_in_heading: str
+    candidates: Sequence[EffectFinding], nominal: Vehicle, told: tuple[str, str], gap: str, gap_in_heading: str
 ) -> Table:
     """The table with its columns and rows.
 
     Parameters
     ----------
+    told : its title and its caption
     gap, gap_in_heading : what stands between a value and its interval, and between two words of the last heading
     """
-    table.add_column("effect", min_width=14)
-    table.add_column("verdict", no_wrap=True)
-    table.add_column("sure", justify="right", no_wrap=True)
-    table.add_column("value (95 %)", overflow="fold")
-    table.add_column(f"comes{gap_in_heading}back\nwithout{gap_in_heading}it", justify="right", no_wrap=True)
+    worth = number_columns(f"comes{gap_in_heading}back\nwithout{gap_in_heading}it")
+    columns = [Column("effect", min_width=14), *word_columns("verdict"), *number_columns("sure")]
+    table = plain_table(*told, [*columns, *text_columns("value (95 %)"), *worth])
     for item in candidates:
         verdict, others = verdict_word(item), twins(item)
         numbers = file_numbers(item, nominal) if verdict != "no evidence" else ()
@@ -296,15 +280,10 @@ def _effects_in(
 
 def _calibrated_in(rows: Sequence[Calibrated], units: bool) -> Table:
     held = any(row.held_by_law for row in rows)
-    table = plain_table(
-        "Calibrated parameters", "* held by the law of dissipation; the interval is the log's own" * held
-    )
-    table.add_column("parameter", no_wrap=True)
-    table.add_column("before", justify="right", no_wrap=True)
-    table.add_column("after", justify="right", no_wrap=True)
-    table.add_column("95 % interval", no_wrap=True)
-    if units:
-        table.add_column("unit", no_wrap=True)
+    columns = [*word_columns("parameter"), *number_columns("before", "after")]
+    columns += word_columns("95 % interval", *["unit"] * units)
+    caption = "* held by the law of dissipation; the interval is the log's own" * held
+    table = plain_table("Calibrated parameters", caption, columns)
     for row in rows:
         mark, limit = "*" if row.held_by_law else "", "at its limit" if row.at_limit else ""
         cells = [row.symbol, number(row.before, 4), _after(row) + mark, limit or _interval(row.ci95)]

@@ -1,11 +1,12 @@
 """Screens of `inspect` and `init`: what a log holds, what its checks found, and the vehicle that it shows."""
 
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 from rich.console import RenderableType
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from ...measurements.canonical import command_kind, unit_of
@@ -15,7 +16,21 @@ from ...measurements.quality.record import Excitation
 from ...measurements.thrusters_in_log import DetectedThruster
 from ...physics.presentation import listing, number, percent, unit_text
 from ...physics.vehicle import Vehicle
-from .layout import ASIDE, BAD, GOOD, UNSURE, Fitting, Prose, bullets, plain_table, section, stacked
+from .layout import (
+    ASIDE,
+    BAD,
+    GOOD,
+    UNSURE,
+    Fitting,
+    Prose,
+    bullets,
+    number_columns,
+    plain_table,
+    section,
+    stacked,
+    text_columns,
+    word_columns,
+)
 
 STYLES = {"defect": BAD, "warning": UNSURE, "note": "cyan", "cannot tell": ASIDE, "ok": GOOD}
 _TABLED = ("defect", "warning", "note")
@@ -41,29 +56,18 @@ def style_of(findings: Sequence[Finding]) -> str:
 
 
 def _table(findings: Sequence[Finding]) -> Table:
-    table = plain_table("Quality", _caption(findings))
-    table.add_column("check", no_wrap=True)
-    table.add_column("what was found, what follows, and what to do")
+    count = sum(1 for item in findings if item.fix)
+    caption = f"inspect LOG --fix OUT.csv writes a log with {count} of these put right" if count else ""
+    columns = [*word_columns("check"), Column("what was found, what follows, and what to do")]
+    table = plain_table("Quality", caption, columns)
     for item in findings:
         text = Table.grid()
         text.add_row(Prose(item.told))
         if item.remedy:
-            text.add_row(Prose(f"> {_remedy(item)}"))
-        table.add_row(_name(item), text, end_section=True)
+            text.add_row(Prose(f"> {item.cure}{' (--fix does it)' if item.fix else ''}"))
+        name = Text(f"{item.check}\n{item.verdict}", style=STYLES[item.verdict])
+        table.add_row(name, text, end_section=True)
     return table
-
-
-def _name(item: Finding) -> Text:
-    return Text(f"{item.check}\n{item.verdict}", style=STYLES[item.verdict])
-
-
-def _remedy(item: Finding) -> str:
-    return item.cure + (" (--fix does it)" if item.fix else "")
-
-
-def _caption(findings: Sequence[Finding]) -> str:
-    count = sum(1 for item in findings if item.fix)
-    return f"inspect LOG --fix OUT.csv writes a log with {count} of these put right" if count else ""
 
 
 _MOST_UNUSED = 12
@@ -130,11 +134,8 @@ def inspections_screen(inspections: Inspections) -> RenderableType:
     parts: list[RenderableType] = [Prose(f"{len(logs)} logs together: {number(seconds)} s of usable motion")]
     parts.append(Prose(str(inspections.verdict), style_of(quality)))
     parts += quality_parts(quality)
-    table = plain_table("Each log by itself", "inspect one LOG for all about it")
-    table.add_column("log", overflow="fold")
-    table.add_column("seconds", justify="right", no_wrap=True)
-    for verdict in _COLUMNS:
-        table.add_column(verdict)
+    columns = [*text_columns("log"), *number_columns("seconds"), *map(Column, _COLUMNS)]
+    table = plain_table("Each log by itself", "inspect one LOG for all about it", columns)
     for log in logs:
         checks = [
             Prose(", ".join(dict.fromkeys(f.check for f in log.quality if f.verdict == verdict)))
@@ -237,10 +238,8 @@ def _channels(channels: Sequence[ChannelSummary]) -> RenderableType:
 
 def _channel_table(channels: Sequence[ChannelSummary], columns: Sequence[str], caption: str) -> Table:
     heads = {"rate": "rate\nHz", "longest": "longest\ngap s"}
-    table = plain_table("Channels", caption)
-    table.add_column("channel", overflow="fold")
-    for column in columns:
-        table.add_column(heads.get(column, column), justify="left" if column == "unit" else "right", no_wrap=True)
+    facts = [(word_columns if name == "unit" else number_columns)(heads.get(name, name)) for name in columns]
+    table = plain_table("Channels", caption, [*text_columns("channel"), *chain(*facts)])
     for channel in channels:
         cells = {
             "unit": unit_text(channel.unit),
@@ -288,14 +287,10 @@ def init_screen(vehicle: Vehicle, thrusters: Sequence[DetectedThruster], doubts:
 
 
 def _thrusters(vehicle: Vehicle, thrusters: Sequence[DetectedThruster]) -> Table:
-    table = plain_table("Thrusters")
-    table.add_column("thruster", no_wrap=True)
-    table.add_column("side", no_wrap=True)
-    table.add_column("told by")
-    for title in ("full astern", "neutral", "full ahead"):
-        table.add_column(title, justify="right")
-    table.add_column("unit", no_wrap=True)
-    table.add_column("N ahead", justify="right")
+    columns = [*word_columns("thruster", "side"), Column("told by")]
+    columns += [Column(title, justify="right") for title in ("full astern", "neutral", "full ahead")]
+    columns += [*word_columns("unit"), Column("N ahead", justify="right")]
+    table = plain_table("Thrusters", columns=columns)
     for one, built in zip(thrusters, vehicle.thrusters, strict=True):
         text = f"log; was {one.read_as}{', turned round' * one.turned}" if one.read_as != one.channel else "log"
         if one.turned and one.read_as == one.channel:
@@ -314,11 +309,8 @@ def _thrusters(vehicle: Vehicle, thrusters: Sequence[DetectedThruster]) -> Table
 
 
 def _hull(vehicle: Vehicle) -> Table:
-    table = plain_table("Hull")
-    table.add_column("", no_wrap=True)
-    table.add_column("value", justify="right")
-    table.add_column("unit", no_wrap=True)
-    table.add_column("where it is from")
+    columns = [*word_columns(""), Column("value", justify="right"), *word_columns("unit"), Column("where it is from")]
+    table = plain_table("Hull", columns=columns)
     for symbol in _HULL:
         unit = _UNITS.get(symbol) or vehicle.parameter(symbol).unit
         table.add_row(symbol, number(vehicle.value(symbol)), unit_text(unit), Prose(_source(vehicle, symbol)))

@@ -9,7 +9,7 @@ from rich import box
 from rich.console import Console, ConsoleOptions, Group, RenderableType
 from rich.measure import Measurement
 from rich.segment import Segment
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from ...physics.errors import printable, shortened
@@ -64,10 +64,26 @@ class Prose:
         return shortened(printable(self.text))
 
 
-def plain_table(title: str, caption: str = "") -> Table:
+def word_columns(*titles: str) -> list[Column]:
+    """Columns of names and units, each on one line."""
+    return [Column(title, no_wrap=True) for title in titles]
+
+
+def number_columns(*titles: str) -> list[Column]:
+    """Columns of numbers, which stand at the right, each on one line."""
+    return [Column(title, no_wrap=True, justify="right") for title in titles]
+
+
+def text_columns(*titles: str) -> list[Column]:
+    """Columns of texts, folded where there is no room."""
+    return [Column(title, overflow="fold") for title in titles]
+
+
+def plain_table(title: str, caption: str = "", columns: Sequence[Column] = ()) -> Table:
     """An empty table in the house's style."""
     return Table(
-        title=heading(title) if title else None,
+        *columns,
+        title=Text(title, style="bold") if title else None,
         caption=Text(caption, style="dim") if caption else None,
         box=box.SIMPLE_HEAD,
         padding=(0, 1),
@@ -77,11 +93,6 @@ def plain_table(title: str, caption: str = "") -> Table:
         title_justify="left",
         caption_justify="left",
     )
-
-
-def heading(text: str, style: str = "bold") -> Text:
-    """The first line of a section."""
-    return Text(text, style=style)
 
 
 def bullets(texts: Sequence[str], style: str = "") -> Table:
@@ -104,7 +115,7 @@ def glossary(pairs: Sequence[tuple[str, str]]) -> Table:
 
 def section(title: str, *parts: RenderableType, style: str = "bold") -> Group:
     """A heading and what belongs under it."""
-    return Group(heading(title, style), *parts)
+    return Group(Text(title, style=style), *parts)
 
 
 def stacked(parts: Sequence[RenderableType]) -> Group:

@@ -16,7 +16,7 @@ import undertow
 from undertow.app import worker
 from undertow.app.file_names import FileNames
 from undertow.app.shown import OnLog
-from undertow.app.views import headline as says
+from undertow.app.views import words as says
 from undertow.app.worker_service import WorkerService
 from undertow.workflows.log_view import UNSEEN
 from undertow.workflows.workbench_facts import ModelChoice, Searched, Source

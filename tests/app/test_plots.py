@@ -28,8 +28,7 @@ from undertow.app.plots.level_of_detail import (
     thinned_by_rows,
     within,
 )
-from undertow.app.plots.time_plots import Line, Panel, TimePlots
-from undertow.app.plots.track import Track
+from undertow.app.plots.time_plots import Line, Panel, TimePlots, Track
 
 TIME = np.arange(0.0, 100.0, 0.1)
 PANELS = [

@@ -13,9 +13,8 @@ from undertow.app.file_names import FileNames
 from undertow.app.shown import OnLog, Shown
 from undertow.app.steps import History, Step
 from undertow.app.vehicle_numbers import assumed_of, form_of
-from undertow.app.views.headline import headline, how_well, leans_on, search_sentence, stair_name
 from undertow.app.views.hero import worst
-from undertow.app.views.words import in_a_line
+from undertow.app.views.words import headline, how_well, in_a_line, leans_on, search_sentence, stair_name
 from undertow.app.worker_client import Observers, Work, WorkerClient
 from undertow.physics.vehicle import load_vehicle, shipped_vehicles
 from undertow.workflows.first_vehicle import with_corrections

@@ -18,7 +18,7 @@ from undertow.measurements.log_options import Reading
 from undertow.physics.errors import RequestError
 from undertow.physics.files import remark
 from undertow.reports.page.fleet import Relation, SharedNumber, shared_numbers
-from undertow.reports.page.fleet_page import fleet_page
+from undertow.reports.page.page import fleet_page
 from undertow.reports.page.pdf import find_browser, print_pdf
 from undertow.workflows.run_folder.moved_files import command, versions
 from undertow.workflows.run_folder.read import read_run

@@ -30,7 +30,7 @@ from undertow.reports.hull_diary import (
 )
 from undertow.reports.page.figures import fleet_figures as diary_figures
 from undertow.reports.page.figures.fleet_figures import strip
-from undertow.reports.page.fleet_page import diary_page
+from undertow.reports.page.page import diary_page
 
 PARAMETERS = ("X_u", "X_uu", "thrusters.port.scale", "thrusters.stbd.scale", "mass")
 NOMINAL = np.array([-15.0, -8.0, 1.0, 1.0, 30.0])

@@ -176,8 +176,7 @@ def _use_run(path: Path) -> None:
     from undertow.comparison import models_by_name as fitted_on
     from undertow.comparison.models_by_name import load_model
     from undertow.physics.errors import RequestError, VehicleError
-    from undertow.reports.page.fleet_page import fleet_page
-    from undertow.reports.page.page import page
+    from undertow.reports.page.page import fleet_page, page
     from undertow.workflows import check_and_explain as checked
     from undertow.workflows.run_folder.read import read_run, read_run_inputs
 

@@ -10,8 +10,7 @@ from rich.console import Console
 from sample_run import as_first_version, write_sample
 
 from undertow.physics.presentation import NARROW
-from undertow.reports.page.fleet_page import fleet_page
-from undertow.reports.page.page import page
+from undertow.reports.page.page import fleet_page, page
 from undertow.reports.run_contents import RunFolder
 from undertow.reports.sureness import SURE, UNCALIBRATED, odds
 from undertow.reports.terminal.findings_screen import candidates_table, missing_in_words, opening_lines

@@ -11,7 +11,7 @@ from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ...run_contents import RunFolder
 from ...sureness import coefficient_rows, vehicle_value
 from ...wording import interval, trimmed
-from ..markup import Html, element, render, table
+from ..markup import Html, element, paragraphs, render, table
 from .base import Chapter, Section
 
 Intervals = Mapping[str, tuple[float, float]]
@@ -37,9 +37,7 @@ def equations(run: RunFolder) -> Section:
     beside = _beside(run, ends)
     return Section(
         "The corrected model in equations",
-        element(
-            "div", *cards, *beside, *(element("p", note, cls="facts") for note in notes if note), cls="card balances"
-        ),
+        element("div", *cards, *beside, *paragraphs(notes), cls="card balances"),
     )
 
 
@@ -58,8 +56,13 @@ def intervals_of(run: RunFolder) -> dict[str, tuple[float, float]]:
 
 def _axis(line: Balance, run: RunFolder, ends: Intervals) -> Html:
     words = f"{line.axis.capitalize()} [{UNITS[line.axis]}]"
-    parts = [*_side(line.inertia, run, ends), element("span", mathml.formula(mathml.sign("=")), cls="term")]
-    parts += _side(line.force, run, ends) or [element("span", mathml.formula(mathml.number("0")), cls="term")]
+    inertia, force = (
+        [_term(term, k == 0, run, ends) for k, term in enumerate(side)] for side in (line.inertia, line.force)
+    )
+    equals, nothing = (
+        element("span", mathml.formula(one), cls="term") for one in (mathml.sign("="), mathml.number("0"))
+    )
+    parts = [*inertia, equals, *(force or [nothing])]
     return render(
         element("h3", words),
         element("div", *parts, cls="balance", attributes={"role": "math", "aria-label": plain(line)}),
@@ -78,10 +81,6 @@ def _plain_side(terms: tuple[BalanceTerm, ...]) -> str:
         minus = term.coefficient < 0
         texts.append((f"{MINUS} " if minus else "+ ") + amount if k else MINUS * minus + amount)
     return " ".join(texts)
-
-
-def _side(terms: tuple[BalanceTerm, ...], run: RunFolder, ends: Intervals) -> list[Html]:
-    return [_term(term, k == 0, run, ends) for k, term in enumerate(terms)]
 
 
 def _term(term: BalanceTerm, first: bool, run: RunFolder, ends: Intervals) -> Html:

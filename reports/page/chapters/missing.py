@@ -1,9 +1,11 @@
-"""The section of the report page that names the missing effects and ranks every effect that was tried."""
+"""What is missing: effects with their ranking, the force itself, what the log can tell apart, and what to record."""
 
 from collections.abc import Sequence
 
 from ....discovery.effect_findings import EffectFinding, FittedTerm
-from ....physics.presentation import listing, percent, share_removed, unit_text
+from ....discovery.findings import Advice
+from ....discovery.identifiability.rehearsal import Identifiability
+from ....physics.presentation import listing, percent, share_removed, unit_text, words
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
 from ...sureness import (
@@ -17,9 +19,9 @@ from ...sureness import (
     sure_caption,
     verdict_word,
 )
-from ...wording import effect_words, interval, risen, twins, within
-from ..figures.figures import coefficients, ranked_effects
-from ..markup import Html, element, figure, folded, lines, render, table
+from ...wording import effect_words, interval, risen, twins, typeset, within
+from ..figures.effect_figures import coefficients, convincing, excitation, force_drawings, ranked_effects
+from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
 from ..outcome import hero, section_title
 from .base import Chapter, Section
 
@@ -41,7 +43,7 @@ def missing_effects(run: RunFolder) -> Section:
     findings = run.findings
     candidates, unnamed = in_order(findings.candidates), findings.unnamed
     chosen = in_order(findings.added)
-    horizon, _ = hero(findings.steps, run.comparison.best.horizon)
+    horizon = hero(findings.steps, run.comparison.best.horizon).horizon
     cards = [_effect(item, run.nominal, risen(findings.steps, horizon, item)) for item in chosen]
     parts = [element("div", *cards, cls="columns")] * bool(chosen)
     drawings = []
@@ -76,9 +78,8 @@ def _effect(item: EffectFinding, nominal: Vehicle, worse: Sequence[str]) -> Html
         element("p", unit_text(item.sentence)),
         *[element("div", item.equation, cls="equation")] * bool(item.equation),
         *(element("div", element("b", one.told())) for one in numbers if not one.filed()),
-        *[element("p", worth, cls="facts") for worth in [_worth(item)] if worth],
-        *(element("p", text, cls="warn") for text in worse),
-        *[element("p", f"This log cannot tell it from {listing(others)}.", cls="warn")] * bool(others),
+        *paragraphs([_worth(item)]),
+        *paragraphs([*worse, f"This log cannot tell it from {listing(others)}." * bool(others)], "warn"),
         cls=f"card effect {item.verdict}".replace(" evidence", ""),
     )
 
@@ -98,8 +99,7 @@ def _tried(candidates: Sequence[EffectFinding], nominal: Vehicle) -> list[Html]:
     others = [item for item in candidates if item.verdict != "no evidence"]
     parts = [effect_table(others, nominal)] * bool(others)
     if without:
-        summary = element("summary", f"{len(without)} effects without evidence")
-        parts.append(element("details", summary, effect_table(without, nominal)))
+        parts.append(details(f"{len(without)} effects without evidence", effect_table(without, nominal)))
     return [*parts, element("p", f"{sure_caption(candidates).capitalize()}.", cls="facts")]
 
 
@@ -117,11 +117,11 @@ def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
                     cls=f"tag {verdict}" if verdict != "no evidence" else "tag",
                 ),
                 odds(item),
-                render(*lines(f"{one.symbol} = {one.amount()}" for one in numbers)),
-                render(*lines(interval(one.ci95) for one in numbers)),
-                render(*lines(one.filed() for one in numbers if any(each.filed() for each in numbers))),
+                lines(f"{one.symbol} = {one.amount()}" for one in numbers),
+                lines(interval(one.ci95) for one in numbers),
+                lines(one.filed() for one in numbers if any(each.filed() for each in numbers)),
                 comes_back(item),
-                render(*lines(twins(item))),
+                lines(twins(item)),
             )
         )
     head = (*("effect", "verdict", "sure", "value", "95 % interval", "in the file"), BACK, "not to be told from")
@@ -152,4 +152,126 @@ def unnamed_terms(terms: Sequence[FittedTerm]) -> list[Html]:
     ]
 
 
+def what_convinces(run: RunFolder) -> Section | None:
+    """The force that the nominal model lacks over what it depends on, and what was added, axis by axis."""
+    found = convincing(run.findings, run.series, run.nominal)
+    if not found:
+        return None
+    caption = (
+        "Grey: the measured force less that of the nominal model, a dot a row; discs: its means. Line: what was added "
+        "to the model, averaged over the same rows. Where the line runs through the discs, the model has what it "
+        "lacked. Each is drawn over the signal over which that is seen best; what depends on several scatters."
+    )
+    title = "The force that is missing" if run.findings.missing else "The force that the nominal model lacks"
+    return Section(title, figure(force_drawings(found), caption, cls="three"))
+
+
+def identified(run: RunFolder) -> Section | None:
+    """Effects that look alike in this log, those that leave no trace, and how far each is excited."""
+    told = run.findings.identifiability
+    if told is None:
+        return None
+    decided = [
+        item.effect for item in run.findings.candidates if item.verdict == "missing" and not item.indistinguishable_from
+    ]
+    facts = element("div", *_facts(told, decided), cls="card")
+    drawing = [
+        figure(
+            [excitation(told.excitation)],
+            "Force that a plausible amount of each effect would make in this log, as a share of the force at work "
+            "on its axis. An effect with a short bar can hide in this log, however large it may be elsewhere.",
+            cls="one",
+        )
+    ] * bool(told.excitation)
+    return Section("What this log can tell", element("div", facts, *drawing, cls="columns"))
+
+
+def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
+    """Sentences on what cannot be told apart or seen; one that says all is well where none is needed.
+
+    Parameters
+    ----------
+    decided : effects that are missing for sure, with none that does as well in their place
+    """
+    texts = []
+    for group in told.groups:
+        chosen = [name for name in group if name.split("[")[0] in decided]
+        alike = f"{_names(group).capitalize()} move alike in this log"
+        if chosen and len(chosen) < len(group):
+            verb = "fits" if len(chosen) == 1 else "fit"
+            texts.append(
+                f"{alike}, but not so much that they could not be told apart: {_names(chosen)} {verb} held-out data "
+                "clearly better than any of the others alone. A mixture may fit as well, so a part of the value may "
+                "be theirs."
+            )
+        else:
+            texts.append(f"{alike}; a mixture of them may fit as well as one.")
+    if told.noise_limited:
+        texts.append(f"Hardly more than sensor noise: {_names(told.noise_limited)}.")
+    if told.dormant:
+        texts.append(f"Never excited, so neither found nor excluded: {_names(told.dormant)}.")
+    if told.absorbed:
+        texts.append(f"No trace beside what the calibration explains: {_names(told.absorbed)}.")
+    if told.quiet_axes:
+        axes = listing(told.quiet_axes)
+        texts.append(f"Hardly moves beyond sensor noise: {axes}. Little can be said of its effects.")
+    if not texts:
+        texts.append("Every effect of the catalogue that the log's channels allow is excited and can be told apart.")
+    parts = [element("h3", "Alike, hidden, or never excited"), element("ul", *(element("li", text) for text in texts))]
+    if told.condition is None:
+        return parts
+    condition = (
+        f"Condition number of all effects together: {typeset(told.condition, 2)} (1 is ideal; in the thousands, some "
+        "mixtures of effects cannot be told apart)."
+    )
+    return [*parts, *paragraphs([condition])]
+
+
+def _names(names: Sequence[str]) -> str:
+    return listing([words(name) for name in names])
+
+
+def advised(items: Sequence[Advice]) -> Html:
+    """Manoeuvres and what each would tell, as a list."""
+    return element("ul", *(element("li", element("b", item.manoeuvre), f": {item.why}") for item in items))
+
+
+def record_next(run: RunFolder) -> Section | None:
+    """The manoeuvres that would settle what the log leaves open."""
+    advice = run.findings.advice
+    return Section("What to record next", element("div", advised(advice), cls="card")) if advice else None
+
+
+_MOST_EFFECTS = 8
+"""Effects in the table: with the picture and the errors below it, so many leave the summary on two pages."""
+_MOST_ADVICE = 3
+"""Manoeuvres below the errors, surest use first: an hour on the water has no more."""
+
+
+def in_numbers(run: RunFolder) -> Section | None:
+    """The effects of the corrected model, each with its value, its 95 % interval and how sure it is."""
+    chosen, unnamed = in_order(run.findings.added), run.findings.unnamed
+    parts: list[Html] = [effect_table(chosen[:_MOST_EFFECTS], run.nominal)] * bool(chosen)
+    if len(chosen) > _MOST_EFFECTS:
+        parts.append(element("p", f"{len(chosen) - _MOST_EFFECTS} more stand in the appendix.", cls="facts"))
+    parts += unnamed_terms(unnamed[:_MOST_EFFECTS]) if unnamed else []
+    return _on_paper(section_title(run.findings, run.comparison), parts)
+
+
+def next_on_paper(run: RunFolder) -> Section | None:
+    """The manoeuvres that would settle what the log leaves open."""
+    advice = run.findings.advice[:_MOST_ADVICE]
+    return _on_paper("What to record next", [advised(advice)] * bool(advice))
+
+
+def _on_paper(title: str, parts: list[Html]) -> Section | None:
+    return Section("", render(element("h2", title), *parts), "paper") if parts else None
+
+
+IN_NUMBERS = Chapter(12, in_numbers)
+WHAT_CONVINCES = Chapter(15, what_convinces)
+RECORD_NEXT = Chapter(24, next_on_paper)
+APPENDIX = Chapter(26, lambda run: Section("", element("h1", "Appendix"), "paper appendix"))
 MISSING_EFFECTS = Chapter(30, missing_effects)
+ADVISED = Chapter(35, record_next, folded=True)
+IDENTIFIED = Chapter(130, identified, folded=True)

@@ -1,16 +1,28 @@
-"""All models side by side: error and laws in one picture, then the figures, with marks where a difference is sure."""
+"""All models side by side: errors and laws in one picture, then the figures, and what the auditor says of each."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from ....comparison.facts import AuditRecord, ComparedModel, Comparison, Domain, PairedRecord
+from ....comparison.facts import Amount, AuditRecord, ComparedModel, Comparison, Domain, PairedRecord, RulingRecord
 from ....physics.motion import AXES
-from ....physics.presentation import unit_text
+from ....physics.presentation import listing, unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
-from ...wording import INTERVAL_HOLDS, OWN_NUMBERS, goodness, held_shares, interval, judged_rows, typeset, within
+from ...run_contents import RunFolder
+from ...wording import (
+    INTERVAL_HOLDS,
+    OWN_NUMBERS,
+    STATE_UNITS,
+    goodness,
+    held_shares,
+    interval,
+    judged_rows,
+    range_words,
+    typeset,
+    within,
+)
 from ..figures.model_figures import trust
-from ..markup import Html, element, figure, folded, lines, render, table
-from ..rivals import MARKS, difference, hero_horizon, mark, reference_of, rivals
+from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
+from ..rivals import MARKS, difference, hero_horizon, laws_of, mark, reference_of, rivals
 from .base import Chapter, Section
 
 KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than the reference (the 95 % interval of the
@@ -45,9 +57,8 @@ def models(comparison: Comparison, audit: AuditRecord | None = None, *, short_of
             "the log: where a band reaches that model's mark, the log cannot tell the two apart."
         )
     best = comparison.best
-    told = [element("p", unit_text(best.sentence), cls="verdict")] if best.sentence else []
     return render(
-        *told,
+        *paragraphs([unit_text(best.sentence)], "verdict"),
         figure([trust(shown, horizon, best.model, short_of)], caption, cls="wide"),
         *([] if short_of else [folded("The numbers of all models", *_tables(comparison))]),
     )
@@ -68,14 +79,12 @@ def _tables(comparison: Comparison) -> list[Html]:
         _accelerations(comparison, base),
         element("h3", "Models compared: size, time, laws"),
         _costs(models),
-        *(element("p", note, cls="facts") for note in notes),
+        *paragraphs(notes),
     ]
     if any(model.acceleration.mae != ByAxis() for model in models):
-        parts.append(element("details", element("summary", "mean absolute errors"), _mean_errors(models)))
+        parts.append(details("mean absolute errors", _mean_errors(models)))
     if comparison.differences:
-        parts.append(
-            element("details", element("summary", "every paired difference"), *_differences(comparison.differences))
-        )
+        parts.append(details("every paired difference", *_differences(comparison.differences)))
     return parts
 
 
@@ -93,24 +102,20 @@ def _rollouts(comparison: Comparison, base: str) -> Html:
     head += [f"{axis}, {hero} s [{ROLLOUT_UNITS[axis]}]" for axis in AXES] + ["ran away"]
     rows = []
     for model in models:
-        name, scores = model.name, {s: model.rollout.get(s) or RolloutRecord() for s in horizons}
-
-        def cell(seconds: str, axis: str, name: str = name, scores: dict[str, RolloutRecord] = scores) -> str:
-            errors = scores.get(seconds) or RolloutRecord()
-            value = typeset(errors.of(axis), blank="diverged" if errors.diverged else "n/a")
-            return _marked(value, difference(comparison.differences, name, base, "rollout", axis, seconds))
-
-        away, starts = [scores[s].diverged for s in horizons], [scores[s].starts for s in horizons]
-        ran = [f"{a} of {n}, {s} s" for a, n, s in zip(away, starts, horizons, strict=True) if a]
-        rows.append(
-            [
-                name,
-                *(cell(seconds, "position") for seconds in horizons),
-                *(cell(hero, axis) for axis in AXES),
-                render(*lines(ran)) if ran else ("none" if any(n for n in starts) else ""),
-            ]
-        )
+        scores = [model.rollout.get(seconds) for seconds in horizons]
+        ran = [f"{e.diverged} of {e.starts}, {s} s" for e, s in zip(scores, horizons, strict=True) if e and e.diverged]
+        judged = any(errors and errors.starts for errors in scores)
+        cells = [_rolled(comparison, model, base, seconds, "position") for seconds in horizons]
+        cells += [_rolled(comparison, model, base, hero, axis) for axis in AXES]
+        rows.append([model.name, *cells, lines(ran) if ran else "none" * judged])
     return table(head, rows)
+
+
+def _rolled(comparison: Comparison, model: ComparedModel, base: str, seconds: str, axis: str) -> str:
+    """An error of predictions over a horizon, with its mark."""
+    errors = model.rollout.get(seconds) or RolloutRecord()
+    value = typeset(errors.of(axis), blank="diverged" if errors.diverged else "n/a")
+    return _marked(value, difference(comparison.differences, model.name, base, "rollout", axis, seconds))
 
 
 def _accelerations(comparison: Comparison, base: str) -> Html:
@@ -126,8 +131,7 @@ def _accelerations(comparison: Comparison, base: str) -> Html:
         rmse = [_marked(typeset(score.rmse.of(axis)), item) for axis, item in zip(AXES, told, strict=True)]
         row = [model.name, *rmse, *(goodness(score.r2.of(axis)) for axis in AXES)]
         rows.append(row + [_domain(model, axis) for axis in AXES] * domain)
-    note = _domain_note(models)
-    return render(table(head, rows), *[element("p", note, cls="facts")] * bool(note))
+    return render(table(head, rows), *paragraphs([_domain_note(models)]))
 
 
 def _domain(model: ComparedModel, axis: str) -> str:
@@ -176,7 +180,7 @@ def _costs(models: Sequence[ComparedModel]) -> Html:
     intervals = [f"interval holds, {'within' if side == 'inside' else 'beyond'}" for side in sides]
     found = table(("model", "kind", "fitted values", *intervals, *times, "laws"), rows, "ll")
     note = f"{INTERVAL_HOLDS[0].upper()}{INTERVAL_HOLDS[1:]}."
-    return render(found, *[element("p", note, cls="facts")] * bool(sides))
+    return render(found, *paragraphs([note] * bool(sides)))
 
 
 def _mean_errors(models: Sequence[ComparedModel]) -> Html:
@@ -215,4 +219,94 @@ def _marked(value: str, told: PairedRecord | None) -> str:
     return render(value, " ", element("span", sign, cls=cls, attributes={"title": told.verdict}))
 
 
+SIGNS = {"pass": "\N{BULLET} pass", "fail": "\N{MULTIPLICATION SIGN} fail", "noted": "\N{WHITE CIRCLE} noted"}
+
+
+def laws(run: RunFolder) -> Section | None:
+    """What is broken by any model with its counterexample, then all laws of each; nothing without an audit."""
+    audit = run.audit
+    judged = {model.name: laws_of(model, audit) for model in run.comparison.models}
+    if audit is not None and not judged.get("corrected"):
+        judged["corrected"] = audit.laws
+    judged = {name: told for name, told in judged.items() if told}
+    if not judged:
+        return None
+    units = {**STATE_UNITS, **({} if audit is None else audit.units)}
+    broken = [
+        (name, law.law, _amount(law.worst), _words(law, units))
+        for name, told in judged.items()
+        for law in _ordered(told)
+        if law.outcome == "fail"
+    ]
+    parts: list[Html] = []
+    if broken:
+        head = ("model", "broken law", "worst value", "in words, and the state in which it was found")
+        parts += [element("h3", "Counterexamples"), element("div", table(head, broken, "llrl"), cls="wordy")]
+    else:
+        parts.append(element("p", f"{listing(list(judged))}: no law that counts is broken."))
+    for name, told in judged.items():
+        opened = {"open": "open"} if name == "corrected" else {}
+        summary = element("summary", f"all laws, {name} model")
+        parts.append(element("details", summary, _table(told, units), attributes=opened))
+    notes = [] if audit is None else [_asked(audit)]
+    notes.append("Margins are distances from breaking a law. What is searched is not proved.")
+    if any(law.outcome == "noted" for told in judged.values() for law in told):
+        notes.append("Noted: broken, but a real boat may, so the audit does not fail by it.")
+    notes += [] if audit is None else audit.notes
+    parts += paragraphs(notes)
+    own = [law.outcome for law in judged.get("corrected") or []]
+    verdict = (audit.verdict if audit else "") or ("fail" if "fail" in own else "pass" if own else "")
+    title = {"pass": ": the corrected model keeps them", "fail": ": the corrected model breaks one"}.get(verdict, "")
+    return Section(f"Laws of a hull{title}", element("div", *parts, cls="card"))
+
+
+def _table(told: Sequence[RulingRecord], units: Mapping[str, str]) -> Html:
+    rows = [
+        (
+            law.law,
+            element("b", SIGNS.get(law.outcome, law.outcome), cls=law.outcome),
+            _amount(law.margin),
+            _amount(law.worst),
+            "" if law.proof in (None, "none") else law.proof,
+            _words(law, units),
+        )
+        for law in _ordered(told)
+    ]
+    head = (
+        "law",
+        "verdict",
+        "margin",
+        "worst value",
+        "how it is known",
+        "in words, and where it is nearest to breaking",
+    )
+    return element("div", table(head, rows, "llrrll"), cls="wordy")
+
+
+def _ordered(told: Sequence[RulingRecord]) -> list[RulingRecord]:
+    rank = {"fail": 0, "noted": 1}
+    return sorted(told, key=lambda law: rank.get(law.outcome, 2))
+
+
+def _amount(found: Amount | None) -> str:
+    """A number with its unit; nothing where there is none."""
+    if found is None or found.value is None:
+        return ""
+    return f"{typeset(found.value, 2)} {unit_text(found.unit)}".rstrip()
+
+
+def _words(law: RulingRecord, units: Mapping[str, str]) -> Html:
+    """The sentence, and under it the state of the worst value."""
+    state = [
+        f"{name} {typeset(amount, 2)} {unit_text(units.get(name, ''))}".strip()
+        for name, amount in ({} if law.worst is None else law.worst.at).items()
+    ]
+    return render(law.sentence, *[element("small", f"at {', '.join(state)}")] * bool(state))
+
+
+def _asked(audit: AuditRecord) -> str:
+    return f"Asked for {range_words(audit.envelope, audit.units)}: {audit.envelope_from}."
+
+
 MODELS = Chapter(50, lambda run: Section(TITLE, models(run.comparison, run.audit)))
+LAWS = Chapter(120, laws, folded=True)

@@ -1,15 +1,15 @@
-"""The sections of the report page around the verdict: corrected parameters, the log."""
+"""The numbers and where they come from: corrected and calibrated parameters, energy, the log, how the page was made."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ....measurements.inspection import Inspection
 from ....physics.errors import VehicleError
-from ....physics.presentation import MINUS, listing, number, unit_text, words
+from ....physics.presentation import MINUS, number, unit_text, words
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
-from ...wording import energy_lines, energy_verdict, interval, trimmed
-from ..markup import Html, element, table
+from ...wording import absorbed_sentence, energy_lines, energy_verdict, interval, trimmed
+from ..markup import Html, details, element, render, table
 from .base import Chapter, Section
 
 
@@ -31,7 +31,7 @@ def parameter_table(run: RunFolder) -> Section:
         inner = [element("p", "The corrected vehicle has the same parameters as the nominal one.")]
     if same:
         kept = table(("symbol", "value", "unit"), same, "lrl")
-        inner.append(element("details", element("summary", f"{len(same)} parameters kept as they were"), kept))
+        inner.append(details(f"{len(same)} parameters kept as they were", kept))
     return Section("Corrected parameters", element("div", *inner, cls="card"))
 
 
@@ -51,9 +51,7 @@ def calibrated(run: RunFolder) -> Section | None:
     if not rows:
         return None
     notes = [f"{item.symbol} stays as it was: {item.why}." for item in found.left]
-    absorbed = [words(name) for name in found.absorbed]
-    if absorbed:
-        notes.append(f"Not judged beside the calibration, which would do the same: {listing(absorbed)}.")
+    notes += filter(None, [absorbed_sentence(found.absorbed)])
     if any(item.held_by_law for item in found.calibrated):
         notes.append("* Held by the law of dissipation; the interval is what the log alone asks for.")
     text = (
@@ -94,7 +92,7 @@ def data(run: RunFolder) -> Section:
     if run.inspections:
         inner.append(_quality(run.inspections))
     for inspection in run.inspections:
-        inner.append(element("details", element("summary", f"inspection of {inspection.path}"), *_tree(inspection)))
+        inner.append(details(f"inspection of {inspection.path}", *_tree(inspection)))
     return Section("The log", element("div", *inner, cls="card"))
 
 
@@ -163,7 +161,39 @@ def _tree(inspection: Inspection) -> list[Html]:
     return [*([table(("", ""), facts, "ll")] if facts else []), *tables]
 
 
+STORY = (
+    "The measured force is compared with the force of the nominal model. Every effect of the catalogue competes to "
+    "explain the difference, effects are selected together, and each must lower the error on data it was not fitted "
+    "to. This page is made only from the files below."
+)
+
+
+def made(run: RunFolder) -> Section:
+    """What was demanded of an effect, how to make the run again, and the files with their digests."""
+    demands = [f"{words(name)}: {plain(value)}" for name, value in run.findings.criterion.to_dict().items() if value]
+    record = run.record
+    facts: list[tuple[str, Html]] = []
+    if record.command:
+        facts.append(("made again, in the run folder, by", element("code", record.command)))
+    if record.seed is not None:
+        facts.append(("seed", render(plain(record.seed))))
+    if record.versions:
+        facts.append(("versions", render(", ".join(f"{name} {number}" for name, number in record.versions.items()))))
+    logs = [
+        (element("code", item.path), element("code", item.sha256 or "not there any more")) for item in record.log_sha256
+    ]
+    files = [(element("code", name), element("code", digest)) for name, digest in sorted(run.digests.items())]
+    parts = [element("p", STORY)]
+    parts += [table(("", ""), facts, "ll")] * bool(facts)
+    parts += [table(("log", "SHA-256"), logs, "ll")] * bool(logs)
+    if demands:
+        parts += [element("p", element("b", "Demanded of an effect")), *bullets(demands)]
+    parts.append(details("files and the start of their SHA-256", table(("file", "digest"), files, "ll")))
+    return Section("How this was made", element("footer", *parts, cls="card"))
+
+
 PARAMETER_TABLE = Chapter(90, parameter_table, folded=True)
 CALIBRATED = Chapter(100, calibrated, folded=True)
 ENERGY = Chapter(110, energy, folded=True)
 DATA = Chapter(140, data, folded=True)
+MADE = Chapter(150, made, folded=True)

@@ -18,10 +18,11 @@ from ....physics.presentation import unit_text, words
 from ....physics.vehicle import Vehicle
 from ....residuals.scores import SPACING
 from ...run_contents import RunFolder
-from ..judged_pieces import JudgedPieces, thrusters_differ
-from ..markup import Html, element, escaped, render
+from ..judged_pieces import JudgedPieces, changed_numbers
+from ..markup import Html, details, element, escaped, render
+from ..outcome import hero
 from .base import Chapter, Section
-from .verdict import hero_errors, legend
+from .verdict import legend
 
 _BEYOND = 0.6
 """How far a slider goes beyond what is between the values before and after, as a share of that."""
@@ -31,6 +32,19 @@ _DIGITS = {"north": 3, "east": 3, "psi": 5, "u": 4, "v": 4, "r": 5}
 """Decimals of the measurement: what the page's drawings show, with some to spare."""
 STATES = {"position": ("north", "east"), "surge": ("u",), "sway": ("v",), "yaw": ("r",)}
 """The states whose error is told, by the name of the error."""
+
+
+_PLAYER = Html(
+    '<button type="button" data-play="run">Play</button>'
+    '<input type="range" min="0" max="1" value="0" data-play="cursor" aria-label="time">'
+    '<output data-play="clock" aria-live="off"></output>'
+    '<label>show <select data-play="span"><option value="20">20 s</option>'
+    '<option value="60" selected="">60 s</option><option value="all">all</option></select></label>'
+    '<label>speed <select data-play="speed"><option value="1">1\N{MULTIPLICATION SIGN}</option>'
+    '<option value="4" selected="">4\N{MULTIPLICATION SIGN}</option>'
+    '<option value="16">16\N{MULTIPLICATION SIGN}</option></select></label>'
+)
+"""What plays the motion, moves the time, and chooses the part of the log that is drawn."""
 
 
 class Knob(NamedTuple):
@@ -51,8 +65,8 @@ def play(run: RunFolder) -> Section | None:
     The error is the one that the page leads with, counted alike on the same rows by the same models.
     """
     knobs = knobs_of(run.nominal, run.corrected)
-    _, _, horizon, metric, unit = hero_errors(run)
-    judged = JudgedPieces.of(run.findings, run.series, run.nominal, run.corrected, float(horizon))
+    led = hero(run.findings.steps, run.comparison.best.horizon)
+    judged = JudgedPieces.of(run.findings, run.series, run.nominal, run.corrected, float(led.horizon))
     rows, step = judged.rows, judged.step
     # The series does not have the wind that an anemometer measured, which the force equation would ask for.
     blows = any(run.corrected.value(symbol) for symbol in ("wind_x", "wind_y", "wind_n"))
@@ -60,17 +74,16 @@ def play(run: RunFolder) -> Section | None:
     whole = set(needed) <= set(rows.columns) and bool(np.isfinite(rows[needed].to_numpy(dtype=float)).all())
     if not knobs or blows or not whole:
         return None
-    what = f"{metric} error of {horizon} s predictions{judged.some}"
     data = {
         "nominal": vehicle_data(run.nominal),
         "boats": [vehicle_data(model) for model in judged.models],
-        "changes": [judged.changes(model) for model in judged.models],
+        "changes": [changed_numbers(run.nominal, model) for model in judged.models],
         "knobs": [knob._asdict() | {"unit": unit_text(knob.unit)} for knob in knobs],
         **_measurement(rows, judged, run.corrected),
-        "horizon": float(horizon),
+        "horizon": float(led.horizon),
         "spacing": max(1, round(SPACING / step)),
-        "metric": [[list(_DIGITS).index(name), name] for name in STATES[metric]],
-        "unit": unit,
+        "metric": [[list(_DIGITS).index(name), name] for name in STATES[led.metric]],
+        "unit": led.unit,
     }
     numbers = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     stored = element("script", Html(numbers), attributes={"type": "application/json", "id": "play-data"})
@@ -79,22 +92,28 @@ def play(run: RunFolder) -> Section | None:
         "each of these models in proportion."
     ) * (len(judged.models) > 1)
     caption = (
-        f"Play, or drag the time, and watch the boat beside its predictions, {horizon} s each and open loop from the "
-        "measurement. Move a slider and all of them are made anew by the force equation. Their error counts as at the "
-        f"top of the page, with a prediction every {SPACING:g} s.{unseen}"
+        f"Play, or drag the time, and watch the boat beside its predictions, {led.horizon} s each and open loop from "
+        "the measurement. Move a slider and all of them are made anew by the force equation. Their error counts as at "
+        f"the top of the page, with a prediction every {SPACING:g} s.{unseen}"
     )
     stage = element(
         "div",
         legend(("measured", "before", "yours")),
         _canvas("track", "The track from above, measured, before and by your values"),
         _canvas("time", "Speeds over time, measured, before and by your values"),
-        element("div", *_player(), cls="window"),
+        element("div", _PLAYER, cls="window"),
         element("p", Html("&nbsp;"), cls="where", attributes={"data-play": "where"}),
         cls="stage",
     )
     side = element(
         "div",
-        element("div", _error(what), *map(_knob, knobs[:_AT_ONCE]), *_folded(knobs[_AT_ONCE:]), cls="knobs"),
+        element(
+            "div",
+            _error(f"{led.in_words}{judged.some}"),
+            *map(_knob, knobs[:_AT_ONCE]),
+            *_folded(knobs[_AT_ONCE:]),
+            cls="knobs",
+        ),
         element("div", _button("all-before", "Before"), _button("all-after", "After"), cls="buttons"),
         cls="desk",
     )
@@ -123,14 +142,8 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
     """The numbers that differ between two vehicles, each with ends that leave room on both sides."""
     named = {p.symbol: words(effect.name) for effect in reversed(EFFECTS) for p in effect.parameters}
     result = []
-    for symbol, after in corrected.values.items():
-        before = nominal.value(symbol)
-        if (
-            before == after
-            or symbol == COMMAND_OFFSET.symbol
-            or thrusters_differ(nominal, symbol)
-            or thrusters_differ(corrected, symbol)
-        ):
+    for symbol, before, after in changed_numbers(nominal, corrected):
+        if symbol == COMMAND_OFFSET.symbol:
             continue
         parameter, room = corrected.parameter(symbol), _BEYOND * abs(after - before)
         low, high = (
@@ -180,7 +193,7 @@ def _knob(knob: Knob) -> Html:
 def _folded(knobs: Sequence[Knob]) -> list[Html]:
     """The sliders for which there is no room, behind a line that opens them."""
     text = f"{len(knobs)} more: {', '.join(knob.symbol for knob in knobs)}"
-    return [element("details", element("summary", text), *map(_knob, knobs))] if knobs else []
+    return [details(text, *map(_knob, knobs))] if knobs else []
 
 
 def _canvas(name: str, told: str) -> Html:
@@ -189,32 +202,6 @@ def _canvas(name: str, told: str) -> Html:
 
 def _button(name: str, text: str) -> Html:
     return element("button", text, attributes={"type": "button", "data-play": name})
-
-
-def _player() -> list[Html]:
-    """What plays the motion, moves the time, and chooses the part of the log that is drawn."""
-    cursor = Html('<input type="range" min="0" max="1" value="0" data-play="cursor" aria-label="time">')
-    shown = _select("span", (("20", "20 s"), ("60", "60 s"), ("all", "all")), "60")
-    speed = _select(
-        "speed",
-        (("1", "1\N{MULTIPLICATION SIGN}"), ("4", "4\N{MULTIPLICATION SIGN}"), ("16", "16\N{MULTIPLICATION SIGN}")),
-        "4",
-    )
-    return [
-        _button("run", "Play"),
-        cursor,
-        element("output", attributes={"data-play": "clock", "aria-live": "off"}),
-        element("label", "show ", shown),
-        element("label", "speed ", speed),
-    ]
-
-
-def _select(name: str, options: Sequence[tuple[str, str]], chosen: str) -> Html:
-    found = [
-        element("option", text, attributes={"value": value} | ({"selected": ""} if value == chosen else {}))
-        for value, text in options
-    ]
-    return element("select", *found, attributes={"data-play": name})
 
 
 PLAY = Chapter(40, play)

@@ -6,9 +6,9 @@ from ....physics.motion import AXES
 from ....physics.presentation import percent, unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ...run_contents import RunFolder
-from ...wording import risen, step_words, typeset
-from ..figures.figures import step_bars
-from ..markup import Html, element, lines, render
+from ...wording import cut, risen, step_words, typeset
+from ..figures.model_figures import step_bars
+from ..markup import Html, element, lines, paragraphs, render
 from ..outcome import (
     Line,
     also_likely,
@@ -20,6 +20,7 @@ from ..outcome import (
     outcome,
     quiet_axes,
     recommendation,
+    repeated,
 )
 from ..outcome import headline as verdict_in_words
 from .base import Chapter, Section
@@ -38,14 +39,14 @@ LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
 def headline(run: RunFolder, *, title: str = "h1") -> Html:
     """The verdict, below it why and what became of the error, in words and as big figures; then how sure that is."""
     findings, steps = run.findings, run.findings.steps
-    before, after, horizon, metric, _ = hero_errors(run)
+    led = hero(steps, run.comparison.best.horizon)
     answered = answer(findings, run.comparison, run.nominal)
     worse = gets_worse(steps, run.comparison.best.horizon)
     did = outcome(findings, run.comparison) if worse or not answered else ""
     grown, probably = also_worse(findings, run.comparison), also_likely(findings)
     became = " ".join(filter(None, (did, grown, probably) if worse else (probably, did, grown)))
     weak = cannot(run.comparison, quiet_axes(findings))
-    sentences = [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
+    sentences = list(filter(None, [repeated(findings)]))
     best = recommendation(findings, run.comparison)
     if best and not answered:
         sentences.append(unit_text(best))
@@ -53,48 +54,37 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
         share = f"{percent(place.share_of_error)} of the {place.axis} error"
         sentences.append(f"The nominal model fails most here: {place.where} ({share}).")
     changed = len(steps) > 1
-    figures = [_big(before, ROLLOUT_UNITS[metric], "before", "before" if changed else "the nominal model")]
+    figures = [_big(led.before, led.unit, "before", "before" if changed else "the nominal model")]
     if changed:
-        figures += [element("span", ARROW, cls="arrow"), _big(after, ROLLOUT_UNITS[metric], "after", "after")]
+        figures += [element("span", ARROW, cls="arrow"), _big(led.after, led.unit, "after", "after")]
     ends = (steps[0], steps[-1])[: 1 + changed]
     by_axis = []
     for axis in AXES:
-        errors = (typeset(step.rollout(horizon).of(axis), 2) for step in ends)
+        errors = (typeset(step.rollout(led.horizon).of(axis), 2) for step in ends)
         by_axis.append(f"{axis} {f' {ARROW} '.join(errors)} {ROLLOUT_UNITS[axis]}")
     what = element(
         "div",
-        element("strong", f"{metric} error of {horizon} s predictions"),
-        *lines(["root mean square, open loop, on held-out data"]),
+        element("strong", led.in_words),
+        lines(["root mean square, open loop, on held-out data"]),
         element("div", *(element("span", text) for text in by_axis), cls="axes"),
         cls="what",
     )
     return render(
-        *(element("p", unit_text(text), cls="card warning") for text in findings.warnings),
+        *paragraphs(map(unit_text, findings.warnings), "card warning"),
         element(title, verdict_in_words(findings, run.comparison)),
-        *[element("p", weak, cls="warn")] * bool(weak),
+        *paragraphs([weak], "warn"),
         *[element("dl", *(_line(line) for line in answered), cls="answer")] * bool(answered),
-        *(element("p", text, cls="lead") for text in (unit_text(" ".join(findings.reasons)), became) if text),
+        *paragraphs([unit_text(" ".join(findings.reasons)), became], "lead"),
         element("div", *figures, what, cls="card numbers"),
-        *[element("p", " ".join(sentences), cls="lead")] * bool(sentences),
+        *paragraphs([" ".join(sentences)], "lead"),
     )
-
-
-def hero_errors(run: RunFolder) -> tuple[float, float, str, str, str]:
-    """The error that the page leads with: before, after, the horizon [s], what it is of, and its unit."""
-    steps = run.findings.steps
-    horizon, metric = hero(steps, run.comparison.best.horizon)
-    before, after = (step.rollout(horizon).of(metric) for step in (steps[0], steps[-1]))
-    return before, after, horizon, metric, ROLLOUT_UNITS[metric]
 
 
 def falling_error(run: RunFolder) -> Section:
     """Rollout and acceleration errors after each added effect."""
     steps = run.findings.steps
-    horizon, _ = hero(steps, run.comparison.best.horizon)
-    names = ["nominal model", *(step_words(step) for step in steps[1:])]
-    names = [
-        name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}" for name in names
-    ]
+    horizon = hero(steps, run.comparison.best.horizon).horizon
+    names = ["nominal model", *(cut(step_words(step), LONGEST_NAME) for step in steps[1:])]
 
     def rollout(axis: str) -> list[float]:
         return [step.rollout(horizon).of(axis) for step in steps]
@@ -108,10 +98,9 @@ def falling_error(run: RunFolder) -> Section:
     side = element(
         "div",
         element("b", "Acceleration error"),
-        *lines(["along the measured motion,", "after the same steps"]),
+        lines(["along the measured motion,", "after the same steps"]),
         cls="side",
     )
-    worse = risen(steps, horizon)
     drawing = element(
         "figure",
         element("h3", f"Error of {horizon} s predictions"),
@@ -122,7 +111,7 @@ def falling_error(run: RunFolder) -> Section:
             "Read downwards: each row adds one effect, and shorter is better. Every column has its own scale. "
             "Predictions run open loop from measured states; all errors are root mean squares on held-out data.",
         ),
-        *(element("p", text, cls="warn") for text in worse),
+        *paragraphs(risen(steps, horizon), "warn"),
         cls="card",
     )
     return Section("The error, step by step" if len(steps) > 1 else "The error of the nominal model", drawing)

@@ -1,22 +1,23 @@
-"""Drawings of effects: the force that the nominal model lacks over a signal, and how far the log excites effects."""
+"""Drawings of effects: the force that the model lacks, how far the log excites effects, their rank and coefficients."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-import matplotlib
 import numpy as np
 import pandas as pd
 
+from ....discovery.effect_findings import EffectFinding
 from ....discovery.findings import Findings
 from ....discovery.identifiability.rehearsal import Excitation
 from ....physics.momentum_balance import mass_matrix
 from ....physics.motion import AXES, FORCE_UNITS, Array
-from ....physics.presentation import percent, share_removed, unit_text, words
+from ....physics.presentation import MINUS, number, percent, share_removed, unit_text, words
 from ....physics.sampled_series import binned_means, explained_share
 from ....physics.vehicle import Vehicle
+from ...sureness import BACK, CoefficientRow, comes_back, odds, worth
 from ..markup import Html
-from .svg import ROLES, STYLE, Look, canvas, drawn, panel
+from .svg import BESIDE, PANEL, ROLES, Look, canvas, drawn, panel
 
 SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "deg", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
 """Columns of a series that a force may depend on, beside the commands, and the units in which they are drawn."""
@@ -36,8 +37,6 @@ _POINTS = 500
 """Rows drawn in a panel."""
 _MATTERS = 0.05
 """Share of what lacks on an axis that must have been explained for a drawing of it."""
-_SIZE = (318, 300)
-"""Width and height of a panel [px]: three stand beside each other on the page."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,10 +151,9 @@ def force_drawings(found: Sequence[MissingForce]) -> list[Html]:
 
 
 def _drawing(found: MissingForce) -> Html:
-    width, height = _SIZE
+    width, height = PANEL
     stride = max(1, found.values.size // _POINTS)
-    with matplotlib.rc_context({**STYLE, "path.simplify": False}):
-        figure = canvas(width, height)
+    with canvas(width, height, simplify=False) as figure:
         axes = panel(figure, 58, 26, width - 66, height - 72)
         axes.axhline(0.0, color=ROLES["muted"], linewidth=1.0, dashes=(4, 3))
         axes.plot(found.values[::stride], found.lacking[::stride], ".", color=ROLES["measured"], ms=3.5)
@@ -183,13 +181,12 @@ def excitation(told: Mapping[str, Excitation]) -> Html:
     shares = {name: item.share for name, item in told.items()}
     order = sorted(shares, key=lambda name: (shares[name] != shares[name], shares[name]))
     left, width, height = 208, 460, 12 + 17 * len(order)
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, left, 4, width - left - 62, height - 8)
         values = np.nan_to_num(np.array([shares[name] for name in order]))
         fill = [ROLES["before"] if value < 0.02 else ROLES["between"] for value in values]
         axes.barh(np.arange(len(order)), np.minimum(values, FULL), height=0.62, color=fill)
-        beside: Look = {"textcoords": "offset points", "va": "center", "size": 10.5}
+        beside: Look = {**BESIDE, "size": 10.5}
         for row, name in enumerate(order):
             axes.annotate(words(name), (0, row), (-8, 0), xycoords=axes.get_yaxis_transform(), ha="right", **beside)
             axes.annotate(percent(shares[name]), (min(values[row], FULL), row), (6, 0), **beside)
@@ -197,3 +194,69 @@ def excitation(told: Mapping[str, Excitation]) -> Html:
         axes.grid(visible=False)
         axes.spines["bottom"].set_visible(False)
         return drawn(figure, "how far the log excites each effect")
+
+
+_MOST = 12
+"""Effects in the ranking: the others have next to no evidence."""
+
+
+def ranked_effects(candidates: Sequence[EffectFinding]) -> Html:
+    """The best-ranked effects that the log can judge, by the share of the unseen error that comes back without each.
+
+    A missing effect is strong blue, a likely one faint, a possible one in the corrected model has a rim alone.
+    """
+    shown = sorted([item for item in candidates if not item.cannot_tell][:_MOST], key=worth, reverse=True)
+    left, width, height = 190, 460, 34 + 24 * len(shown)
+    drops = np.nan_to_num([worth(item) for item in shown])
+    with canvas(width, height) as figure:
+        axes = panel(figure, left, 30, width - left - 122, height - 34)
+        fill, rim = zip(*map(_bar_colours, shown), strict=True) if shown else ((), ())
+        bars = np.arange(len(shown)), np.maximum(drops, 0.0)
+        axes.barh(*bars, height=0.56, color=fill, edgecolor=rim, linewidth=1.6)
+        for index, item in enumerate(shown):
+            edge: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
+            bold: Look = {**edge, "weight": "bold" if item.in_model else "normal"}
+            axes.annotate(words(item.effect), (0, index), (-8, 0), **bold)
+            axes.annotate(comes_back(item), (1, index), (58, 0), **bold)
+            axes.annotate(odds(item), (1, index), (120, 0), color=ROLES["muted"], **edge)
+        axes.set(ylim=(len(shown) - 0.5, -0.5), xlim=(0.0, max(drops.max(initial=0.0), 1e-9)), xticks=[], yticks=[])
+        axes.grid(visible=False)
+        axes.spines["bottom"].set_visible(False)
+        for place, text in ((-64, BACK), (-2, "sure")):
+            figure.text(1 + place / width, 1 - 18 / height, text, ha="right", color=ROLES["muted"], size=11)
+        return drawn(figure, "effects by the unseen force error that comes back without them, and how sure they are")
+
+
+def _bar_colours(item: EffectFinding) -> tuple[str, str]:
+    """Filling and rim of a bar."""
+    if item.verdict in ("missing", "likely"):
+        colour = ROLES["after" if item.verdict == "missing" else "likely"]
+        return colour, colour
+    plain = ROLES["between" if item.verdict == "possible" else "grid"]
+    return (ROLES["surface"], ROLES["after"]) if item.in_model else (plain, plain)
+
+
+def coefficients(rows: Sequence[CoefficientRow]) -> Html:
+    """Coefficients before and after, with 95 % intervals of the value after; each row on its own scale from zero."""
+    width, height = 460, 8 + 52 * len(rows)
+    with canvas(width, height) as figure:
+        axes = panel(figure, 2, 4, width - 4, height - 8)
+        lowest = highest = 0.0
+        for index, row in enumerate(rows):
+            reach = max(abs(value) for value in (row.before, row.after, *row.interval)) or 1.0
+            before, after, band = row.before / reach, row.after / reach, np.array(row.interval) / reach
+            lowest, highest = min(lowest, before, after, *band), max(highest, before, after, *band)
+            axes.plot([before, after], [index, index], color=ROLES["muted"], lw=1.0)
+            axes.plot(band, [index, index], color=ROLES["after"], lw=7, alpha=0.4)
+            axes.plot(before, index, "o", color=ROLES["surface"], mec=ROLES["before"], mew=2.0, ms=8)
+            axes.plot(after, index, "o", color=ROLES["after"], ms=8)
+            edge: Look = {"xycoords": axes.get_yaxis_transform()}
+            change = f"{number(row.before, minus=MINUS)} \N{RIGHTWARDS ARROW} {number(row.after, minus=MINUS)}"
+            axes.annotate(row.symbol, (0, index), (2, 20), **BESIDE | edge, weight="bold")
+            axes.annotate(f"{change} {unit_text(row.unit)}", (1, index), (-2, 20), **BESIDE | edge, ha="right")
+        axes.axvline(0.0, color=ROLES["grid"], lw=1.2, zorder=0)
+        margin = 0.05 * (highest - lowest)
+        axes.set(ylim=(len(rows) - 0.65, -0.65), xlim=(lowest - margin, highest + margin), xticks=[], yticks=[])
+        axes.grid(visible=False)
+        axes.spines[:].set_visible(False)
+        return drawn(figure, "coefficients before and after with 95 % intervals")

@@ -1,8 +1,8 @@
 """Drawings of a model's errors: scatter and histogram, the track coloured by error, spectra, heading, and regimes."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -15,18 +15,16 @@ from ....comparison.failing.rows import Array, acceleration_error, scene
 from ....comparison.failing.trends import Heading
 from ....measurements.statistics.signals import running_mean
 from ....physics.motion import AXES
-from ....physics.presentation import unit_text
+from ....physics.presentation import MINUS, percent, unit_text
 from ....residuals.scores import ACCELERATION_UNITS
 from ....residuals.series import SeriesTable
 from ..judged_pieces import ACCELERATIONS, MODELS
 from ..markup import Html
-from .svg import HEAT, ROLES, STYLE, Look, canvas, drawn, panel
+from .svg import HEAT, PANEL, ROLES, Look, canvas, drawn, panel
 
 POINTS = 400  # of each model in a scatter
 BINS = 31
 """Odd, so that the middle one holds what is hardly wrong at all."""
-SIZE = (318, 300)
-"""Width and height of a panel [px]: three stand beside each other on the page."""
 Floats = NDArray[np.float64]
 
 
@@ -44,9 +42,8 @@ def scatter(rows: pd.DataFrame, axis: str, title: str) -> tuple[Html, int]:
     stride = scatter_stride(rows)
     low, high = _frame(measured, [rows[f"{name}_{model}"].to_numpy(float) for model in MODELS])
     outside = 0
-    with matplotlib.rc_context({**STYLE, "path.simplify": False}):
-        width, height = SIZE
-        figure = canvas(width, height)
+    width, height = PANEL
+    with canvas(width, height, simplify=False) as figure:
         axes = panel(figure, 58, 26, width - 66, height - 72)
         axes.plot([low, high], [low, high], color=ROLES["muted"], linewidth=1.0, dashes=(4, 3))
         for model in MODELS:
@@ -76,9 +73,8 @@ def histogram(rows: pd.DataFrame, axis: str, title: str) -> Html:
     errors = [error[np.isfinite(error)] for error in errors]
     reach = max((float(np.quantile(np.abs(error), 0.99)) for error in errors if error.size), default=0.0) or 1e-9
     edges = np.linspace(-reach, reach, BINS + 1)
-    with matplotlib.rc_context(STYLE):
-        width, height = SIZE[0], 236
-        figure = canvas(width, height)
+    width, height = PANEL[0], 236
+    with canvas(width, height) as figure:
         axes = panel(figure, 58, 26, width - 66, height - 72)
         for model, error, fill in zip(MODELS, errors, (0.25, 0.35), strict=True):
             counts, _ = np.histogram(np.clip(error, -reach, reach), edges)
@@ -168,8 +164,7 @@ def error_map(series: pd.DataFrame, error: Array, bounds: Array, title: str, axi
     # A thinned row bears the worst of the rows that it stands for.
     level = np.array([step[k : k + stride].max() for k in rows])
     gap = np.flatnonzero(np.diff(scene(SeriesTable.of(series)).stretch[rows]) != 0)
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, 52, 28, width - 58, height - 74)
         axes.plot(_broken(east[rows], gap), _broken(north[rows], gap), color=ROLES[HEAT[0]], lw=_WIDTHS[0])
         for k in range(1, len(HEAT)):
@@ -187,8 +182,7 @@ def error_map(series: pd.DataFrame, error: Array, bounds: Array, title: str, axi
 def spectra(frequency: Sequence[Mapping[str, Frequency]], axis: str) -> Html:
     """Power spectra of the measured acceleration and of the errors before and after, on one axis."""
     width, height = 320, 220
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, 54, 28, width - 62, height - 74)
         first = frequency[0][axis]
         axes.loglog(first.hz, _positive(first.measured), color=ROLES["measured"], linewidth=4.0)
@@ -210,8 +204,7 @@ def by_heading(heading: Sequence[Mapping[str, Heading]], axis: str) -> Html:
     """Median error on headings near each direction, before and after, with the range of its middle half."""
     width, height = 320, 190
     sectors = heading[0][axis].sectors
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(width, height)
+    with canvas(width, height) as figure:
         axes = panel(figure, 54, 28, width - 62, height - 54)
         places = np.arange(len(sectors))
         axes.axhline(0.0, color=ROLES["grid"], linewidth=1.4)
@@ -318,3 +311,75 @@ def _sums(
     total = [np.bincount(codes, squares[:, column], size) for column in range(3)]
     count = [np.bincount(codes, usable[:, column], size) for column in range(3)]
     return np.column_stack(total).astype(np.float64), np.column_stack(count).astype(np.float64)
+
+
+REGIME_TITLES = {"surge speed": "by surge speed [m/s]", "yaw rate": "by yaw rate [rad/s], starboard positive"}
+REGIME_LABELS = {
+    "thrusters idle": "idle",
+    "thruster idle": "idle",
+    "both thrusters ahead": "both\nahead",
+    "all thrusters ahead": "all\nahead",
+    "both thrusters astern": "both\nastern",
+    "all thrusters astern": "all\nastern",
+    "thrusters opposed to turn": "opposed,\nturning",
+    "thrust against the motion": "against\nthe motion",
+    **{f"{side}-{way}": f"{side}-\n{way}" for side in ("north", "south") for way in ("east", "west")},
+}
+
+
+def regime_bars(before: pd.DataFrame, after: pd.DataFrame) -> list[Html]:
+    """Acceleration error by regime, before and after: one drawing per quantity, a row of bars per axis.
+
+    Parameters
+    ----------
+    before, after : DataFrame
+        Tables of `regimes.regime_table`; every drawing has the same scale per axis, so they can be compared.
+    """
+    tops = {axis: 1.08 * max(before_rows["rmse"].max(), 1e-12) for axis, before_rows in before.groupby("axis")}
+    for axis, rows in after.groupby("axis"):
+        tops[axis] = max(tops[axis], 1.08 * rows["rmse"].max())
+    return [
+        _regime_drawing(by, before[before["by"] == by], after[after["by"] == by], tops)
+        for by in pd.unique(before["by"])
+    ]
+
+
+def _regime_drawing(by: str, before: pd.DataFrame, after: pd.DataFrame, tops: Mapping[Any, float]) -> Html:
+    width, left, tall, height = 460, 46, 62, 332
+    with canvas(width, height) as figure:
+        for row, (axis, rows) in enumerate(before.groupby("axis", sort=False)):
+            axes = panel(figure, left, 46 + row * (tall + 22), width - left - 6, tall)
+            places = np.arange(len(rows))
+            axes.bar(places - 0.2, rows["rmse"], 0.38, color=ROLES["before"])
+            later = after[after["axis"] == axis].set_index("regime")[
+                "rmse"
+            ]  # of some regimes one model may know nothing
+            axes.bar(places + 0.2, later.reindex(rows["regime"]), 0.38, color=ROLES["after"])
+            axes.set(xlim=(-0.5, len(rows) - 0.5), ylim=(0.0, tops[axis]), xticks=[])
+            axes.locator_params(axis="y", nbins=3)
+            title = f"{axis} [{unit_text(rows['unit'].iloc[0])}]"
+            axes.set_title(title, loc="left", fontsize=11, color=ROLES["muted"], pad=4)
+            if row == 2:
+                _regime_labels(axes, rows)
+        figure.text(2 / width, 1 - 16 / height, REGIME_TITLES.get(by, f"by {by}"), weight="bold", fontsize=12.5)
+        return drawn(figure, f"acceleration error by {by}, before and after")
+
+
+def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
+    """Edges between numeric bins, names under the others, and under each its share of the time."""
+    under = {
+        "xycoords": ("data", "axes fraction"),
+        "textcoords": "offset points",
+        "ha": "center",
+        "va": "top",
+        "size": 10.5,
+    }
+    numeric = bool(rows["low"].notna().all())
+    if numeric:
+        # Low enough that the first edge clears the zero of the axis beside it.
+        for place, edge in enumerate([*rows["low"], rows["high"].iloc[-1]]):
+            axes.annotate(f"{edge:g}".replace("-", MINUS), (place - 0.5, 0), (0, -9), **under)
+    for place, (label, share) in enumerate(zip(rows["regime"], rows["share_of_rows"], strict=True)):
+        if not numeric:
+            axes.annotate(REGIME_LABELS.get(str(label), str(label)), (place, 0), (0, -4), linespacing=1.0, **under)
+        axes.annotate(percent(share), (place, 0), (0, -23 if numeric else -32), color=ROLES["muted"], **under)

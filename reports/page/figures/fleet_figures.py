@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from datetime import date
 from math import isfinite
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num, num2date
@@ -22,10 +21,10 @@ from ...hull_diary import (
     signed,
     telling,
 )
-from ...wording import interval
+from ...wording import cut, interval
 from ..fleet import Relation, SharedNumber
-from ..markup import Html, element, render
-from .svg import ROLES, STYLE, Look, canvas, drawn, panel
+from ..markup import Html, element
+from .svg import BESIDE, ROLES, Look, canvas, drawn, panel
 
 LINE, LEFT, WIDTH, RIGHT, FOOT = 26, 120, 1060, 24, 34
 """Height of a boat, left edge, width of the strip and room at its right, height of its dates [px]."""
@@ -40,8 +39,7 @@ WIDE, TALL, _LEFT = 330, 168, 46
 def strip(diary: DiaryFacts, boats: Sequence[BoatRecord]) -> Html:
     """A line a boat: a tick for each day that it logged, a bar since a change, its cause, and the day of the alarm."""
     height = LINE * len(boats) + FOOT
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(WIDTH, height)
+    with canvas(WIDTH, height) as figure:
         axes = panel(figure, LEFT, 4, WIDTH - LEFT - RIGHT, LINE * len(boats))
         first, last = min(_at(boat.first) for boat in boats), max(_at(boat.last) for boat in boats)
         for row, boat in enumerate(boats):
@@ -53,10 +51,9 @@ def strip(diary: DiaryFacts, boats: Sequence[BoatRecord]) -> Html:
                 end = _at(boat.changes[k + 1].first) if k + 1 < len(boat.changes) else _at(boat.last)
                 _bar(axes, row, change, end)
             _names(axes, row, boat.changes, (first, last))
-            axes.annotate(
-                _short(boat.boat, 16), (0, row), (-8, 0), ha="right", va="center", textcoords="offset points",
-                xycoords=axes.get_yaxis_transform(), weight="bold" if boat.changes else "normal",
-            )  # fmt: skip
+            weight = "bold" if boat.changes else "normal"
+            left: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
+            axes.annotate(cut(boat.boat, 16), (0, row), (-8, 0), **left, weight=weight)
         margin = max(0.01 * (last - first), 0.5)
         axes.set(ylim=(len(boats) - 0.5, -0.5), xlim=(first - margin, last + margin), yticks=[])
         _dates(axes, 10)
@@ -74,7 +71,7 @@ def _bar(axes: Axes, row: int, change: ChangeRecord, end: float) -> None:
 
 def _names(axes: Axes, row: int, changes: Sequence[ChangeRecord], ends: tuple[float, float]) -> None:
     """The names and sizes of changes, on whichever side of their marks there is room; the latest first."""
-    beside: Look = {"textcoords": "offset points", "va": "center", "size": 10.5}
+    beside: Look = {**BESIDE, "size": 10.5}
     box = {"boxstyle": "square,pad=0.15", "facecolor": ROLES["surface"], "edgecolor": "none", "alpha": 0.85}
     taken: list[tuple[float, float]] = []
     for change in reversed(changes):
@@ -109,7 +106,11 @@ def course(boat: BoatRecord, one: BoatParameter, fleet: FleetParameter) -> Html:
     first, last = _at(boat.first), _at(boat.last)
     along = _scaled((first, last + 1.0), (_LEFT, WIDE - 8.0))
     up = _scaled((bottom - margin, top + margin), (TALL - 26.0, 26.0))
-    parts = [_line(_LEFT, up(tick), WIDE - 8.0, "grid", _tick(tick), "end") for tick in _ticks(bottom, top)]
+    parts: list[Html] = []
+    for tick in MaxNLocator(4).tick_values(bottom, top):
+        if bottom <= tick <= top:
+            parts.append(_path(f"M{_LEFT:.1f} {up(tick):.1f}H{WIDE - 8.0:.1f}", "grid", 0.6))
+            parts.append(_text(_LEFT - 6.0, up(tick) + 4.0, f"{tick:g}".replace("-", MINUS), "end"))
     if band.size:
         edges = sorted(up(min(max(float(end), bottom - margin), top + margin)) for end in band)
         parts.append(_box(_LEFT, edges[0], WIDE - 8.0 - _LEFT, edges[1] - edges[0], "measured", 0.3))
@@ -124,7 +125,8 @@ def course(boat: BoatRecord, one: BoatParameter, fleet: FleetParameter) -> Html:
         element("path", attributes={"d": "".join(dots), "fill": "var(--after)"}),
     ]
     for place, anchor in ((first, "start"), (last, "end")):
-        parts.append(_text(along(place) if anchor == "start" else WIDE - 8.0, TALL - 8.0, _plain_date(place), anchor))
+        date_text = num2date(place).strftime("%d %b %Y").lstrip("0")
+        parts.append(_text(along(place) if anchor == "start" else WIDE - 8.0, TALL - 8.0, date_text, anchor))
     unit = unit_text(fleet.unit)
     title = f"{plain(one.name)}{f' [{unit}]' if unit else ''}{': differs' if one.differs else ''}"
     parts.append(_text(0.0, 14.0, title, "start", "ink", "600"))
@@ -135,14 +137,6 @@ def course(boat: BoatRecord, one: BoatParameter, fleet: FleetParameter) -> Html:
 def _scaled(ends: tuple[float, float], pixels: tuple[float, float]) -> Callable[[float], float]:
     (low, high), (first, last) = ends, pixels
     return lambda value: first + (float(value) - low) / (high - low) * (last - first)
-
-
-def _ticks(bottom: float, top: float) -> list[float]:
-    return [float(tick) for tick in MaxNLocator(4).tick_values(bottom, top) if bottom <= tick <= top]
-
-
-def _tick(value: float) -> str:
-    return f"{value:g}".replace("-", MINUS)
 
 
 def _path(data: str, role: str, width: float, opacity: float = 1.0) -> Html:
@@ -162,15 +156,6 @@ def _text(left: float, base: float, text: str, anchor: str, role: str = "muted",
     )
 
 
-def _line(left: float, height: float, right: float, role: str, text: str, anchor: str) -> Html:
-    label = _text(left - 6.0, height + 4.0, text, anchor)
-    return render(_path(f"M{left:.1f} {height:.1f}H{right:.1f}", role, 0.6), label)
-
-
-def _plain_date(day: float) -> str:
-    return num2date(day).strftime("%d %b %Y").lstrip("0")
-
-
 def _dates(axes: Axes, most: int) -> None:
     axes.xaxis_date()
     first, last = axes.get_xlim()
@@ -182,10 +167,6 @@ def _dates(axes: Axes, most: int) -> None:
 
 def _at(day: str) -> float:
     return float(date2num(date.fromisoformat(day)))
-
-
-def _short(name: str, most: int) -> str:
-    return name if len(name) <= most else f"{name[: most - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 
 RUNS_LINE, RUNS_HEAD, RUNS_LEFT, RUNS_WIDTH, RUNS_RIGHT = 22, 30, 84, 440, 190
@@ -203,8 +184,7 @@ def side_by_side(shared: SharedNumber, names: Sequence[str]) -> Html:
     names : of the runs
     """
     height = RUNS_HEAD + RUNS_LINE * len(names) + 10
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(RUNS_WIDTH, height)
+    with canvas(RUNS_WIDTH, height) as figure:
         axes = panel(figure, RUNS_LEFT, RUNS_HEAD, RUNS_WIDTH - RUNS_LEFT - RUNS_RIGHT, RUNS_LINE * len(names))
         unit = unit_text(shared.unit)
         head = f"{shared.symbol} {f'[{unit}]' if unit else ''}".strip()
@@ -215,7 +195,7 @@ def side_by_side(shared: SharedNumber, names: Sequence[str]) -> Html:
 
 
 def _draw(axes: Axes, shared: SharedNumber, names: Sequence[str]) -> None:
-    beside: Look = {"textcoords": "offset points", "va": "center", "xycoords": axes.get_yaxis_transform()}
+    beside: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform()}
     bands = [(one.number.ci95 or (one.number.value,) * 2) if one else None for one in shared.held]
     ends = [
         end for one, band in zip(shared.held, bands, strict=True) if one and band for end in (*band, one.number.value)
@@ -227,8 +207,7 @@ def _draw(axes: Axes, shared: SharedNumber, names: Sequence[str]) -> None:
         low, high = max(band[0] for band in known), min(band[1] for band in known)
         axes.axvspan(low, max(low, high), color=ROLES["measured"], alpha=0.35, lw=0)
     for index, (name, one, band) in enumerate(zip(names, shared.held, bands, strict=True)):
-        short = name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
-        axes.annotate(short, (0, index), (-8, 0), ha="right", **beside)
+        axes.annotate(cut(name, _LONGEST), (0, index), (-8, 0), ha="right", **beside)
         if one is not None and band is not None:
             axes.plot(band, [index, index], color=ROLES["after"], lw=6, alpha=0.4)
             axes.plot(one.number.value, index, "o", color=ROLES["after"], ms=7)

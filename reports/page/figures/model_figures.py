@@ -1,4 +1,4 @@
-"""Drawings of models side by side: errors and laws, errors that grow with the horizon, and tracks."""
+"""Drawings of models: errors and laws, errors by horizon and step, speeds and tracks beside the measured ones."""
 
 import io
 import math
@@ -7,17 +7,21 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from ....comparison.facts import ComparedModel
-from ....physics.presentation import MINUS, number
+from ....physics.presentation import MINUS, finite, number, unit_text
 from ....steering.closed_loop import PERFECT, ControlRecord, Passage
 from ....steering.tracks import TRACKS
+from ...wording import cut
+from ..judged_pieces import rollouts
 from ..markup import Html
 from ..rivals import Rival
-from .svg import ROLES, STYLE, Look, canvas, drawn, panel
+from .svg import BESIDE, ROLES, Look, canvas, drawn, panel
 
 ROW = 40
 """Height of a model [px]: its name, and marks above each other that can be told apart."""
@@ -41,8 +45,7 @@ def trust(rivals: Sequence[Rival], horizon: str, best: str, of: str = "") -> Htm
     laws = list(dict.fromkeys(law for rival in rivals for law in rival.laws))
     top = 132 if laws else 40
     height = top + ROW * len(rivals) + 44
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(WIDTH if laws else LEFT + DOTS + GAP, height)
+    with canvas(WIDTH if laws else LEFT + DOTS + GAP, height) as figure:
         errors = panel(figure, LEFT, top, DOTS, ROW * len(rivals))
         _errors(errors, rivals, best)
         errors.set_xlabel(f"position error of {horizon} s predictions [m], logarithmic: left is better")
@@ -53,7 +56,7 @@ def trust(rivals: Sequence[Rival], horizon: str, best: str, of: str = "") -> Htm
 
 
 def _errors(axes: Axes, rivals: Sequence[Rival], best: str) -> None:
-    known = [rival.error for rival in rivals if rival.error > 0.0]
+    known = [rival.score.position for rival in rivals if rival.score.position > 0.0]
     low, high = min(known, default=0.1), max(known, default=1.0)
     ends = [end for rival in rivals if rival.interval for end in rival.interval if end > 0.3 * low]
     low, high = min([low, *ends]) / 1.35, max([high, *ends]) * 1.35
@@ -62,29 +65,26 @@ def _errors(axes: Axes, rivals: Sequence[Rival], best: str) -> None:
     axes.minorticks_off()
     ticks = [base * 10.0**power for power in range(-6, 7) for base in (1, 2, 5) if low <= base * 10.0**power <= high]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    beside: Look = {"textcoords": "offset points", "va": "center"}
     for row, rival in enumerate(rivals):
-        strong = "bold" if rival.name == best else "normal"
-        at_left = {**beside, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
-        name = rival.name
-        name = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}"
-        axes.annotate(name, (0, row), (-12, 7), **at_left, weight=strong)
+        strong = "bold" if rival.model.name == best else "normal"
+        at_left = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
+        axes.annotate(cut(rival.model.name, LONGEST_NAME), (0, row), (-12, 7), **at_left, weight=strong)
         axes.annotate(_about(rival), (0, row), (-12, -8), **at_left, color=ROLES["muted"], size=10)
         axes.axhline(row + 0.5, color=ROLES["grid"], lw=0.6)
-        if rival.error > 0.0:
+        if rival.score.position > 0.0:
             if rival.interval:
                 span = np.clip(rival.interval, low, high)
-                axes.plot(span, [row, row], color=COLOURS.get(rival.audit, ROLES["muted"]), lw=6, alpha=0.35)
-            axes.plot(rival.error, row, SHAPES.get(rival.audit, "o"), **_look(rival))
-        text = number(rival.error, 2, minus=MINUS, blank="diverged")
-        if rival.diverged and rival.error > 0.0:
-            text += f" ({rival.diverged} of {rival.starts} ran away)"
+                axes.plot(span, [row, row], color=COLOURS.get(rival.model.audit, ROLES["muted"]), lw=6, alpha=0.35)
+            axes.plot(rival.score.position, row, SHAPES.get(rival.model.audit, "o"), **_look(rival))
+        text = number(rival.score.position, 2, minus=MINUS, blank="diverged")
+        if rival.score.diverged and rival.score.position > 0.0:
+            text += f" ({rival.score.diverged} of {rival.score.starts or 0} ran away)"
         ends = [end for end in (rival.interval or ()) if end > 0.0]
-        place = min(max([rival.error, *ends]), high) if rival.error > 0.0 else low
+        place = min(max([rival.score.position, *ends]), high) if rival.score.position > 0.0 else low
         inside = place < low * (high / low) ** 0.72
-        place = place if inside else max(min([rival.error, *ends]), low)
+        place = place if inside else max(min([rival.score.position, *ends]), low)
         axes.annotate(
-            text, (place, row), (11 if inside else -11, 0), **beside, ha="left" if inside else "right", weight=strong
+            text, (place, row), (11 if inside else -11, 0), **BESIDE, ha="left" if inside else "right", weight=strong
         )
 
 
@@ -96,24 +96,29 @@ def _legend(axes: Axes) -> None:
         colour, height = COLOURS.get(audit, ROLES["muted"]), 0.62 - 0.26 * row
         look = {"color": colour if audit else ROLES["surface"], "mec": colour, "mew": 2.0}
         axes.plot(0.02, height, SHAPES.get(audit, "o"), ms=9, **look)
-        axes.annotate(text, (0.02, height), (12, 0), textcoords="offset points", va="center", color=ROLES["muted"])
+        axes.annotate(text, (0.02, height), (12, 0), **BESIDE, color=ROLES["muted"])
 
 
 def _look(rival: Rival) -> Look:
     """A disc that grows with the number of parameters; hollow where no law was asked."""
-    size = 7.0 + 1.6 * math.log10(1.0 + (rival.parameters or 0))
-    colour = COLOURS.get(rival.audit, ROLES["muted"])
-    return {"ms": size, "color": colour if rival.audit in COLOURS else ROLES["surface"], "mec": colour, "mew": 2.0}
+    size = 7.0 + 1.6 * math.log10(1.0 + (rival.model.parameters or 0))
+    colour = COLOURS.get(rival.model.audit, ROLES["muted"])
+    return {
+        "ms": size,
+        "color": colour if rival.model.audit in COLOURS else ROLES["surface"],
+        "mec": colour,
+        "mew": 2.0,
+    }
 
 
 def _about(rival: Rival) -> str:
     """The kind of the model, and how many numbers were fitted, or that they were to the rows that judge."""
-    if rival.fitted_here:
-        return f"{rival.kind}, fitted to these rows"
-    if not rival.parameters:
-        return rival.kind
-    count = f"{rival.parameters:,}".replace(",", "\N{NO-BREAK SPACE}")
-    return f"{rival.kind}, {count} fitted"
+    if rival.model.fitted_here:
+        return f"{rival.model.kind}, fitted to these rows"
+    if not rival.model.parameters:
+        return rival.model.kind
+    count = f"{rival.model.parameters:,}".replace(",", "\N{NO-BREAK SPACE}")
+    return f"{rival.model.kind}, {count} fitted"
 
 
 def _laws(axes: Axes, rivals: Sequence[Rival], laws: Sequence[str]) -> None:
@@ -128,8 +133,8 @@ def _laws(axes: Axes, rivals: Sequence[Rival], laws: Sequence[str]) -> None:
     for row, rival in enumerate(rivals):
         axes.axhline(row + 0.5, color=ROLES["grid"], lw=0.6)
         if not rival.laws:
-            text = {"pass": "keeps the laws", "fail": "breaks a law"}.get(rival.audit, "not asked")
-            axes.annotate(text, (0, row), (-8, 0), textcoords="offset points", va="center", color=ROLES["muted"])
+            text = {"pass": "keeps the laws", "fail": "breaks a law"}.get(rival.model.audit, "not asked")
+            axes.annotate(text, (0, row), (-8, 0), **BESIDE, color=ROLES["muted"])
         for column, law in enumerate(laws):
             verdict = rival.laws.get(law)
             if verdict == "fail":
@@ -164,8 +169,7 @@ def growth(models: Sequence[ComparedModel], ends: Sequence[str]) -> Html:
         known = [(seconds, error) for seconds, error in found if np.isfinite(error) and error > 0.0]
         lines += [(model, np.array(known).T)] if known else []
     lines.sort(key=lambda line: -line[1][1][-1])
-    with matplotlib.rc_context(STYLE):
-        figure = canvas(GROWTH_WIDTH, GROWTH_HEIGHT)
+    with canvas(GROWTH_WIDTH, GROWTH_HEIGHT) as figure:
         axes = panel(figure, GROWTH_LEFT, 12, GROWTH_WIDTH - GROWTH_LEFT - GROWTH_RIGHT, GROWTH_HEIGHT - 60)
         for model, (seconds, error) in lines:
             own = model.name in colours
@@ -181,12 +185,13 @@ def growth(models: Sequence[ComparedModel], ends: Sequence[str]) -> Html:
         at = [tall * float(axes.transAxes.inverted().transform(axes.transData.transform((s[-1], e[-1])))[1])
               for _, (s, e) in lines]  # fmt: skip
         for (model, (_, error)), place in zip(lines, _apart(at, tall), strict=True):
-            name = model.name
-            name = name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}\N{HORIZONTAL ELLIPSIS}"
-            text, colour = f"{name}, {number(error[-1], 2, minus=MINUS)} m", colours.get(model.name, ROLES["muted"])
-            axes.annotate(text, (1.0, place / tall), (12, 0), xycoords="axes fraction",
-                          textcoords="offset points", va="center", color=colour,
-                          weight="bold" if model.name in colours else "normal")  # fmt: skip
+            text, colour = (
+                f"{cut(model.name, LONGEST_LABEL)}, {number(error[-1], 2, minus=MINUS)} m",
+                colours.get(model.name, ROLES["muted"]),
+            )
+            weight = "bold" if model.name in colours else "normal"
+            right: Look = {**BESIDE, "xycoords": "axes fraction"}
+            axes.annotate(text, (1.0, place / tall), (12, 0), **right, color=colour, weight=weight)
         return drawn(figure, "position error of each model by the length of its predictions")
 
 
@@ -260,3 +265,133 @@ def _draw(axes: Axes, record: ControlRecord, track: str, passages: Mapping[tuple
     else:
         axes.set(xlabel="time [s]", ylabel="distance from the wanted place [m]", ylim=(0.0, None))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), frameon=False, ncols=2, title="RMS distance from it")
+
+
+SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
+POSITION = ("position", "distance of the predicted from the measured position", "m")
+BAND: Look = {"color": ROLES["after"], "alpha": 0.2, "linewidth": 0.0}
+LINES = (("measured", "", 5.0), ("before", "_before", 1.5), ("after", "_after", 1.5))
+"""Name, ending of its columns and width of its line: measured is widest, so that it shows beneath what is near it."""
+
+
+def step_bars(title: str, unit: str, values: Sequence[Any], names: Sequence[str] | None = None) -> Html:
+    """Horizontal bars, one per step of the correction, the nominal model on top.
+
+    Parameters
+    ----------
+    title, unit : str
+        What is measured, and its unit.
+    values : sequence
+        One error per step, in `unit`; null where the rollout diverged.
+    names : sequence of str, optional
+        The step names; bare step numbers without them.
+    """
+    left, width = (214, 472) if names else (22, 162)
+    height = 34 + 27 * len(values)
+    with canvas(width, height) as figure:
+        axes = panel(figure, left, 30, width - left - 52, height - 34)
+        shown = np.array([finite(value) for value in values])
+        lengths = np.nan_to_num(shown)
+        colours = [ROLES["before"], *[ROLES["between"]] * (len(values) - 2), ROLES["after"]][: len(values)]
+        axes.barh(np.arange(len(values)), lengths, height=0.62, color=colours)
+        for index, value in enumerate(shown):
+            strong = "bold" if index in (0, len(values) - 1) else "normal"
+            text = number(value, 2, minus=MINUS, blank="diverged")
+            axes.annotate(text, (lengths[index], index), (5, 0), **BESIDE, weight=strong)
+            if names:
+                axes.annotate(names[index], (0, index), (-24, 0), **BESIDE, ha="right", weight=strong)
+        axes.set(
+            ylim=(len(values) - 0.5, -0.5), xlim=(0.0, max(lengths.max(), 1e-12)), xticks=[], yticks=range(len(values))
+        )
+        axes.grid(visible=False)
+        axes.tick_params(length=0.0)
+        axes.spines["bottom"].set_visible(False)
+        figure.text(left / width, 1 - 18 / height, f"{title} [{unit_text(unit)}]", color=ROLES["muted"])
+        return drawn(figure, f"{title} error after each step, {unit}")
+
+
+def speeds(series: pd.DataFrame) -> Html:
+    """Measured and predicted speeds over time and the error of the position, predictions restarted every 10 s.
+
+    With the band of the corrected model, where the series has it.
+    """
+    width, height, left, tall = 960, 650, 52, 124
+    runs = rollouts(series)
+    with canvas(width, height) as figure:
+        for row, (name, title, unit) in enumerate((*SPEEDS, POSITION)):
+            axes = panel(figure, left, 22 + row * (tall + 32), width - left - 16, tall)
+            if (name, title, unit) == POSITION:
+                _position_error(axes, runs)
+            else:
+                _speed(axes, runs, name)
+            restarts = runs.loc[runs["restart"], "time"]
+            axes.vlines(restarts, 0, 1, ROLES["muted"], (0, (1, 3)), transform=axes.get_xaxis_transform(), lw=0.9)
+            axes.set_xlim(runs["time"].min(), runs["time"].max())
+            axes.grid(visible=False, axis="x")
+            axes.set_title(f"{title} [{unit}]", loc="left", fontsize=12, pad=6)
+            axes.locator_params(axis="y", nbins=5)
+            if row < len(SPEEDS):
+                axes.set_xticklabels([])
+        axes.set_xlabel("time in the log [s]")
+        return drawn(figure, "measured and predicted speeds and the error of the position over time")
+
+
+def _speed(axes: Axes, runs: pd.DataFrame, name: str) -> None:
+    if f"{name}_band" in runs:
+        middle, half = runs[f"{name}_after"], runs[f"{name}_band"]
+        axes.fill_between(runs["time"], middle - half, middle + half, **BAND)
+    for role, suffix, thickness in LINES:
+        axes.plot(runs["time"], runs[f"{name}{suffix}"], color=ROLES[role], linewidth=thickness)
+    _limit(axes, runs, name)
+
+
+def _position_error(axes: Axes, runs: pd.DataFrame) -> None:
+    """How far the predicted positions are from the measured one; the frame holds the corrected model and its band."""
+    if "position_band" in runs:
+        axes.fill_between(runs["time"], 0.0, runs["position_band"].where(runs["u_after"].notna()), **BAND)
+    for role, suffix, thickness in LINES[1:]:
+        error = np.hypot(runs[f"north{suffix}"] - runs["north"], runs[f"east{suffix}"] - runs["east"])
+        axes.plot(runs["time"], error, color=ROLES[role], linewidth=thickness)
+    shown = [error, runs["position_band"]] if "position_band" in runs else [error]
+    axes.set_ylim(0.0, max(1.1 * max(float(np.nanmax(one, initial=0.0)) for one in shown), 1e-3))
+
+
+def track(series: pd.DataFrame) -> Html:
+    """Measured and predicted track, east to the right and north up, predictions restarted every 10 s."""
+    width, height = 460, 420
+    runs = rollouts(series)
+    north, east = runs["north"].mean(), runs["east"].mean()
+    with canvas(width, height) as figure:
+        axes = panel(figure, 56, 6, width - 62, height - 52)
+        if "position_band" in runs:
+            _discs(axes, runs)
+        for role, suffix, thickness in LINES:
+            axes.plot(runs[f"east{suffix}"], runs[f"north{suffix}"], color=ROLES[role], linewidth=thickness)
+        starts = runs[runs["restart"]]
+        axes.plot(starts["east"], starts["north"], "o", color=ROLES["surface"], mec=ROLES["ink"], ms=6)
+        span = max(np.ptp(runs["north"].dropna()), np.ptp(runs["east"].dropna()), 1.0)
+        # A diverged prediction must not shrink the boat's own track to a dot.
+        axes.set_aspect("equal", adjustable="datalim")
+        if max(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) > 3.0 * span:
+            ratio = axes.bbox.width / axes.bbox.height
+            wide, high = span * max(ratio, 1.0), span * max(1.0 / ratio, 1.0)
+            axes.set(xlim=(east - wide, east + wide), ylim=(north - high, north + high))
+        axes.locator_params(nbins=6)
+        axes.set(xlabel="east [m]", ylabel="north [m]")
+        return drawn(figure, "measured and predicted track")
+
+
+def _discs(axes: Axes, runs: pd.DataFrame) -> None:
+    """The disc that holds the position at the end of each prediction of the corrected model."""
+    there = runs["north_after"].notna()
+    ends = runs[there & ~there.shift(-1, fill_value=False)]
+    for north, east, radius in ends[["north_after", "east_after", "position_band"]].dropna().to_numpy(dtype=float):
+        axes.add_patch(Circle((east, north), radius, **BAND))
+
+
+def _limit(axes: Axes, runs: pd.DataFrame, name: str) -> None:
+    """Keep the measured line readable where a prediction runs away."""
+    low, high = runs[name].min(), runs[name].max()
+    margin = max(0.6 * (high - low), 1e-3)
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(max(bottom, low - margin), min(top, high + margin))

@@ -19,20 +19,24 @@ from ....discovery.findings import Findings
 from ....physics.effects import BY_NAME
 from ....physics.errors import RequestError
 from ....physics.integration import rollout
-from ....physics.motion import AXES, FORCE_UNITS, Array, Motion
+from ....physics.motion import AXES, FORCE_UNITS, Motion
 from ....physics.presentation import Card, listing, number, unit_text
 from ....physics.registry_members import how_to_install
 from ....physics.vehicle import Vehicle
 from ....residuals.models.base import VehicleModel
-from ....residuals.scores import ROLLOUT_UNITS, SPACING
+from ....residuals.scores import SPACING
 from ....residuals.series import BANDS, RESTART, restarted
 from ...run_contents import RunFolder
 from ...sureness import coefficient_rows
-from ..chapters.play import STATES, Knob
+from ..chapters.play import STATES, Knob, knobs_of
 from ..judged_pieces import JudgedPieces, Piece, liveliest_stretch, rollouts
 from ..markup import LIGHT, NOTHING, Html, element
+from ..outcome import Hero, hero
 from .effect_figures import SIGNALS, MissingForce, means, missing_force, signals
 from .record_plots import AFTER, BEFORE, MEASURED, Drawings, FindingsPlots, draw_coefficients, new_axes
+
+_LINES = (("measured", "", MEASURED, 4.0), ("nominal", "_before", BEFORE, 1.0), ("corrected", "_after", AFTER, 1.0))
+"""What a line is of, the ending of its columns, its colour and its width."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -67,8 +71,8 @@ class Plots(Drawings):
             axes = list(plt.subplots(3, 1, sharex=True, layout="constrained")[1])
         runs = rollouts(liveliest_stretch(self.series))
         for one, name in zip(axes, ("u", "v", "r"), strict=True):
-            for colour, ending, width in ((MEASURED, "", 4.0), (BEFORE, "_before", 1.0), (AFTER, "_after", 1.0)):
-                one.plot(runs["time"], runs[f"{name}{ending}"], color=colour, lw=width, label=_named(ending))
+            for model, ending, colour, width in _LINES:
+                one.plot(runs["time"], runs[f"{name}{ending}"], color=colour, lw=width, label=model)
             if f"{name}_band" in runs:
                 ends = (runs[f"{name}_after"] + sign * runs[f"{name}_band"] for sign in (-1.0, 1.0))
                 one.fill_between(runs["time"], *ends, color=AFTER, alpha=0.2, lw=0, label="band")
@@ -121,10 +125,6 @@ class Plots(Drawings):
         RequestError
             when the run changed no such number, or no judged stretch is as long as a prediction.
         """
-        from ..chapters.play import knobs_of
-        from ..judged_pieces import JudgedPieces
-        from ..outcome import hero
-
         knobs = knobs_of(self.nominal, self.corrected)
         knob = next((one for one in knobs if symbol in ("", one.symbol)), None)
         if knob is None:
@@ -133,10 +133,10 @@ class Plots(Drawings):
             )
             raise RequestError(f"slider: expected a number that the run changed, got {symbol!r}; {there}")
 
-        horizon, metric = hero(self.findings.steps, self.deciding)
+        led = hero(self.findings.steps, self.deciding)
         told, drawn = (
             JudgedPieces.of(self.findings, self.series, self.nominal, self.corrected, seconds)
-            for seconds in (float(horizon), RESTART)
+            for seconds in (float(led.horizon), RESTART)
         )
         if not drawn.pieces:
             raise RequestError(f"slider: expected a judged stretch of {RESTART:g} s or more; give a longer log")
@@ -144,7 +144,7 @@ class Plots(Drawings):
         def draw(series: pd.DataFrame, axes: "Sequence[Axes]") -> object:
             return replace(self, series=series).predictions(axes)
 
-        return PredictionSlider(told, drawn, horizon, metric, draw, knobs, knob, knob.after)
+        return PredictionSlider(told, drawn, led, draw, knobs, knob, knob.after)
 
     def failures(self, axis: str = "surge", model: str = "before", ax: "Axes | None" = None) -> "Axes":
         """Where a model fails: its error of acceleration over surge speed and yaw rate, a point a row.
@@ -194,10 +194,6 @@ def of_folder(run: RunFolder) -> Plots:
     return Plots(run.findings, run.series, run.nominal, run.corrected, run.comparison.best.horizon)
 
 
-def _named(ending: str) -> str:
-    return {"": "measured", "_before": "nominal", "_after": "corrected"}[ending]
-
-
 _PREDICTED = ("north", "east", "psi", "u", "v", "r")
 """The states of a prediction."""
 _STEPS = 200
@@ -218,7 +214,7 @@ class PredictionSlider(Card):
     Attributes
     ----------
     told, drawn : stretches that the error counts, and those that are drawn
-    horizon, metric : of the predictions whose error is told [s], and the quantity
+    led : the error that is told
     draw : draws measured and predicted speeds of a series on three axes
     knobs : all numbers that the run changed
     knob : the one that is moved, with its values before and after
@@ -227,8 +223,7 @@ class PredictionSlider(Card):
 
     told: JudgedPieces
     drawn: JudgedPieces
-    horizon: str
-    metric: str
+    led: Hero
     draw: Callable[[pd.DataFrame, Sequence[Axes]], object]
     knobs: Sequence[Knob]
     knob: Knob
@@ -241,14 +236,15 @@ class PredictionSlider(Card):
     @property
     def error(self) -> float:
         """Root mean square error of the predictions that the run's headline tells of."""
-        columns = [_PREDICTED.index(name) for name in STATES[self.metric]]
+        columns = [_PREDICTED.index(name) for name in STATES[self.led.metric]]
         squares = []
         for vehicle, motion, _ in self._moved(self.told):
-            steps, every = round(float(self.horizon) / motion.time_step), max(1, round(SPACING / motion.time_step))
+            steps, every = round(float(self.led.horizon) / motion.time_step), max(1, round(SPACING / motion.time_step))
             starts = np.arange(0, motion.time.size - steps, every)
             ahead = np.arange(1, steps + 1)
             states = rollout(vehicle, motion, starts, steps).states[:, ahead]
-            off = (states - _states(motion)[starts[:, None] + ahead])[..., columns]
+            measured = np.column_stack([motion.position, motion.heading, motion.velocity])
+            off = (states - measured[starts[:, None] + ahead])[..., columns]
             squares.append((off**2).sum(axis=-1).mean(axis=1))
         return float(np.sqrt(np.concatenate(squares).mean())) if squares else float("nan")
 
@@ -257,8 +253,7 @@ class PredictionSlider(Card):
         unit = unit_text(self.knob.unit)
         ends = f"before {number(self.knob.before, 3)}, after {number(self.knob.after, 3)}"
         what = f"{self.knob.symbol} = {number(self.value, 3)} {unit}".rstrip()
-        what_error = f"{self.metric} error of {self.horizon} s predictions{self.told.some}"
-        text = f"{what_error}: {number(self.error, 2)} {ROLLOUT_UNITS[self.metric]}"
+        text = f"{self.led.in_words}{self.told.some}: {number(self.error, 2)} {self.led.unit}"
         how = [] if find_spec("ipywidgets") else [("slider", _HOW)]
         return [("number", f"{what} ({self.knob.what}; {ends})"), ("error", text), *how]
 
@@ -333,10 +328,6 @@ def _motion(piece: Piece, vehicle: Vehicle) -> Motion:
         thrusters=tuple(thruster.name for thruster in vehicle.thrusters),
         minutes=piece.begins + step / 60.0 * np.arange(time.size),
     )
-
-
-def _states(motion: Motion) -> Array:
-    return np.column_stack([motion.position, motion.heading, motion.velocity])
 
 
 _WIDTH, _HEIGHT, _MARGIN = 180.0, 14.0, 6.0

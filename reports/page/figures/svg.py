@@ -6,6 +6,8 @@ in a placeholder colour and replaced by `var(--role)`, so one drawing reads well
 
 import io
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import matplotlib
@@ -19,6 +21,10 @@ from ..markup import Html, escaped
 Look = dict[str, Any]
 """How matplotlib is to draw something: its keyword arguments, of many types."""
 
+BESIDE: Look = {"textcoords": "offset points", "va": "center"}
+"""A text beside a place, at the middle of its height."""
+PANEL = (318, 300)
+"""Width and height of a drawing [px] of which three stand beside each other on the page."""
 ROLES = {
     "ink": "#010101",
     "muted": "#020202",
@@ -65,11 +71,18 @@ STYLE: dict[Any, Any] = {
 """The look of all figures: text in pixels of the page, a little smaller than its own; thin lines for the grid."""
 
 
-def canvas(width: int, height: int) -> Figure:
-    """A figure whose SVG user unit is one pixel of the page; draw it within `matplotlib.rc_context(STYLE)`."""
-    figure = Figure(figsize=(width / 72.0, height / 72.0), facecolor="none")
-    FigureCanvasSVG(figure)
-    return figure
+@contextmanager
+def canvas(width: int, height: int, *, simplify: bool = True) -> Iterator[Figure]:
+    """A figure whose SVG user unit is one pixel of the page, in the style of all figures while it is drawn.
+
+    Parameters
+    ----------
+    simplify : points of a line that nobody could tell from it are left out
+    """
+    with matplotlib.rc_context({**STYLE, "path.simplify": simplify}):
+        figure = Figure(figsize=(width / 72.0, height / 72.0), facecolor="none")
+        FigureCanvasSVG(figure)
+        yield figure
 
 
 def panel(figure: Figure, left: float, top: float, width: float, height: float) -> Axes:

@@ -3,7 +3,7 @@
 import pytest
 from spoilt_files import HOSTILE, KINDS, judged, spoilt_json, spoilt_yaml
 
-from undertow.reports.page import fleet_page, page
+from undertow.reports.page import page
 
 FILES = 50
 DRAWN = 25
@@ -17,7 +17,7 @@ def test_a_spoilt_file_is_refused_clearly_or_read(name, tmp_path, monkeypatch):
     sound = path.read_bytes()
     draw = page.page
     kind.use(path)  # as it came; else every spoilt one would be refused for what is wrong already
-    monkeypatch.setattr(fleet_page, "fleet_page", lambda runs, home: "")
+    monkeypatch.setattr(page, "fleet_page", lambda runs, home: "")
     for seed in range(FILES):
         monkeypatch.setattr(page, "page", draw if seed % DRAWN == 0 else lambda run: "")
         assert judged(kind, path, sound, seed) in ("read", "clear error"), f"seed {seed}"

@@ -94,16 +94,17 @@ def test_a_shape_that_is_gone_is_told(run):
 
 
 def test_the_picture_has_every_model_the_best_first(sample):
-    order = [rival.name for rival in rivals(read_run(sample).comparison)]
+    order = [rival.model.name for rival in rivals(read_run(sample).comparison)]
     assert order == ["tcn", "corrected", "lstm", "hold velocity", "zero acceleration", "nominal", "boats.mine:drag"]
 
 
 def test_the_picture_tells_paired_intervals_and_broken_laws(sample, text):
-    told = {rival.name: rival for rival in rivals(read_run(sample).comparison)}
-    base = told["corrected"].error
+    told = {rival.model.name: rival for rival in rivals(read_run(sample).comparison)}
+    base = told["corrected"].score.position
     assert told["lstm"].interval == pytest.approx((0.97 * base, 1.06 * base))
     assert told["nominal"].interval is None
-    assert {name: rival.broken for name, rival in told.items() if rival.broken} == {"tcn": 2, "boats.mine:drag": 1}
+    broken = {name: list(rival.laws.values()).count("fail") for name, rival in told.items()}
+    assert {name: count for name, count in broken.items() if count} == {"tcn": 2, "boats.mine:drag": 1}
     drawing = chapter(text, "Which model to trust").split("</svg>")[0]
     for word in (*RIVALS, *LAWS, "diverged", "not asked", "9\N{NO-BREAK SPACE}870 fitted"):
         assert f">{word}" in drawing or word in plain(drawing)
