@@ -7,6 +7,8 @@ that no values of the model's own parameters explain.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
@@ -141,8 +143,31 @@ def with_calibration(
     return findings.but(headline=headline, calibrated=rows, left=left, absorbed=free.absorbed)
 
 
-ROLLOUTS = ShootingSettings(step=0.05)
-"""Rollouts of the output-error step; no log is thinned, lest thinning biases the masses."""
+ROLLOUTS = ShootingSettings(step=0.05, waves=True)
+"""Rollouts of the output-error step, as short as they get; no log is thinned, lest thinning biases the masses."""
+_WHITE, _COLOURED = 10.0, 20.0
+"""The longest rollout [s], beside sensor noise and beside waves: these are forgotten after some time constants of the
+hull, and then output error is consistent (Ljung 1999, section 8.4). Of a wrong model shorter ones predict better."""
+_PARTS, _OVERLAP = 6, 4
+"""Rollouts that a log must hold end to end, and that lie over each other."""
+_MOSTLY = 0.8
+"""Share of the motions that long rollouts must be able to see."""
+
+
+def rollouts_over(motions: Sequence[Motion], coloured: bool) -> ShootingSettings:
+    """The longest rollouts of which the motions hold some: a sixth of them, from 5 to 10 or 20 s.
+
+    Parameters
+    ----------
+    motions : gap-free stretches; where few of them are that long, rollouts are as short as they get
+    coloured : the error of the force balance has a colour, as of waves
+    """
+    durations = np.array([motion.duration for motion in motions])
+    bins = round(min(_COLOURED if coloured else _WHITE, durations.sum() / _PARTS) / ROLLOUTS.bin)
+    horizon = max(ROLLOUTS.horizon, bins * ROLLOUTS.bin)
+    if durations[durations > horizon + ROLLOUTS.horizon].sum() < _MOSTLY * durations.sum():
+        return ROLLOUTS
+    return replace(ROLLOUTS, horizon=horizon, spacing=max(ROLLOUTS.spacing, horizon / _OVERLAP))
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,8 +222,9 @@ def prepare_calibration(
     visible = [s for c in nuisance_candidates(nominal, symbols) for s in c.symbols]
     known = identified(weak, nominal, visible, settings.search)
     if basis.uses_rollouts and visible:
-        about = polish(basis.motions, nominal, visible, ROLLOUTS).vehicle
-        known = identified(basis.balance(about, ROLLOUTS), about, visible, settings.search)
+        shooting = rollouts_over(basis.motions, coloured=True)
+        about = polish(basis.motions, nominal, visible, shooting).vehicle
+        known = identified(basis.balance(about, shooting), about, visible, settings.search)
     if not known.symbols:
         raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {_listed(known)}")
     return CalibrationSetup(basis, weak, known)

@@ -32,7 +32,7 @@ from ..search.estimation import Interval, intervals, polish
 from ..search.floating import Search, hold_unseen, scores_without_fold
 from ..search.gram import GramScores
 from ..settings import DiscoverySettings
-from .before_calibration import ROLLOUTS, calibration_rows, prepare_calibration
+from .before_calibration import ROLLOUTS, calibration_rows, prepare_calibration, rollouts_over
 
 SUFFIX = ", calibrated"
 """Behind the name of a vehicle that was calibrated."""
@@ -82,6 +82,8 @@ def rollout_step(
     nominal: Vehicle,
     pool: Sequence[Candidate],
     folds: Sequence[Fold] = (),
+    *,
+    coloured: bool = False,
 ) -> Fitted:
     """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws.
 
@@ -92,10 +94,12 @@ def rollout_step(
     nominal : the vehicle that limits and notes refer to
     pool : nuisance candidates, one for each parameter
     folds : parts of the logs without each of which the fit is repeated
+    coloured : the error of the force balance has a colour, as of waves
     """
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
-    polished = polish(motions, start, symbols, ROLLOUTS)
-    form = Shooting(motions, polished.vehicle, ROLLOUTS)
+    shooting = rollouts_over(motions, coloured)
+    polished = polish(motions, start, symbols, shooting)
+    form = Shooting(motions, polished.vehicle, shooting)
     linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
     scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
     chosen = [linear.options[c.key][0] for c in pool]
@@ -251,7 +255,7 @@ def calibrate(
     overlap = rollout_overlap(horizon, _SPACING)
     if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
         start = nominal if basis.uses_rollouts else fitted.lawful.vehicle
-        best, fitted = "output error", rollout_step(motions, start, nominal, pool)
+        best, fitted = "output error", rollout_step(motions, start, nominal, pool, coloured=basis.uses_rollouts)
         _demand_lawful(fitted.lawful, known.symbols)
     fitted = _rounded(fitted, nominal, known.symbols)
     search = Search(ground.weak, nominal, (), settings.search)
@@ -306,7 +310,7 @@ def calibrate_once(
     motions, known, rolls = ground.basis.motions, ground.known, ground.basis.uses_rollouts
     start = nominal if rolls else convex_step(motions, nominal, pool, settings).lawful.vehicle
     try:
-        fitted = rollout_step(motions, start, nominal, pool, folds)
+        fitted = rollout_step(motions, start, nominal, pool, folds, coloured=rolls)
     except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
         fitted = convex_step(motions, nominal, pool, settings, folds)
     _demand_lawful(fitted.lawful, known.symbols)
@@ -359,7 +363,7 @@ def _held_out(
         try:
             convex = convex_step(outside, nominal, pool, settings)
             start = nominal if rolls else convex.lawful.vehicle
-            rolled = rollout_step(outside, start, nominal, pool)
+            rolled = rollout_step(outside, start, nominal, pool, coloured=rolls)
             judge_by = Shooting(inside, rolled.lawful.vehicle, shooting)
         except RequestError:
             return {}
