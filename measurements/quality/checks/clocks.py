@@ -259,12 +259,16 @@ def _when(seconds: float, digits: int = 1) -> str:
 
 
 def _answer(records: Sequence[Record], gyro: float, about: float, row: float) -> tuple[float, float] | None:
-    """The delay of surge and yaw after the commands near one [s], its standard error [s]; None if neither tells."""
+    """The delay of surge and yaw after the commands near one [s], its standard error [s]; None if neither tells.
+
+    Logs that lack a command of another one are not asked: they are of another boat, or of one with other columns.
+    """
     names = {name for record in records for name in record.commands}
     centre = {name: centre_of(records, name) for name in names}
+    records = [record for record in records if record.commands and set(record.commands) == names]
     lags = []
     for response in (_surge_answer, _yaw_answer):
-        every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
+        every = [response(record, s, centre, gyro) for record in records for s in record.stretches]
         lag = lag_of(every, STEP, quick, (about + _REACH[0] - max(row - COARSE, 0.0), about + _REACH[1]))
         if lag is not None and lag.stretches >= FEWEST and _sure(lag):
             lags.append(lag)

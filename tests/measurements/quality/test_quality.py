@@ -449,6 +449,14 @@ def test_several_logs_pool_their_evidence(autopilot: Log):
     assert [f["check"] for f in content["quality"]] == [f.check for f in together]
 
 
+def test_logs_of_two_boats_are_not_asked_for_one_delay(autopilot: Log):
+    other = {name.replace("stbd", "bow"): channel for name, channel in autopilot.channels.items()}
+    other |= {name: channel for name, channel in autopilot.channels.items() if "stbd" in name}
+    boats = [examine(log) for log in (autopilot, Log(Path("other.csv"), other))]
+    assert [one.verdict for one in boats[0].findings if one.check == "clocks"][-1] == "ok"
+    assert [one.verdict for one in pool(boats, ["clocks"])][-1] == "ok"  # by the log that has all commands
+
+
 def test_the_verdict_says_the_worst_first():
     defect = Finding(check="sides", verdict="defect", sentence="port and starboard look swapped")
     warning = Finding(check="tilt", verdict="warning", sentence="a long story", short="it leans")
