@@ -366,8 +366,9 @@ class Shooting(Balance):
     def _whitening(self, spread: Array | None, turned: Array | None) -> Array | None:
         """(starts, 3 bins, 3 bins): the inverse root of 1 + S N S^T + t t^T, in units of the error.
 
-        N is the start's noise (in waves all that rollouts err by), S how it spreads, and t what the compass may make of the rollout, as a normal error of
-        each (generalised least squares; Ljung 1999, section 7.4). None where neither is.
+        N is the start's noise (in waves all that rollouts err by), S how it spreads, and t what the compass may make of
+        the rollout, as a normal error of each (generalised least squares; Ljung 1999, section 7.4). None where neither
+        is.
         """
         start = np.maximum(self._data.noise, self.scale) if self.settings.waves else self._data.noise
         parts = [] if spread is None else [spread.transpose(3, 0, 1, 2) * (start / self.scale[:, None])]
