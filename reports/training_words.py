@@ -77,6 +77,14 @@ def kinds_in_words(kinds: "Sequence[Candidate]") -> str:
     )
 
 
+def none_holds_elsewhere(kinds: "Sequence[Candidate]") -> str:
+    """Why none of the kinds that were tried is used."""
+    return (
+        "No network predicts parts of this log that it does not know better than the vehicle alone. "
+        f"{kinds_in_words(kinds)} Use the vehicle as it is; name a kind to train it all the same (--residual gp)"
+    )
+
+
 def what_laws_took(found: "Trained") -> list[str]:
     """Whether it keeps the laws, what that took, and its price."""
     asked = "that 'undertow check' asks over these logs"

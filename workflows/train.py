@@ -25,6 +25,7 @@ from ..reports.terminal.progress import SHOWN, epoch_lines, showing
 from ..reports.training_words import (
     broken_laws,
     kinds_in_words,
+    none_holds_elsewhere,
     say_learnable,
     trust_in_words,
     what_it_holds,
@@ -54,7 +55,7 @@ BEST = "best"
 
 
 class NothingToLearnError(RequestError):
-    """A vehicle leaves nothing that a network could learn: a good end, which the verbs tell as one."""
+    """A vehicle leaves nothing that a network could learn for other rows: a good end, which the verbs tell as one."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -200,7 +201,8 @@ def train(
     RequestError
         when torch is missing, the folder cannot be used, or training fails; see `residuals.training.epochs.train`.
     NothingToLearnError
-        where nothing is left to learn beside the vehicle, see `TrainingSettings.decline`.
+        where nothing is left to learn beside the vehicle, or nothing that holds in another part of the logs, see
+        `TrainingSettings.decline`.
     """
     chosen = choice or Choice("lstm")
     expect("train: inputs", inputs, Inputs, INPUTS_CURE)
@@ -228,6 +230,8 @@ def train(
     kinds: tuple[Candidate, ...] = ()
     if chosen.network == BEST:
         kinds = tuple(candidates(inputs.parts.split, alone, recipe, progress=_trying(progress)))
+        if recipe.decline and kinds[0].ratio >= 1.0:
+            raise NothingToLearnError(none_holds_elsewhere(kinds))
         chosen = replace(kinds[0].choice, probes=kinds[0].probes)
     grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
     told = epoch_lines(1 if grown else recipe.epochs, progress)

@@ -10,7 +10,10 @@ from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.model_files import load_network
-from undertow.residuals.training.training_settings import TrainingSettings
+from undertow.residuals.training import best_kind
+from undertow.residuals.training.best_kind import Candidate
+from undertow.residuals.training.probes import Probed
+from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.compare import compare_run
 from undertow.workflows.discover_and_add import add
 from undertow.workflows.inputs import read_inputs
@@ -62,6 +65,19 @@ def test_a_model_that_leaves_nothing_ends_with_a_line(run: Run) -> None:
     assert done is None
     assert whole.comparison.models == exact.comparison.models
     assert whole.comparison.notes[-1].startswith("Nothing is left for a network to learn beside a vehicle")
+
+
+def test_where_no_kind_holds_elsewhere_the_names_are_the_answer(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def tried(*given: object, **options: object) -> list[Candidate]:
+        del given, options
+        return [Candidate(Choice("gp"), ratio, Probed()) for ratio in (1.04, 1.2)]
+
+    monkeypatch.setattr(best_kind, "candidates", tried)
+    whole, done = with_network(run, "best", progress=None)
+    assert done is None
+    assert whole.comparison.models == run.comparison.models
+    assert "better than the vehicle alone. In predictions of 2 and 10 s" in whole.comparison.notes[-1]
+    assert "gp 104\N{NO-BREAK SPACE}% and gp 120" in whole.comparison.notes[-1]
 
 
 def test_an_unknown_kind_is_refused_before_the_work() -> None:

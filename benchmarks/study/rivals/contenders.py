@@ -74,7 +74,7 @@ KINDS = ("mlp", "symmetric", "lstm", "tcn", "transformer", "dissipative", "trees
 def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Model:
     """The network that blocks of the training run choose: beside the calibrated vehicle, or what `discover` names.
 
-    The vehicle alone where it leaves nothing to learn, as the verbs say.
+    The vehicle alone where it leaves nothing to learn that holds in another part of the run, as the verbs say.
     """
     if whole:
         vehicle = at_beginning(discover(data.run, progress=None).discovery.corrected)
@@ -82,6 +82,8 @@ def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Mo
         return VehicleModel(vehicle, name)
     settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")
     chosen = candidates(data.split, vehicle, settings)[0]
+    if chosen.ratio >= 1.0:
+        return VehicleModel(vehicle, name)
     model = train(data.split, vehicle, replace(chosen.choice, probes=chosen.probes), settings=settings).model
     model.name = name
     return model
