@@ -142,6 +142,8 @@ _HALVINGS = 5
 """After five a step is a thirtieth of the first: too short to lead anywhere."""
 _DEVIATIONS = ("compass_constant", "compass_sine", "compass_cosine")
 """How a compass deviates: by a constant, and with the heading."""
+_FREE = 10.0
+"""Spreads of the errors by which a free start may err: as good as any amount."""
 _TURN = 0.01
 """Deviation by which their traces are taken [rad]: what turns speeds is all but linear in so little."""
 _STEP_SHARE = 0.02
@@ -196,7 +198,7 @@ class Shooting(Balance):
         floor = np.maximum(data.noise, LEAST_NOISE) / np.sqrt(data.per_bin)
         usual = [spread(error[:, a][seen[:, a]]) if seen[:, a].any() else 0.0 for a in range(3)]
         self.scale = np.maximum(np.array(usual), floor)
-        quiet = bool((data.noise < LEAST_NOISE).all()) and not self.settings.waves
+        quiet = bool((data.noise < LEAST_NOISE).all()) and not self.settings.free_starts
         moved = None if quiet else data.binned(transitions(data, about, states))
         self._whitener = self._whitening(moved, self._turned(about, error)) if self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
@@ -366,11 +368,12 @@ class Shooting(Balance):
     def _whitening(self, spread: Array | None, turned: Array | None) -> Array | None:
         """(starts, 3 bins, 3 bins): the inverse root of 1 + S N S^T + t t^T, in units of the error.
 
-        N is the start's noise (in waves all that rollouts err by), S how it spreads, and t what the compass may make of
-        the rollout, as a normal error of each (generalised least squares; Ljung 1999, section 7.4). None where neither
-        is.
+        N is the start's noise, S how it spreads, and t what the compass may make of the rollout, as a normal error of
+        each (generalised least squares; Ljung 1999, section 7.4). None where neither is.
         """
-        start = np.maximum(self._data.noise, self.scale) if self.settings.waves else self._data.noise
+        start = self._data.noise
+        if self.settings.free_starts:
+            start = np.maximum(start, _FREE * self.scale)
         parts = [] if spread is None else [spread.transpose(3, 0, 1, 2) * (start / self.scale[:, None])]
         parts += [] if turned is None else [turned.transpose(2, 0, 1, 3) / self.scale[:, None]]
         if not parts:

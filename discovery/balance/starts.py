@@ -44,8 +44,8 @@ class ShootingSettings:
     blocks : most contiguous blocks for held-out scores and block bootstrap
     idle : rows without any command for longer than this are not scored [s]
     whiten : errors of the start states are whitened out
-    waves : the start states err as much as the rollouts do, not by sensor noise alone: a wave that moves the boat at a
-        start is over soon, and what forgets its start the sooner would seem the better model
+    free_starts : nothing is known of a start but what its rollout tells: a wave that moves the boat there is over soon,
+        and what forgets its start the sooner would seem the better model
     robust : standard errors from which a start counts less; infinite for least squares
     turned : standard deviation of what the heading that turned the speeds may lack [rad]; what it may have made of the
         rollouts is whitened out
@@ -58,7 +58,7 @@ class ShootingSettings:
     blocks: int = 16
     idle: float = IDLE
     whiten: bool = True
-    waves: bool = False
+    free_starts: bool = False
     robust: float = 2.0
     turned: float = 0.0
 

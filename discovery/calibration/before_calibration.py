@@ -143,31 +143,26 @@ def with_calibration(
     return findings.but(headline=headline, calibrated=rows, left=left, absorbed=free.absorbed)
 
 
-ROLLOUTS = ShootingSettings(step=0.05, waves=True)
-"""Rollouts of the output-error step, as short as they get; no log is thinned, lest thinning biases the masses."""
-_WHITE, _COLOURED = 10.0, 20.0
-"""The longest rollout [s], beside sensor noise and beside waves: these are forgotten after some time constants of the
-hull, and then output error is consistent (Ljung 1999, section 8.4). Of a wrong model shorter ones predict better."""
-_PARTS, _OVERLAP = 6, 4
-"""Rollouts that a log must hold end to end, and that lie over each other."""
-_MOSTLY = 0.8
-"""Share of the motions that long rollouts must be able to see."""
+ROLLOUTS = ShootingSettings(horizon=10.0, step=0.05, free_starts=True)
+"""Rollouts of the output-error step: long enough to forget a wave at their start, with which output error is consistent
+(Ljung 1999, section 8.4). No log is thinned, lest thinning biases the masses."""
+_BRIEF = 5.0
+"""Length of those of a log that holds few so long [s]."""
+_FEWEST, _MOSTLY = 6, 0.8
+"""Rollouts that a log must hold end to end, and the share of it in stretches that are half as long again."""
 
 
-def rollouts_over(motions: Sequence[Motion], coloured: bool) -> ShootingSettings:
-    """The longest rollouts of which the motions hold some: a sixth of them, from 5 to 10 or 20 s.
+def rollouts_over(motions: Sequence[Motion]) -> ShootingSettings:
+    """The rollouts of the output-error step over some motions: shorter ones where these hold few.
 
     Parameters
     ----------
-    motions : gap-free stretches; where few of them are that long, rollouts are as short as they get
-    coloured : the error of the force balance has a colour, as of waves
+    motions : gap-free stretches
     """
     durations = np.array([motion.duration for motion in motions])
-    bins = round(min(_COLOURED if coloured else _WHITE, durations.sum() / _PARTS) / ROLLOUTS.bin)
-    horizon = max(ROLLOUTS.horizon, bins * ROLLOUTS.bin)
-    if durations[durations > horizon + ROLLOUTS.horizon].sum() < _MOSTLY * durations.sum():
-        return ROLLOUTS
-    return replace(ROLLOUTS, horizon=horizon, spacing=max(ROLLOUTS.spacing, horizon / _OVERLAP))
+    long = durations[durations > 1.5 * ROLLOUTS.horizon].sum()
+    enough = long >= max(_FEWEST * ROLLOUTS.horizon, _MOSTLY * durations.sum())
+    return ROLLOUTS if enough else replace(ROLLOUTS, horizon=_BRIEF)
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,7 +217,7 @@ def prepare_calibration(
     visible = [s for c in nuisance_candidates(nominal, symbols) for s in c.symbols]
     known = identified(weak, nominal, visible, settings.search)
     if basis.uses_rollouts and visible:
-        shooting = rollouts_over(basis.motions, coloured=True)
+        shooting = rollouts_over(basis.motions)
         about = polish(basis.motions, nominal, visible, shooting).vehicle
         known = identified(basis.balance(about, shooting), about, visible, settings.search)
     if not known.symbols:

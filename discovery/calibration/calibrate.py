@@ -82,8 +82,6 @@ def rollout_step(
     nominal: Vehicle,
     pool: Sequence[Candidate],
     folds: Sequence[Fold] = (),
-    *,
-    coloured: bool = False,
 ) -> Fitted:
     """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws.
 
@@ -94,10 +92,9 @@ def rollout_step(
     nominal : the vehicle that limits and notes refer to
     pool : nuisance candidates, one for each parameter
     folds : parts of the logs without each of which the fit is repeated
-    coloured : the error of the force balance has a colour, as of waves
     """
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
-    shooting = rollouts_over(motions, coloured)
+    shooting = rollouts_over(motions)
     polished = polish(motions, start, symbols, shooting)
     form = Shooting(motions, polished.vehicle, shooting)
     linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
@@ -255,7 +252,7 @@ def calibrate(
     overlap = rollout_overlap(horizon, _SPACING)
     if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
         start = nominal if basis.uses_rollouts else fitted.lawful.vehicle
-        best, fitted = "output error", rollout_step(motions, start, nominal, pool, coloured=basis.uses_rollouts)
+        best, fitted = "output error", rollout_step(motions, start, nominal, pool)
         _demand_lawful(fitted.lawful, known.symbols)
     fitted = _rounded(fitted, nominal, known.symbols)
     search = Search(ground.weak, nominal, (), settings.search)
@@ -310,7 +307,7 @@ def calibrate_once(
     motions, known, rolls = ground.basis.motions, ground.known, ground.basis.uses_rollouts
     start = nominal if rolls else convex_step(motions, nominal, pool, settings).lawful.vehicle
     try:
-        fitted = rollout_step(motions, start, nominal, pool, folds, coloured=rolls)
+        fitted = rollout_step(motions, start, nominal, pool, folds)
     except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
         fitted = convex_step(motions, nominal, pool, settings, folds)
     _demand_lawful(fitted.lawful, known.symbols)
@@ -363,7 +360,7 @@ def _held_out(
         try:
             convex = convex_step(outside, nominal, pool, settings)
             start = nominal if rolls else convex.lawful.vehicle
-            rolled = rollout_step(outside, start, nominal, pool, coloured=rolls)
+            rolled = rollout_step(outside, start, nominal, pool)
             judge_by = Shooting(inside, rolled.lawful.vehicle, shooting)
         except RequestError:
             return {}
