@@ -210,7 +210,7 @@ def train(
     expect("train: choice", chosen, Choice, 'undertow.Choice("lstm") names a network')
     require_torch()
     from ..residuals.networks.registry import NETWORKS
-    from ..residuals.training.best_kind import candidates
+    from ..residuals.training.best_kind import EARNED, candidates
     from ..residuals.training.checkpoint import Verdict
     from ..residuals.training.epochs import train as train_network
 
@@ -230,7 +230,7 @@ def train(
     kinds: tuple[Candidate, ...] = ()
     if chosen.network == BEST:
         kinds = tuple(candidates(inputs.parts.split, alone, recipe, progress=_trying(progress)))
-        if recipe.decline and kinds[0].ratio >= 1.0:
+        if recipe.decline and kinds[0].ratio >= EARNED:
             raise NothingToLearnError(none_holds_elsewhere(kinds))
         chosen = replace(kinds[0].choice, probes=kinds[0].probes)
     grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None

@@ -17,6 +17,9 @@ KINDS = (
 """The kinds that are tried, half a minute together for a log of five: those that are fitted at once. Those that are
 trained by steps err least of ours in no case of `docs/rivals.md`."""
 
+EARNED = 0.98
+"""Ratio from which on no kind is taken: two per cent are what any model has to earn to be written."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:

@@ -9,7 +9,7 @@ from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.learnable_residual import measure_learnable_residual
 from undertow.residuals.models.base import Model, VehicleModel
-from undertow.residuals.training.best_kind import candidates
+from undertow.residuals.training.best_kind import EARNED, candidates
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
@@ -82,7 +82,7 @@ def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Mo
         return VehicleModel(vehicle, name)
     settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")
     chosen = candidates(data.split, vehicle, settings)[0]
-    if chosen.ratio >= 1.0:
+    if chosen.ratio >= EARNED:
         return VehicleModel(vehicle, name)
     model = train(data.split, vehicle, replace(chosen.choice, probes=chosen.probes), settings=settings).model
     model.name = name
