@@ -80,8 +80,9 @@ def kinds_in_words(kinds: "Sequence[Candidate]") -> str:
 def none_holds_elsewhere(kinds: "Sequence[Candidate]") -> str:
     """Why none of the kinds that were tried is used."""
     return (
-        "No network predicts parts of this log that it does not know better than the vehicle alone by 2\N{NO-BREAK SPACE}%. "
-        f"{kinds_in_words(kinds)} Use the vehicle as it is; name a kind to train it all the same (--residual gp)"
+        "No network predicts parts of this log that it does not know better than the vehicle alone by "
+        f"2\N{NO-BREAK SPACE}%. {kinds_in_words(kinds)} Use the vehicle as it is; name a kind to train it all the "
+        "same (--residual gp)"
     )
 
 
