@@ -134,6 +134,10 @@ def tell_discovery(
         from ..workflows.train import write_network
 
         write_network(trained, out / "network", force=force)
+    elif residual is not None:
+        from ..workflows.whole_answer import remove_network
+
+        remove_network(out)
     findings = run.findings
     if told == "json":
         print_json(findings.to_dict())

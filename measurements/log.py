@@ -329,7 +329,7 @@ def read_log(
     path : a file or folder of one of `formats.registry.FORMATS`
     reading : axes, channel map and namespace
     progress : told bytes done and bytes in all, while a large file is read
-    mend : for inspection: put up with time that runs backwards, see `cleaning.Cleaner`
+    mend : for inspection: put up with time that runs backwards, see `conversion.Cleaner`
 
     Raises
     ------

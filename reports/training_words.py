@@ -77,12 +77,11 @@ def kinds_in_words(kinds: "Sequence[Candidate]") -> str:
     )
 
 
-def none_holds_elsewhere(kinds: "Sequence[Candidate]") -> str:
-    """Why none of the kinds that were tried is used."""
+def none_holds_elsewhere(kinds: "Sequence[Candidate]", earned: float) -> str:
+    """Why none of the kinds that were tried is used, of which one has to leave less than a share of the error."""
     return (
-        "No network predicts parts of this log that it does not know better than the vehicle alone by "
-        f"2\N{NO-BREAK SPACE}%. {kinds_in_words(kinds)} Use the vehicle as it is; name a kind to train it all the "
-        "same (--residual gp)"
+        f"On blocks of this log that it was not fitted to, no kind of network errs {percent(1.0 - earned)} less than "
+        f"the vehicle alone. {kinds_in_words(kinds)} Use the vehicle as it is; train all the same with --set decline=0"
     )
 
 

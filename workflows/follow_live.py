@@ -183,6 +183,6 @@ def _made(
 
 
 def _warnings(log: Log, vehicle: Vehicle, as_is: bool) -> tuple[str, ...]:
-    """What is wrong with the beginning of a log; see `soundness.sound`."""
+    """What is wrong with the beginning of a log."""
     inspection = inspect_log(log, vehicle, examination=examine(log, vehicle))
     return refuse_broken_logs((inspection,), (), vehicle, as_is)

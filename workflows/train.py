@@ -231,7 +231,7 @@ def train(
     if chosen.network == BEST:
         kinds = tuple(candidates(inputs.parts.split, alone, recipe, progress=_trying(progress)))
         if recipe.decline and kinds[0].ratio >= EARNED:
-            raise NothingToLearnError(none_holds_elsewhere(kinds))
+            raise NothingToLearnError(none_holds_elsewhere(kinds, EARNED))
         chosen = replace(kinds[0].choice, probes=kinds[0].probes)
     grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
     told = epoch_lines(1 if grown else recipe.epochs, progress)
@@ -360,7 +360,7 @@ def check_folder(out: str | os.PathLike[str], resume: bool, reads: Iterable[Any]
     Raises
     ------
     RequestError
-        see `targets.check_target_folder`; or when an interrupted training would be lost, there is none to resume, or
+        see `run_files.check_target_folder`; or when an interrupted training would be lost, there is none to resume, or
         another is at work there.
     """
     target = Path(out)

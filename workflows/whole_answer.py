@@ -10,13 +10,14 @@ from pathlib import Path
 
 from ..comparison.comparison import judge, row
 from ..comparison.facts import CORRECTED
+from ..physics.folders import remove
 from ..physics.forces import at_beginning
 from ..physics.presentation import percent
 from ..physics.stage import Say
 from ..physics.vehicle import load_vehicle
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import Model, VehicleModel
-from ..residuals.models.model_files import load_network
+from ..residuals.models.model_files import load_network, own_network
 from ..residuals.models.neural import is_network_folder, require_torch
 from ..residuals.scores import evaluate
 from ..residuals.training.training_settings import TrainingSettings
@@ -51,12 +52,13 @@ def with_network(
     Returns
     -------
     (run, training)
-        no training, and a note in the run that says why, where the corrected model leaves nothing to learn
+        no training, and a note in the run that says why, where the corrected model leaves nothing to learn, or
+        nothing that holds on other blocks
 
     Raises
     ------
     RequestError
-        as `train` does, but where nothing is left to learn.
+        as `train` does, but where it raises `NothingToLearnError`.
     """
     found = run.discovery
     inputs = read_inputs(list(run.inputs.paths), found.corrected, run.inputs.reading, progress=None)
@@ -96,6 +98,17 @@ def network_of(folder: str | os.PathLike[str]) -> Model | None:
     model = load_network(place)
     model.name = _name(model.network.name)
     return model if model.vehicle == at_beginning(load_vehicle(Path(folder) / "model.yaml")) else None
+
+
+def remove_network(folder: str | os.PathLike[str]) -> None:
+    """Remove the network of an earlier run from a run folder that has none now; what others put beside it stays."""
+    place = Path(folder) / NETWORK
+    if not is_network_folder(place):
+        return
+    for name in own_network(place):
+        remove(place / name)
+    if not any(place.iterdir()):
+        remove(place)
 
 
 def _name(kind: str) -> str:

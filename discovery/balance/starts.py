@@ -44,8 +44,8 @@ class ShootingSettings:
     blocks : most contiguous blocks for held-out scores and block bootstrap
     idle : rows without any command for longer than this are not scored [s]
     whiten : errors of the start states are whitened out
-    free_starts : nothing is known of a start but what its rollout tells: a wave that moves the boat there is over soon,
-        and what forgets its start the sooner would seem the better model
+    free_starts : with `whiten`, nothing is known of a start but what its rollout tells: a wave that moves the boat
+        there is over soon, and what forgets its start the sooner would seem the better model
     robust : standard errors from which a start counts less; infinite for least squares
     turned : standard deviation of what the heading that turned the speeds may lack [rad]; what it may have made of the
         rollouts is whitened out

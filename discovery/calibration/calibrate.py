@@ -20,7 +20,15 @@ from ...physics.motion import Array, Motion
 from ...physics.stage import CALIBRATING, PREDICTED, Say, Stage
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..balance.shooting import HORIZON, WHOLE_HORIZON, Shooting, error_increase, rollout_overlap, rollouts_contradict
+from ..balance.shooting import (
+    HORIZON,
+    WHOLE_HORIZON,
+    Shooting,
+    ShootingSettings,
+    error_increase,
+    rollout_overlap,
+    rollouts_contradict,
+)
 from ..balance.weak_form import WeakForm
 from ..basis import Basis
 from ..candidates.candidate import Candidate, limit_at, nuisance_candidates
@@ -82,6 +90,7 @@ def rollout_step(
     nominal: Vehicle,
     pool: Sequence[Candidate],
     folds: Sequence[Fold] = (),
+    shooting: ShootingSettings | None = None,
 ) -> Fitted:
     """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws.
 
@@ -92,9 +101,10 @@ def rollout_step(
     nominal : the vehicle that limits and notes refer to
     pool : nuisance candidates, one for each parameter
     folds : parts of the logs without each of which the fit is repeated
+    shooting : the rollouts; None for those that the motions hold, see `rollouts_over`
     """
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
-    shooting = rollouts_over(motions)
+    shooting = shooting or rollouts_over(motions)
     polished = polish(motions, start, symbols, shooting)
     form = Shooting(motions, polished.vehicle, shooting)
     linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
@@ -247,12 +257,13 @@ def calibrate(
     horizon = WHOLE_HORIZON if long else HORIZON
     fitted = convex_step(motions, nominal, pool, settings)
     _demand_lawful(fitted.lawful, known.symbols)
-    held_out = _held_out(motions, nominal, pool, settings, horizon, basis.uses_rollouts, say)
+    shooting = rollouts_over(motions)
+    held_out = _held_out(motions, nominal, pool, settings, horizon, basis.uses_rollouts, shooting, say)
     best: Method = "weak form"
     overlap = rollout_overlap(horizon, _SPACING)
     if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
         start = nominal if basis.uses_rollouts else fitted.lawful.vehicle
-        best, fitted = "output error", rollout_step(motions, start, nominal, pool)
+        best, fitted = "output error", rollout_step(motions, start, nominal, pool, shooting=shooting)
         _demand_lawful(fitted.lawful, known.symbols)
     fitted = _rounded(fitted, nominal, known.symbols)
     search = Search(ground.weak, nominal, (), settings.search)
@@ -342,6 +353,7 @@ def _held_out(
     settings: DiscoverySettings,
     horizon: float,
     rolls: bool,
+    shooting: ShootingSettings,
     say: Callable[[str], None],
 ) -> dict[str, Array]:
     """Squared errors (starts, 3) of rollouts on each part under models fitted to the others, by method.
@@ -352,16 +364,17 @@ def _held_out(
     Parameters
     ----------
     rolls : the error of the force balance is coloured, and rollouts are fitted from the nominal model
+    shooting : the rollouts that are fitted to all of the log, and so to the parts
     """
     found: dict[str, list[Array]] = {"nominal": [], "weak form": [], "output error": []}
-    shooting = replace(ROLLOUTS, horizon=horizon, spacing=_SPACING, robust=np.inf)
+    judged = replace(ROLLOUTS, horizon=horizon, spacing=_SPACING, robust=np.inf)
     for k in range(QUARTERS):
         inside, outside = quarter(motions, k)
         try:
             convex = convex_step(outside, nominal, pool, settings)
             start = nominal if rolls else convex.lawful.vehicle
-            rolled = rollout_step(outside, start, nominal, pool)
-            judge_by = Shooting(inside, rolled.lawful.vehicle, shooting)
+            rolled = rollout_step(outside, start, nominal, pool, shooting=shooting)
+            judge_by = Shooting(inside, rolled.lawful.vehicle, judged)
         except RequestError:
             return {}
         vehicles = (nominal, convex.lawful.vehicle, rolled.lawful.vehicle)

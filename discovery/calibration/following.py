@@ -212,7 +212,7 @@ class Follower:
     Parameters
     ----------
     vehicle : the model at the start
-    pool : candidates whose parameters are followed, see `followed_effects.followed`
+    pool : candidates whose parameters are followed, see `followed`
     known : of the boat and its log
     settings : how fast it forgets
     watch : looks for changes; None for nobody

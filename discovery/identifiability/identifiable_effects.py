@@ -194,7 +194,7 @@ def identified(
 
     Parameters
     ----------
-    symbols : parameters that are to be free, see `nuisance.calibratable`
+    symbols : parameters that are to be free, see `candidate.calibratable`
     vague : True to keep those with wide intervals, and those that hardly more than noise tells from others
     """
     pool = nuisance_candidates(nominal, symbols)

@@ -1,6 +1,6 @@
 // The force equation of a surface vehicle in the plane, and its open-loop rollouts, in plain JavaScript:
 // M nu_r_dot = B T + other - C(nu_r) nu_r - D(nu_r) nu_r, nu_r = nu - R(psi)^T current (Fossen 2021, eq. 6.1 in the plane).
-// SI units, earth NED, body FRD. `undertowVehicle(data)` takes what `javascript.py` writes; no library, no global state.
+// SI units, earth NED, body FRD. `undertowVehicle(data)` takes what `to_javascript.py` writes; no library, no global state.
 "use strict";
 
 function undertowVehicle(data) {

@@ -210,7 +210,7 @@ class NetworkModel(Model):
 
 
 class _OpenLoop:
-    """What a network adds to each step of a batch of rollouts; see `simulation.Added`."""
+    """What a network adds to each step of a batch of rollouts; see `integration.integrate`."""
 
     def __init__(self, model: NetworkModel, motion: Motion, starts: np.ndarray) -> None:
         self.model, self.motion, self.starts = model, motion, starts

@@ -63,7 +63,7 @@ def train(
     resume : go on from the checkpoint in `folder`, where there is one
     progress : called after each epoch
     auditor : says whether a model keeps all laws; the best epochs are put before it, the best first, until one passes.
-        Where none does, training goes on at the states that it met against the laws, see `choosing`: without a
+        Where none does, training goes on at the states that it met against the laws, see `checkpoint`: without a
         checkpoint, so that a training which is resumed does the same again. The sample of states that judges every
         epoch is no proof
 
@@ -271,7 +271,7 @@ class _Run:
             )
 
     def again(self, progress: Callable[[Epoch], None] | None, against: Array) -> tuple[int, dict[str, torch.Tensor]]:
-        """Some epochs more at states against the laws, too, see `choosing.Again`; none of them is written."""
+        """Some epochs more at states against the laws, too, see `checkpoint.Again`; none of them is written."""
         self.prepared.objective.met = self.prepared.asked_at(against)
         for _ in range(_MORE):
             self._judge(self._pass(_GENTLE * self.settings.learning_rate))

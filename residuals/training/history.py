@@ -17,7 +17,7 @@ class Epoch:
     number : 0 is what there is before the first step: of a hybrid the vehicle alone, or what training starts from
     loss : mean over the batches; None for number 0
     rmse : error of the acceleration on the validation part, each axis in units of what is to be learnt in training
-    violating : share of the states at which the laws are broken, see `validation.Judge`
+    violating : share of the states at which the laws are broken, see `preparation.Judge`
     """
 
     number: int

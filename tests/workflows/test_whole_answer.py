@@ -19,7 +19,7 @@ from undertow.workflows.discover_and_add import add
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.write import Run, write_run
 from undertow.workflows.train import write_network
-from undertow.workflows.whole_answer import NETWORK, check_kind, network_of, with_network
+from undertow.workflows.whole_answer import NETWORK, check_kind, network_of, remove_network, with_network
 
 HULL = load_vehicle("blueboat")
 LACKING = {"surge_quadratic_damping": -10.0, "sway_lift": 20.0}
@@ -54,6 +54,10 @@ def test_what_names_leave_a_network_learns_and_both_are_one_answer(run: Run, tmp
     row = next(model for model in again.models if model.name == "corrected + mlp")
     assert row.fitted_here
     assert row.rollout["10"].position == pytest.approx(last.rollout["10"].position, rel=1e-3)
+    (folder / NETWORK / "mine.txt").write_text("kept")
+    remove_network(folder)
+    assert [path.name for path in (folder / NETWORK).iterdir()] == ["mine.txt"]
+    write_network(done, folder / NETWORK, force=True)
     HULL.save(folder / "model.yaml")
     assert network_of(folder) is None, "beside another model it is no part of the answer"
 
@@ -76,7 +80,10 @@ def test_where_no_kind_holds_elsewhere_the_names_are_the_answer(run: Run, monkey
     whole, done = with_network(run, "best", progress=None)
     assert done is None
     assert whole.comparison.models == run.comparison.models
-    assert "than the vehicle alone by 2\N{NO-BREAK SPACE}%. In predictions of 2 and 10 s" in whole.comparison.notes[-1]
+    assert (
+        "errs 2\N{NO-BREAK SPACE}% less than the vehicle alone. In predictions of 2 and 10 s"
+        in whole.comparison.notes[-1]
+    )
     assert "gp 99\N{NO-BREAK SPACE}% and gp 120" in whole.comparison.notes[-1]
 
 

@@ -259,16 +259,12 @@ def _when(seconds: float, digits: int = 1) -> str:
 
 
 def _answer(records: Sequence[Record], gyro: float, about: float, row: float) -> tuple[float, float] | None:
-    """The delay of surge and yaw after the commands near one [s], its standard error [s]; None if neither tells.
-
-    Logs that lack a command of another one are not asked: they are of another boat, or of one with other columns.
-    """
+    """The delay of surge and yaw after the commands near one [s], its standard error [s]; None if neither tells."""
     names = {name for record in records for name in record.commands}
     centre = {name: centre_of(records, name) for name in names}
-    records = [record for record in records if record.commands and set(record.commands) == names]
     lags = []
     for response in (_surge_answer, _yaw_answer):
-        every = [response(record, s, centre, gyro) for record in records for s in record.stretches]
+        every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
         lag = lag_of(every, STEP, quick, (about + _REACH[0] - max(row - COARSE, 0.0), about + _REACH[1]))
         if lag is not None and lag.stretches >= FEWEST and _sure(lag):
             lags.append(lag)
@@ -280,9 +276,14 @@ def _answer(records: Sequence[Record], gyro: float, about: float, row: float) ->
 
 
 def _drive(record: Record, stretch: Stretch, centre: Mapping[str, float]) -> Array:
-    """Each command ahead and astern of its neutral, linear and quadratic: any thruster's curve is near one of these."""
-    middle = np.array([centre[name] for name in record.commands])
-    deviation = stretch.commands - middle
+    """Each command ahead and astern of its neutral, linear and quadratic: any thruster's curve is near one of these.
+
+    A command that another log has and this one lacks is silent here.
+    """
+    known = dict(zip(record.commands, stretch.commands.T, strict=True))
+    silent = np.zeros(len(stretch.commands))
+    sizes = [known[name] - middle if name in known else silent for name, middle in sorted(centre.items())]
+    deviation = np.column_stack(sizes)
     # A command that is silent in this stretch has no size; fmax passes over what is no number without complaint.
     scale = np.fmax.reduce(np.abs(deviation), axis=0, initial=0.0)
     deviation = deviation / np.where(scale > 0.0, scale, 1.0)

@@ -15,7 +15,7 @@ _TOLD = 3
 
 
 def _examine(records: Sequence[Record]) -> list[Finding]:
-    """Count what reading had to drop or sort, see `cleaning.Cleaner`.
+    """Count what reading had to drop or sort, see `conversion.Cleaner`.
 
     A finding for repeated stamps, one for backward stamps, or one that says that all is well.
     """

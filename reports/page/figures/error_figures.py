@@ -333,7 +333,7 @@ def regime_bars(before: pd.DataFrame, after: pd.DataFrame) -> list[Html]:
     Parameters
     ----------
     before, after : DataFrame
-        Tables of `regimes.regime_table`; every drawing has the same scale per axis, so they can be compared.
+        Tables of `regime_table`; every drawing has the same scale per axis, so they can be compared.
     """
     tops = {axis: 1.08 * max(before_rows["rmse"].max(), 1e-12) for axis, before_rows in before.groupby("axis")}
     for axis, rows in after.groupby("axis"):

@@ -449,12 +449,16 @@ def test_several_logs_pool_their_evidence(autopilot: Log):
     assert [f["check"] for f in content["quality"]] == [f.check for f in together]
 
 
-def test_logs_of_two_boats_are_not_asked_for_one_delay(autopilot: Log):
-    other = {name.replace("stbd", "bow"): channel for name, channel in autopilot.channels.items()}
-    other |= {name: channel for name, channel in autopilot.channels.items() if "stbd" in name}
-    boats = [examine(log) for log in (autopilot, Log(Path("other.csv"), other))]
-    assert [one.verdict for one in boats[0].findings if one.check == "clocks"][-1] == "ok"
-    assert [one.verdict for one in pool(boats, ["clocks"])][-1] == "ok"  # by the log that has all commands
+@pytest.mark.parametrize("others", [("bow",), ("bow", "stern"), ("stbd", "bow", "port")])
+def test_logs_with_other_commands_pool_their_evidence(autopilot: Log, others: tuple[str, ...]):
+    pushed = {name: channel for name, channel in autopilot.channels.items() if re.search("port|stbd", name)}
+    kept = {name: channel for name, channel in autopilot.channels.items() if name not in pushed}
+    renamed = {re.sub("port|stbd", other, name): channel for other in others for name, channel in pushed.items()}
+    boats = [examine(log) for log in (autopilot, Log(Path("other.csv"), kept | renamed))]
+    alone, together = (
+        [one.verdict for one in found if one.check == "clocks"] for found in (boats[0].findings, pool(boats))
+    )
+    assert alone[-1] == together[-1] == "ok"
 
 
 def test_the_verdict_says_the_worst_first():
