@@ -29,6 +29,7 @@ def imported() -> dict[str, set[str]]:
     """Top-level modules of others that the package imports, and the distributions that hold them."""
     holders = packages_distributions()
     names = {name.partition(".")[0] for path in source_files() for name in absolute_imports(path)}
+    names |= {name for path in source_files() for name in re.findall(r'\brequired\("(\w+)"\)', path.read_text("utf-8"))}
     return {name: {distribution(one) for one in holders.get(name, [name])} for name in names - STANDARD}
 
 

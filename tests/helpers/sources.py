@@ -24,16 +24,13 @@ def parsed(path: Path) -> ast.Module:
     return ast.parse((ROOT / path).read_text(encoding="utf-8"), filename=str(path))
 
 
-_IMPORTERS = ("import_module", "required")
-
-
 def absolute_imports(path: Path) -> Iterator[str]:
-    """Dotted names that a file imports absolutely, at any depth, or asks `import_module` or `required` for."""
+    """Dotted names that a file imports absolutely, at any depth, or asks `import_module` for."""
     for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
             yield node.module or ""
-        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _IMPORTERS:
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "import_module":
             named = [one.value for one in node.args if isinstance(one, ast.Constant) and isinstance(one.value, str)]
             yield from (name for name in named if not name.startswith("."))
