@@ -143,7 +143,7 @@ _HALVINGS = 5
 _DEVIATIONS = ("compass_constant", "compass_sine", "compass_cosine")
 """How a compass deviates: by a constant, and with the heading."""
 _FREE = 10.0
-"""Spreads of the errors by which a free start may err: as good as any amount."""
+"""Spreads of the errors by which a free start may err: of a hundred, predictions are the same to two digits."""
 _TURN = 0.01
 """Deviation by which their traces are taken [rad]: what turns speeds is all but linear in so little."""
 _STEP_SHARE = 0.02

@@ -7,12 +7,11 @@ that no values of the model's own parameters explain.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.shooting import ShootingSettings
+from ..balance.shooting import HORIZON, WHOLE_HORIZON, ShootingSettings
+from ..balance.starts import LEAST_BLOCKS, LEAST_STARTS
 from ..balance.weak_form import WeakForm
 from ..basis import Basis, choose_balance
 from ..candidates.candidate import (
@@ -143,29 +142,23 @@ def with_calibration(
     return findings.but(headline=headline, calibrated=rows, left=left, absorbed=free.absorbed)
 
 
-ROLLOUTS = ShootingSettings(horizon=10.0, step=0.05, free_starts=True)
-"""Rollouts of the output-error step (Ljung 1999, chapter 7); no log is thinned, lest thinning biases the masses. Of 5,
-10 and 20 s, 10 predict other runs best, waves and unknown forces among their causes."""
-_BRIEF = 5.0
-"""Length of those of a log that holds few so long [s]: the shortest in which a hull answers."""
-_FEWEST = 6
-"""Rollouts that a log must hold end to end: three a half, as its error is told by halves."""
-_ROOM, _MOSTLY = 1.5, 0.8
-"""Stretches of a log count that are longer than rollouts by this factor, so that some begin elsewhere than at their
-start, and this share of the log must be in such stretches: what is in shorter ones is not fitted."""
+ROLLOUTS = ShootingSettings(horizon=WHOLE_HORIZON, step=0.05, free_starts=True)
+"""Rollouts of the output-error step (Ljung 1999, chapter 7); no log is thinned, lest thinning biases the masses."""
 
 
 def rollouts_over(motions: Sequence[Motion]) -> ShootingSettings:
-    """The rollouts of the output-error step over some motions: shorter ones where these hold few.
+    """The rollouts of the output-error step over some motions.
+
+    They are 10 s long: on the mean of kinds of logs of 45 s and more they come nearer the truth than 5 s
+    (`benchmarks/calibration.py --horizons`); 5 s where half of the motions, as folds leave them, would hold too few.
 
     Parameters
     ----------
     motions : gap-free stretches
     """
-    durations = np.array([motion.duration for motion in motions])
-    long = durations[durations > _ROOM * ROLLOUTS.horizon].sum()
-    enough = long >= max(_FEWEST * ROLLOUTS.horizon, _MOSTLY * durations.sum())
-    return ROLLOUTS if enough else replace(ROLLOUTS, horizon=_BRIEF)
+    begun = sum(max(motion.duration - ROLLOUTS.horizon, 0.0) for motion in motions)
+    enough = 0.5 * begun >= LEAST_BLOCKS * LEAST_STARTS * ROLLOUTS.spacing
+    return ROLLOUTS if enough else replace(ROLLOUTS, horizon=HORIZON)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError, model_validator
 
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError, VehicleError, listed, shown
@@ -37,13 +37,67 @@ from ...physics.vehicle import Vehicle, vehicle_from_dict
 from .interval import Interval
 from .network_inputs import input_names
 from .neural import CHECKPOINT, SCHEMA, SETTINGS, WEIGHTS, require_torch
-from .trust_record import TrustRecord
 
 if TYPE_CHECKING:
     from torch import Tensor
 
     from ..networks.base import Network, Scaling
+    from ..networks.trust import Trust
     from .network_model import NetworkModel
+
+
+class TrustRecord(BaseModel):
+    """A `networks.trust.Trust`, by axis; the `fade` of older files is one reach, within which a correction is whole."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    lower: tuple[Number, ...]
+    upper: tuple[Number, ...]
+    reaches: tuple[Positive, ...]
+    weights: tuple[tuple[Number, ...], tuple[Number, ...], tuple[Number, ...]]
+    error: tuple[tuple[Number, ...], tuple[Number, ...], tuple[Number, ...]]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_an_older_file(cls, said: object) -> object:
+        if not (isinstance(said, dict) and "distance" in said):
+            return said
+        rest = {name: value for name, value in said.items() if name != "distance"}
+        return {"reaches": [said["distance"]], "weights": [[1.0, 0.0]] * 3, "error": [[0.0, 0.0]] * 3} | rest
+
+    @classmethod
+    def of(cls, trust: "Trust") -> "TrustRecord":
+        """Record of a trust region for a file."""
+        names = ("lower", "upper", "reaches", "weights", "error")
+        return cls.model_validate({name: getattr(trust, name).tolist() for name in names})
+
+    def trust(self, inputs: int, where: str) -> "Trust":
+        """Trust region of a network that knows so many velocities and thrusts; loads torch.
+
+        Raises
+        ------
+        RequestError
+            when the numbers are too many or too few for it, or no shares; `where` names the file.
+        """
+        from ..networks.trust import Trust, directions
+
+        sides, count = len(directions(inputs)), len(self.reaches)
+        if (len(self.lower), len(self.upper)) != (sides, sides):
+            raise RequestError(
+                f"{where}: expected {sides} ends below and {sides} above of what training has seen, got "
+                f"{len(self.lower)} and {len(self.upper)}; the file is damaged, so train the network again"
+            )
+        rows = (*self.weights, *self.error)
+        if (
+            not count
+            or any(len(row) != count + 1 for row in rows)
+            or any(min(row) < 0.0 or sum(row) > 1.0 + 1e-6 for row in self.weights)
+        ):
+            raise RequestError(
+                f"{where}: trust: expected for each axis {count + 1} shares of at least 0 and at most 1 together, "
+                f"got {self.weights}; the file is damaged, so train the network again"
+            )
+        return Trust(*(np.array(getattr(self, name)) for name in ("lower", "upper", "reaches", "weights", "error")))
+
 
 _MADE_FOR = "undertow.settings_sha256"
 """Key of the digest of the settings in the metadata of the weights: weights mean nothing under other settings."""

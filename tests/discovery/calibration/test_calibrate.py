@@ -118,8 +118,8 @@ def test_in_waves_no_hull_is_found_that_forgets_its_start():
 
 def test_a_log_in_short_stretches_has_short_rollouts():
     whole = driven(STEADY, np.zeros((4000, 2)))
-    torn = [whole.slice(k, k + 280) for k in range(0, 4000, 400)]
-    short = whole.slice(0, 1100)
+    torn = [whole.slice(k, k + 220) for k in range(0, 4000, 400)]
+    short = whole.slice(0, 900)
     assert [rollouts_over(motions).horizon for motions in ([whole], torn, [short])] == [10.0, 5.0, 5.0]
 
 

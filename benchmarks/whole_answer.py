@@ -1,0 +1,113 @@
+"""What the network of the whole answer is worth on another run, and what a limit on what it earns would stop.
+
+Each log goes through `discover`; beside the corrected model the kinds of `train --residual best` are tried, and the
+best is trained whatever it earned. Corrected model and network predict another run of the same boat, which neither fit
+nor choice saw: mean logarithm of 10 s errors of speeds and position, in those of the nominal model.
+
+    python benchmarks/whole_answer.py [--study NAME]... [--logs 24] [--jobs N]
+
+Tuning seeds. Prints a row a log, and for each limit on the error that blocks of the log leave the best network of the
+corrected model's: networks that are kept, those of them that err more on the other run by 3 % of the nominal error, and
+the error of the answer over that of the corrected model, geometric mean.
+"""
+
+import argparse
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from joblib import Parallel, delayed
+from study.records import processors
+from study.studies import STUDIES
+
+from undertow.physics.errors import LogError, RequestError
+from undertow.physics.forces import at_beginning
+from undertow.physics.motion import Array
+from undertow.residuals.learnable_residual import measure_learnable_residual
+from undertow.residuals.models.base import Model, VehicleModel
+from undertow.residuals.scores import rollout_errors
+from undertow.residuals.training.best_kind import candidates
+from undertow.residuals.training.epochs import train
+from undertow.residuals.training.training_settings import TrainingSettings
+from undertow.workflows.discover_and_add import discover
+from undertow.workflows.inputs import read_inputs
+
+LIMITS = (np.inf, 1.0, 0.98, 0.95, 0.9, 0.0)
+WORSE = 0.03
+"""Share of the nominal error by which a network may err more than what it stands on."""
+
+
+class Asked(NamedTuple):
+    """A log: what blocks say of the best kind, and errors on another run in the nominal model's, (4,) each."""
+
+    name: str
+    kind: str
+    ratio: float
+    corrected: Array
+    whole: Array
+
+
+def asked(study: str, key: tuple[str, int]) -> Asked | None:
+    """Ask one log; None where it has no other run, is refused, or where nothing is left to learn."""
+    logged = STUDIES[study].logged(*key)
+    if logged.fresh is None:
+        return None
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            inputs = read_inputs(logged.write(Path(folder) / "log.csv"), logged.vehicle, progress=None)
+            run = discover(inputs, progress=None)
+            fresh = read_inputs(logged.fresh(Path(folder) / "fresh.csv"), logged.vehicle, progress=None)
+        split, vehicle = inputs.parted("train").parts.split, at_beginning(run.discovery.corrected)
+        if not measure_learnable_residual(vehicle, (split.train, split.validation)).worth_it:
+            return None
+        best = candidates(split, vehicle, TrainingSettings(device="cpu"))[0]
+        model = train(split, vehicle, replace(best.choice, probes=best.probes)).model
+    except (LogError, RequestError):
+        return None
+    other = fresh.parted("train").parts.split
+
+    def error(model: Model) -> Array:
+        parts = [rollout_errors(model, part, (10.0,)) for part in (other.train, other.validation, other.test)]
+        return np.sqrt(
+            np.concatenate([row for part in parts if "10" in part for row in part["10"].squares]).mean(axis=0)
+        )
+
+    nominal = error(VehicleModel(logged.vehicle, "nominal"))
+    one, both = (error(each) / nominal for each in (VehicleModel(vehicle, "corrected"), model))
+    return Asked(f"{study} {key[0]} {key[1]}", best.name, best.ratio, one, both)
+
+
+def main() -> None:
+    """Run the study."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--study", action="append", choices=STUDIES, help="may be repeated; default: nameless, others")
+    parser.add_argument("--logs", type=int, default=24, help="of each study")
+    parser.add_argument("--jobs", type=int, default=processors())
+    given = parser.parse_args()
+    keys = [
+        (study, key)
+        for study in given.study or ("nameless", "others")
+        for key in list(STUDIES[study].keys("tuning"))[: given.logs]
+    ]
+    found: list[Asked] = []
+    for one in Parallel(n_jobs=given.jobs, return_as="generator")(delayed(asked)(*each) for each in keys):
+        if one is not None:
+            found.append(one)
+            print(
+                f"{one.name}: {one.kind} {one.ratio:.3f}, {one.corrected.round(2)} -> {one.whole.round(2)}", flush=True
+            )
+    print(
+        f"{len(found)} of {len(keys)} logs leave something to learn\n\n"
+        "| limit | kept | worse | error |\n| --- | ---: | ---: | ---: |"
+    )
+    for limit in LIMITS:
+        kept = [one for one in found if one.ratio < limit]
+        worse = sum(bool((one.whole - one.corrected > WORSE).any()) for one in kept)
+        gain = sum(float(np.log(one.whole / one.corrected).mean()) for one in kept) / max(len(found), 1)
+        print(f"| {limit:g} | {len(kept)} | {worse} | {np.exp(gain):.3f} |")
+
+
+if __name__ == "__main__":
+    main()
