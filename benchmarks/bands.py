@@ -9,7 +9,8 @@ The method was chosen on the tuning seeds; the figures of `docs/results.md` are 
 
     python benchmarks/bands.py --seeds reporting
 
-asks twelve worlds of each, some minutes on one core. A world that the verb refuses is told, and not counted.
+asks twelve worlds of each, some minutes on one core. A world that the verb refuses is told, and not counted. With
+`--network KIND` the band is that of a network which `train` puts beside the nominal file, in the place of `discover`.
 """
 
 import argparse
@@ -31,11 +32,12 @@ from study.verb import Write
 from study.worlds import NOISES, PARTS, SEEDS, draw
 
 import undertow
-from undertow.measurements.prepared_logs import ALL
+from undertow.measurements.prepared_logs import ALL, Inputs
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle
 from undertow.physics.worlds.world import Sensors, World
 from undertow.residuals.models.band_record import QUANTITIES
+from undertow.residuals.models.base import Model
 from undertow.residuals.series import ROOM, HeldPredictions, held_predictions
 
 GROUPS = ("plant", "file", "no name")
@@ -90,12 +92,22 @@ def _write_foreign(world: ForeignWorld, other: bool, path: Path) -> Path:
     return again.log(again.drive(), path)
 
 
-def held(boat: Boat, folder: Path, room: float) -> tuple[float, list[HeldPredictions]]:
+def model_of(log: Inputs, network: str | None, folder: Path) -> Model:
+    """The model that `discover` finds in a log, or a network beside its nominal one, as it is read back."""
+    if network is None:
+        undertow.write_run(undertow.discover(log, progress=None), folder, report=False, progress=None)
+    else:
+        undertow.train(log, undertow.Choice(network), out=folder, progress=None)
+    return undertow.load_model(folder)
+
+
+def held(boat: Boat, folder: Path, room: float, network: str | None) -> tuple[float, list[HeldPredictions]]:
     """Median half-width of the band of the position after 10 s [m], and what it holds of each second run.
 
     Parameters
     ----------
     room : by how much it is told beyond the range of each speed, as a share of that
+    network : see `model_of`
 
     Raises
     ------
@@ -103,9 +115,7 @@ def held(boat: Boat, folder: Path, room: float) -> tuple[float, list[HeldPredict
         where the first log gives no band.
     """
     log = undertow.read_inputs(boat.first(folder / "log.csv"), boat.vehicle, progress=None)
-    run = undertow.discover(log, progress=None)
-    undertow.write_run(run, folder / "run", report=False, progress=None)
-    model = undertow.load_model(folder / "run")
+    model = model_of(log, network, folder / "run")
     if model.band is None:
         raise RequestError("too few independent predictions for a band")
     low, high = np.array(model.band.lowest), np.array(model.band.highest)
@@ -118,11 +128,11 @@ def held(boat: Boat, folder: Path, room: float) -> tuple[float, list[HeldPredict
     return model.band.half_width["position"][-1], found
 
 
-def asked(boat: Boat, room: float) -> list[HeldPredictions] | None:
+def asked(boat: Boat, room: float, network: str | None = None) -> list[HeldPredictions] | None:
     """What the band of a world holds, with a line about it; None where the world gives no band."""
     with tempfile.TemporaryDirectory() as folder:
         try:
-            wide, shares = held(boat, Path(folder), room)
+            wide, shares = held(boat, Path(folder), room, network)
         except (ArithmeticError, LogError, RequestError) as error:
             print(f"{boat.name}: not counted, {str(error)[:120]}", flush=True)
             return None
@@ -148,6 +158,7 @@ def main() -> None:
     parser.add_argument("--worlds", type=int, default=12, help="of each kind (12)")
     parser.add_argument("--minutes", type=float, default=60.0, help="no world is begun after so many (60)")
     parser.add_argument("--room", type=float, default=ROOM, help=f"beyond the range of each speed ({ROOM:g} of it)")
+    parser.add_argument("--network", help="kind of a network in the place of the discovery")
     given = parser.parse_args()
     until = time.monotonic() + 60.0 * given.minutes
     found: dict[str, list[list[HeldPredictions]]] = {"own": [], "foreign": []}
@@ -155,7 +166,7 @@ def main() -> None:
         if time.monotonic() > until:
             break
         for shares, boat in zip(found.values(), boats, strict=True):
-            shares += [one for one in [asked(boat, given.room)] if one is not None]
+            shares += [one for one in [asked(boat, given.room, given.network)] if one is not None]
     for name, shares in found.items():
         for run, some in zip(RUNS, zip(*shares, strict=True), strict=False):
             counts = [share.position for share in some if share.predictions]

@@ -8,11 +8,13 @@ nor choice saw: mean logarithm of 10 s errors of speeds and position, in those o
 
 Tuning seeds. Prints a row a log, and for each limit on the error that blocks of the log leave the best network of the
 corrected model's: networks that are kept, those of them that err more on the other run by 3 % of the nominal error, and
-the error of the answer over that of the corrected model, geometric mean.
+the error of the answer over that of the corrected model, geometric mean. Once for logs of which surely more than noise
+is left, and once for all.
 """
 
 import argparse
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -40,9 +42,13 @@ WORSE = 0.03
 
 
 class Asked(NamedTuple):
-    """A log: what blocks say of the best kind, and errors on another run in the nominal model's, (4,) each."""
+    """A log: what blocks say of the best kind, and errors on another run in the nominal model's, (4,) each.
+
+    `worth`: whether what the corrected model leaves is surely more than noise and preparation.
+    """
 
     name: str
+    worth: bool
     kind: str
     ratio: float
     corrected: Array
@@ -50,7 +56,7 @@ class Asked(NamedTuple):
 
 
 def asked(study: str, key: tuple[str, int]) -> Asked | None:
-    """Ask one log; None where it has no other run, is refused, or where nothing is left to learn."""
+    """Ask one log; None where it has no other run, or is refused."""
     logged = STUDIES[study].logged(*key)
     if logged.fresh is None:
         return None
@@ -60,8 +66,7 @@ def asked(study: str, key: tuple[str, int]) -> Asked | None:
             run = discover(inputs, progress=None)
             fresh = read_inputs(logged.fresh(Path(folder) / "fresh.csv"), logged.vehicle, progress=None)
         split, vehicle = inputs.parted("train").parts.split, at_beginning(run.discovery.corrected)
-        if not measure_learnable_residual(vehicle, (split.train, split.validation)).worth_it:
-            return None
+        worth = measure_learnable_residual(vehicle, (split.train, split.validation)).worth_it
         best = candidates(split, vehicle, TrainingSettings(device="cpu"))[0]
         model = train(split, vehicle, replace(best.choice, probes=best.probes)).model
     except (LogError, RequestError):
@@ -76,37 +81,46 @@ def asked(study: str, key: tuple[str, int]) -> Asked | None:
 
     nominal = error(VehicleModel(logged.vehicle, "nominal"))
     one, both = (error(each) / nominal for each in (VehicleModel(vehicle, "corrected"), model))
-    return Asked(f"{study} {key[0]} {key[1]}", best.name, best.ratio, one, both)
+    return Asked(f"{study} {key[0]} {key[1]}", worth, best.name, best.ratio, one, both)
+
+
+def spread(keys: Sequence[tuple[str, int]], count: int) -> list[tuple[str, int]]:
+    """So many logs, spread over the kinds of a study."""
+    kinds = list(dict.fromkeys(kind for kind, _ in keys))
+    firsts = sorted(keys, key=lambda key: [one for kind, one in keys if kind == key[0]].index(key[1]))
+    chosen = np.linspace(0, max(len(kinds), count) - 1, count).astype(int)
+    return [firsts[k] for k in chosen.tolist() if k < len(firsts)]
 
 
 def main() -> None:
     """Run the study."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--study", action="append", choices=STUDIES, help="may be repeated; default: nameless, others")
-    parser.add_argument("--logs", type=int, default=24, help="of each study")
+    parser.add_argument("--study", action="append", choices=STUDIES, help="may be repeated; default: four of them")
+    parser.add_argument("--logs", type=int, default=12, help="of each study")
     parser.add_argument("--jobs", type=int, default=processors())
     given = parser.parse_args()
     keys = [
         (study, key)
-        for study in given.study or ("nameless", "others")
-        for key in list(STUDIES[study].keys("tuning"))[: given.logs]
+        for study in given.study or ("plain", "nameless", "foreign", "others")
+        for key in spread(list(STUDIES[study].keys("tuning")), given.logs)
     ]
     found: list[Asked] = []
     for one in Parallel(n_jobs=given.jobs, return_as="generator")(delayed(asked)(*each) for each in keys):
         if one is not None:
             found.append(one)
             print(
-                f"{one.name}: {one.kind} {one.ratio:.3f}, {one.corrected.round(2)} -> {one.whole.round(2)}", flush=True
+                f"{one.name}: {'' if one.worth else 'nothing left, '}{one.kind} {one.ratio:.3f}, "
+                f"{one.corrected.round(3)} -> {one.whole.round(3)}",
+                flush=True,
             )
-    print(
-        f"{len(found)} of {len(keys)} logs leave something to learn\n\n"
-        "| limit | kept | worse | error |\n| --- | ---: | ---: | ---: |"
-    )
-    for limit in LIMITS:
-        kept = [one for one in found if one.ratio < limit]
-        worse = sum(bool((one.whole - one.corrected > WORSE).any()) for one in kept)
-        gain = sum(float(np.log(one.whole / one.corrected).mean()) for one in kept) / max(len(found), 1)
-        print(f"| {limit:g} | {len(kept)} | {worse} | {np.exp(gain):.3f} |")
+    print(f"{len(found)} logs, {sum(one.worth for one in found)} of which leave something to learn")
+    for title, some in (("what is left is surely more than noise", True), ("all", False)):
+        print(f"\n| limit ({title}) | kept | worse | error |\n| --- | ---: | ---: | ---: |")
+        for limit in LIMITS:
+            kept = [one for one in found if one.ratio < limit and (one.worth or not some)]
+            worse = sum(bool((one.whole - one.corrected > WORSE).any()) for one in kept)
+            gain = sum(float(np.log(one.whole / one.corrected).mean()) for one in kept) / max(len(found), 1)
+            print(f"| {limit:g} | {len(kept)} | {worse} | {np.exp(gain):.3f} |")
 
 
 if __name__ == "__main__":

@@ -308,7 +308,7 @@ def band_of(model: Model, parts: Parts, fitted: Collection[str] = ()) -> Predict
     fitted : see `comparison`
     """
     seen = model.name in fitted or (model.name == CALIBRATED and parts.judge in _FITTED_TO)
-    return model.band or (None if seen else prediction_band(model, parts.judged))
+    return model.band or (None if seen else prediction_band([(model, parts.judged)]))
 
 
 def _by_domain(error: np.ndarray, inside: np.ndarray) -> Domain:

@@ -117,7 +117,9 @@ class HeldPredictions(ByAxis):
     beyond: Whole = 0
 
 
-def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
+def prediction_band(
+    held_out: Sequence[tuple[Model, DataSet]], far: Sequence[tuple[Model, DataSet]] = ()
+) -> PredictionBand | None:
     """Calibrate the band of a model on data that it did not see; None where these are too few for `LEAST_LEVEL`.
 
     Errors on unseen rows hold all that makes a prediction err: the spread of the parameters, since each fold has its
@@ -127,19 +129,23 @@ def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
     the prediction moves when its start moves by the error of a prediction of one second. Neighbouring predictions err
     alike, so the finite-sample correction of the quantile counts independent ones.
 
-    A vehicle that was fitted to the data answers for each fold with the fit that did not see it.
+    A vehicle that was fitted to the data answers for each fold with the fit that did not see it. For a network its
+    probes answer for the blocks of the training part, as in the CV+ of Barber et al. (2021, doi:10.1214/20-AOS1965).
+
+    Parameters
+    ----------
+    held_out : the model and data that it did not see; also other fits of it, each with what that one did not see
+    far : the same of data that are unlike what was seen: they tell how the band grows with the distance from it
     """
-    asked = _legs(data)
+    asked = [(model, legs) for model, data in held_out if (legs := _legs(data))]
     if not asked:
         return None
-    states = _at_seconds(model, asked)
-    measured = _measured(asked)
-    error = states - measured
-    shift = np.median(np.abs(error[:, _SHIFTED_AT, 2:]), axis=0)
-    spread = spread_of(states, [_at_seconds(model, _with(asked, k, by)) for k, by in enumerate(shift.tolist())])
+    states, measured = _of_all(asked), np.concatenate([_measured(legs) for _, legs in asked])
+    shift = np.median(np.abs((states - measured)[:, _SHIFTED_AT, 2:]), axis=0)
+    spread = _spread(asked, states, shift)
     floor = np.median(spread, axis=0)
     scale = np.maximum(np.hypot(spread, floor), _TINY)
-    score = _sizes(error) / scale
+    score = _sizes(states - measured) / scale
     independent = _independent(score[:, -1, 0])
     level = min(LEVEL, independent / (independent + 1.0))  # of few scores the largest is all that there is
     if level < LEAST_LEVEL:
@@ -148,7 +154,7 @@ def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
     high[1:] = np.maximum(high[1:], -low[1:])  # a hull is to port what it is to starboard
     low[1:] = -high[1:]
     factor = np.quantile(score, min(level * (1.0 + 1.0 / independent), 1.0), axis=0)
-    return PredictionBand(
+    found = PredictionBand(
         level=level,
         predictions=len(score),
         independent=independent,
@@ -159,6 +165,29 @@ def prediction_band(model: Model, data: DataSet) -> PredictionBand | None:
         lowest=tuple((low - ROOM * (high - low)).tolist()),
         highest=tuple((high + ROOM * (high - low)).tolist()),
     )
+    return found.but(growth=_growth(found, [(model, legs) for model, data in far if (legs := _legs(data))]))
+
+
+def _growth(band: PredictionBand, asked: Sequence[tuple[Model, list[Legs]]]) -> tuple[float, ...]:
+    """By how much a band of its level grows with the distance from what was seen, by quantity; 0 where none is far."""
+    beyond = np.concatenate([[], *(_beyond(model, legs)[:, -1] for model, legs in asked)])
+    if not (far := beyond > 0.0).any():
+        return band.growth
+    states, measured = _of_all(asked), np.concatenate([_measured(legs) for _, legs in asked])
+    spread = _spread(asked, states, np.array(band.shift))[:, -1:]
+    widths = band.half_widths(spread, np.array(band.seconds[-1:]), np.zeros((len(beyond), 1)))[:, 0]
+    excess = _sizes(states - measured)[:, -1] / widths - 1.0
+    wanted = np.quantile(np.maximum(excess[far], 0.0) / beyond[far, None], band.level, axis=0)
+    return tuple(wanted.tolist())
+
+
+def _of_all(asked: Sequence[tuple[Model, list[Legs]]]) -> Array:
+    return np.concatenate([_at_seconds(model, legs) for model, legs in asked])
+
+
+def _spread(asked: Sequence[tuple[Model, list[Legs]]], states: Array, shift: Array) -> Array:
+    moved = (_of_all([(model, _with(legs, k, by)) for model, legs in asked]) for k, by in enumerate(shift.tolist()))
+    return spread_of(states, list(moved))
 
 
 def held_predictions(model: Model, band: PredictionBand, data: DataSet) -> HeldPredictions:
@@ -177,7 +206,8 @@ def held_predictions(model: Model, band: PredictionBand, data: DataSet) -> HeldP
     known = band.knows(states[..., 3:]).all(axis=1)
     error = _sizes(states - _measured(asked))[:, -1:]
     spread = spread_of(states, [_at_seconds(model, _with(asked, k, by)) for k, by in enumerate(band.shift)])[:, -1:]
-    inside = (error <= band.half_widths(spread, np.array(band.seconds[-1:])))[known, 0]
+    widths = band.half_widths(spread, np.array(band.seconds[-1:]), _beyond(model, asked)[:, -1:])
+    inside = (error <= widths)[known, 0]
     counts = {"predictions": len(inside), "beyond": int((~known).sum())}
     shares = inside.mean(axis=0).tolist() if len(inside) else [float("nan")] * len(QUANTITIES)
     return HeldPredictions(**counts, **dict(zip(QUANTITIES, shares, strict=True)))
@@ -200,6 +230,16 @@ def _legs(data: DataSet) -> list[Legs]:
 
 def _with(asked: Sequence[Legs], state: int, by: float) -> list[Legs]:
     return [legs._replace(motion=with_moved_state(legs.motion, state, by)) for legs in asked]
+
+
+def _beyond(model: Model, asked: Sequence[Legs]) -> Array:
+    """Mean distance of predictions up to the horizons from what the model has seen, (predictions, horizons)."""
+    result = []
+    for legs in asked:
+        total = np.cumsum(np.concatenate([[0.0], model.beyond(legs.motion)]))
+        rows = _rows(legs) + 1
+        result.append((total[legs.starts[:, None] + rows] - total[legs.starts][:, None]) / rows)
+    return np.concatenate(result)
 
 
 def _rows(legs: Legs) -> np.ndarray:
@@ -395,7 +435,10 @@ def half_widths(model: Model, band: PredictionBand, motions: Sequence[Motion]) -
     for motion, own, *others in zip(motions, states, *moved, strict=True):
         row, every = np.arange(motion.time.size), round(RESTART / motion.time_step)
         beyond = ~band.knows(own[:, 3:])
-        before = (np.cumsum(beyond) - beyond)[row - row % every]
-        widths = band.half_widths(spread_of(own, others), row % every * motion.time_step)
+        begun = row - row % every
+        before = (np.cumsum(beyond) - beyond)[begun]
+        total = np.cumsum(model.beyond(motion))
+        so_far = (total - np.where(begun > 0, total[begun - 1], 0.0)) / (row - begun + 1)
+        widths = band.half_widths(spread_of(own, others), (row - begun) * motion.time_step, so_far)
         result.append(np.where((np.cumsum(beyond) > before)[:, None], np.nan, widths))
     return result

@@ -106,7 +106,7 @@ class BenchSession:
         passivity = None if made is None or stand.moved else made.passivity
         verdict, law = ("", "") if passivity is None else (passivity.verdict, passivity.sentence)
         unseen = bool(stand.names) and not stand.moved
-        band = prediction_band(model, self.inputs.parts.judged) if unseen else None
+        band = prediction_band([(model, self.inputs.parts.judged)]) if unseen else None
         columns = self.rows.columns(model, nominal, band)
         return Fit(stand.names, error, lost, columns, values, verdict, law, unseen, band=band)
 

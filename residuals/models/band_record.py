@@ -21,6 +21,8 @@ QUANTITIES = ("position", *AXES)
 class PredictionBand(Record):
     """The band of a model's predictions: half-width = factor * sqrt(spread^2 + floor^2), by quantity and horizon.
 
+    Beyond what a network has seen it grows: times 1 + growth * distance.
+
     Attributes
     ----------
     level : share of unseen predictions that it is made to hold: 0.95, or less where independent ones are under 19
@@ -30,6 +32,7 @@ class PredictionBand(Record):
     floor : median spread by horizon [m, m/s, m/s, rad/s]
     factor : by horizon
     half_width : its median by horizon [m, m/s, m/s, rad/s]
+    growth : by quantity, for each standard deviation beyond the training of a network
     lowest, highest : surge and sway speed [m/s] and yaw rate [rad/s] within which it is told; None in earlier files
     """
 
@@ -41,6 +44,7 @@ class PredictionBand(Record):
     floor: Mapping[str, tuple[Number, ...]]
     factor: Mapping[str, tuple[Number, ...]]
     half_width: Mapping[str, tuple[Number, ...]]
+    growth: tuple[Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0)
     lowest: tuple[Number, Number, Number] | None = None
     highest: tuple[Number, Number, Number] | None = None
 
@@ -51,19 +55,20 @@ class PredictionBand(Record):
                 raise ValueError(f"a number for each of {len(self.seconds)} horizons of {', '.join(QUANTITIES)}")
         return self
 
-    def half_widths(self, spread: Array, after: Array) -> Array:
+    def half_widths(self, spread: Array, after: Array, beyond: Array) -> Array:
         """Half-widths of rows.
 
         Parameters
         ----------
         spread : (..., rows, 4) how far each row moves with its start
         after : (rows,) time from the start [s]
+        beyond : (..., rows) mean distance of the prediction so far from what its model has seen [standard deviations]
         """
         floor, factor = (
             np.column_stack([np.interp(after, self.seconds, one[name]) for name in QUANTITIES])
             for one in (self.floor, self.factor)
         )
-        return factor * np.hypot(spread, floor)
+        return factor * np.hypot(spread, floor) * (1.0 + np.multiply.outer(beyond, self.growth))
 
     def knows(self, speeds: Array) -> NDArray[np.bool_]:
         """Mask of the speeds (..., 3) [m/s, m/s, rad/s] at which the band is known."""

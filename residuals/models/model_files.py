@@ -34,6 +34,7 @@ from ...physics.reading import (
     unknown_key,
 )
 from ...physics.vehicle import Vehicle, vehicle_from_dict
+from .band_record import PredictionBand
 from .interval import Interval
 from .network_inputs import input_names
 from .neural import CHECKPOINT, SCHEMA, SETTINGS, WEIGHTS, require_torch
@@ -138,6 +139,7 @@ class _Settings(BaseModel):
     trust: TrustRecord | None = None
     fade: TrustRecord | None = None  # what older files call it
     interval: Interval | None = None
+    band: PredictionBand | None = None
     vehicle: dict[str, object]
     weights_sha256: str = Field(pattern="^[0-9a-f]{64}$")
     training: dict[str, object]
@@ -206,6 +208,8 @@ def save_network(
         settings["trust"] = TrustRecord.of(model.network.gain.trust).model_dump(mode="json")
     if model.interval is not None:
         settings["interval"] = model.interval.model_dump(mode="json")
+    if model.band is not None:
+        settings["band"] = model.band.model_dump(mode="json")
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.network.state_dict().items()}
     weights = save(tensors, {_MADE_FOR: _digest(settings)})
     settings |= {
@@ -262,7 +266,7 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
             "or train the network again"
         )
     model = NetworkModel(vehicle, network, settings.time_step, pure=settings.pure, name=source.name)
-    model.interval = settings.interval
+    model.interval, model.band = settings.interval, settings.band
     return model
 
 

@@ -77,7 +77,7 @@ def candidates(
         if progress is not None:
             progress(name_of(choice))
         probes = probes_of(split, vehicle, choice, settings, blocks)
-        if probes.blocks:
+        if probes.parts:
             found.append(Candidate(choice, rollout_ratio_of(probes), probes))
     if not found:
         raise RequestError(

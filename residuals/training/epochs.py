@@ -18,6 +18,7 @@ from ...physics.vehicle import Vehicle
 from ..models.network_model import NetworkModel, one_thread
 from ..models.neural import CHECKPOINT
 from ..networks.base import Network
+from ..series import prediction_band
 from .checkpoint import Auditor, Checkpoint, CheckpointSelector, cloned, read_checkpoint, write_checkpoint
 from .history import Epoch, best_epochs, stale
 from .losses import Objective
@@ -87,14 +88,19 @@ def train(
         model = NetworkModel(vehicle, deepcopy(run.network).cpu(), prepared.time_step, pure=choice.pure)
         chooser = CheckpointSelector(model, split.validation, auditor, run.learns_laws)
         ranked = chooser.ranked(run.history, run.kept)
+        probed = Probed()
         if asks_its_log(choice, chosen):
-            model.trust(trust_of(model, split, choice.probes or probes_of(split, vehicle, choice, chosen)))
+            probed = choice.probes or probes_of(split, vehicle, choice, chosen)
+            model.trust(trust_of(model, split, probed))
         kept = chooser.best(ranked, run.kept)
         whole = len(run.history)
         if run.learns_laws:
             kept = chooser.mended(kept, partial(run.again, progress))
         model.seconds_to_fit = perf_counter() - run.begun
         model.interval = interval_of(model, split)
+        if probed.parts:
+            near = [*probed.held_out(block=True), (model, split.validation)]
+            model.band = prediction_band(near, [*probed.held_out(block=False)])
     start = None if choice.start is None else choice.start.name
     more = len(run.history) - whole
     return Trained(model, tuple(run.history), more, kept.epoch, kept.lawful, why, chosen, start)

@@ -4,7 +4,7 @@ Parts are held out in time and in the space of states (the lively half, and both
 stretches differ most), so gains are known at distances from training (Roberts et al. 2017, doi:10.1111/ecog.02881).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -96,15 +96,24 @@ class Probed:
     Attributes
     ----------
     tried : stretch by stretch
-    blocks : the probes of the blocks of time, each with its block and the stretches that this consists of
+    parts : the probes, each with its part
     """
 
     tried: tuple[HeldOutTrial, ...] = ()
-    blocks: tuple[tuple[NetworkModel, DataSet, frozenset[int]], ...] = ()
+    parts: tuple[tuple[NetworkModel, HeldOutPart], ...] = ()
+
+    def held_out(self, *, block: bool) -> Iterator[tuple[NetworkModel, DataSet]]:
+        """The probes of blocks of time, or of the others, each with its data and the gain that all other parts tell."""
+        for model, part in self.parts:
+            if part.block is block:
+                own = {int(k) for motion in part.held_out.motions for k in np.unique(motion.time // _STRETCH)}
+                others = [one for one in self.tried if one.stretch not in own]
+                model.trust(trusted(model, others or self.tried))  # a first block has nothing else to tell its gain
+                yield model, part.held_out
 
     def __add__(self, other: "Probed") -> "Probed":
         """What both say."""
-        return Probed((*self.tried, *other.tried), (*self.blocks, *other.blocks))
+        return Probed((*self.tried, *other.tried), (*self.parts, *other.parts))
 
 
 def train_probes(split: Split, asked: Sequence[HeldOutPart], probe: Probe) -> Probed:
@@ -117,7 +126,7 @@ def train_probes(split: Split, asked: Sequence[HeldOutPart], probe: Probe) -> Pr
     probe : trains one network
     """
     tried: list[HeldOutTrial] = []
-    blocks = []
+    parts = []
     for part in asked:
         try:
             model = probe(replace(split, train=part.known))
@@ -125,9 +134,8 @@ def train_probes(split: Split, asked: Sequence[HeldOutPart], probe: Probe) -> Pr
         except RequestError:  # a loss that is not finite, perhaps, or too few rows for a window: it tells nothing
             continue
         tried += said
-        if part.block:
-            blocks.append((model, part.held_out, frozenset(one.stretch for one in said)))
-    return Probed(tuple(tried), tuple(blocks))
+        parts.append((model, part))
+    return Probed(tuple(tried), tuple(parts))
 
 
 def predict_held_out(model: NetworkModel, known: DataSet, asked: DataSet) -> list[HeldOutTrial]:
@@ -181,9 +189,7 @@ def rollout_ratio_of(found: Probed) -> float:
     Geometric mean over horizons of 2 and 10 s, and speeds and position; 1 where no rollout fits.
     """
     own, alone = ({name: [] for name in ("2", "10")} for _ in range(2))
-    for model, asked, stretches in found.blocks:
-        others = [one for one in found.tried if one.stretch not in stretches]
-        model.trust(trusted(model, others or found.tried))  # a first block has nothing else to tell its gain
+    for model, asked in found.held_out(block=True):
         for kept, one in ((own, model), (alone, VehicleModel(model.vehicle, "alone"))):
             for name, errors in rollout_errors(one, asked, (2.0, 10.0)).items():
                 kept[name] += errors.squares

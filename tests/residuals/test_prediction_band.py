@@ -1,12 +1,15 @@
 """Bands about predictions: they hold on a second run, widen with what a model lacks, and stand aside on short logs."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from training_parts import parts_of
 
 from undertow.measurements.preparation.prepare import WEAK, DataSet
+from undertow.measurements.preparation.resampling import smooth
 from undertow.measurements.preparation.split import Fold
 from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import load_vehicle
@@ -42,7 +45,7 @@ def second() -> Motion:
 
 @pytest.fixture(scope="module")
 def band(first: Motion) -> PredictionBand:
-    found = prediction_band(MODEL, data_of(first))
+    found = prediction_band([(MODEL, data_of(first))])
     assert found is not None
     return found
 
@@ -56,7 +59,7 @@ def test_a_band_holds_its_share_of_a_second_run_and_half_of_it_does_not(band: Pr
 
 
 def test_what_a_model_lacks_widens_its_band(band: PredictionBand, first: Motion, second: Motion):
-    lacking = prediction_band(VehicleModel(LACKING, "lacking"), data_of(first))
+    lacking = prediction_band([(VehicleModel(LACKING, "lacking"), data_of(first))])
     assert lacking is not None
     assert lacking.half_width["position"][-1] > 3.0 * band.half_width["position"][-1]
     held = held_predictions(VehicleModel(LACKING, "lacking"), lacking, data_of(second))
@@ -65,7 +68,7 @@ def test_what_a_model_lacks_widens_its_band(band: PredictionBand, first: Motion,
 
 def test_each_fold_is_predicted_by_the_fit_that_did_not_see_it(band: PredictionBand, first: Motion):
     fold = Fold(((first.source, float(first.time[0]), float(first.time[-1])),))
-    blind = prediction_band(VehicleModel(HULL, "fitted", unseen=[(fold, LACKING)]), data_of(first))
+    blind = prediction_band([(VehicleModel(HULL, "fitted", unseen=[(fold, LACKING)]), data_of(first))])
     assert blind is not None
     assert blind.half_width["position"][-1] > 3.0 * band.half_width["position"][-1]
 
@@ -76,13 +79,13 @@ def test_a_band_grows_with_the_horizon(band: PredictionBand):
 
 
 def test_a_log_that_is_too_short_has_no_band():
-    assert prediction_band(MODEL, data_of(driven(3, 9.0))) is None
-    short = prediction_band(MODEL, data_of(driven(3, 16.0)))
+    assert prediction_band([(MODEL, data_of(driven(3, 9.0)))]) is None
+    short = prediction_band([(MODEL, data_of(driven(3, 16.0)))])
     assert short is None
 
 
 def test_few_independent_predictions_promise_less():
-    few = prediction_band(MODEL, data_of(driven(3, 60.0).slice(0, 320)))
+    few = prediction_band([(MODEL, data_of(driven(3, 60.0).slice(0, 320)))])
     assert few is not None
     assert LEAST_LEVEL <= few.level == pytest.approx(few.independent / (few.independent + 1.0))
 
@@ -139,3 +142,23 @@ def test_a_band_is_read_back_and_one_that_lacks_horizons_is_refused(band: Predic
     assert PredictionBand.model_validate(band.to_dict()) == band
     with pytest.raises(ValidationError, match="a number for each of 11 horizons of position"):
         band.but(factor={**band.factor, "yaw": (1.0,)})
+
+
+def test_a_network_has_the_band_of_its_probes_and_keeps_it_in_its_file(tmp_path: Path):
+    from undertow.residuals.models.model_files import load_network, save_network
+    from undertow.residuals.training.epochs import train
+    from undertow.residuals.training.training_settings import Choice, TrainingSettings
+
+    hidden = {"surge_quadratic_damping": -10.0, "sway_lift": 20.0}
+    parts = parts_of(hidden, seconds=240.0)
+    found = train(parts, HULL, Choice("ridge"), settings=TrainingSettings(device="cpu")).model
+    assert found.band is not None
+    assert load_network(save_network(found, tmp_path / "ridge", {})).band == found.band
+    assert train(parts, HULL, Choice("ridge"), settings=TrainingSettings(trust=False, device="cpu")).model.band is None
+    world = simulate_world(HULL, hidden, duration=240.0, noise="field", seed=5)
+    data = replace(parts.test, motions=(smooth(world.motion(0.1), 1.2),), unfiltered=None)
+    held = held_predictions(found, found.band, data)
+    assert held.predictions > 100
+    assert all(held.of(quantity) >= 0.85 for quantity in QUANTITIES), held
+    alone = held_predictions(VehicleModel(HULL, "alone"), found.band, data)
+    assert alone.position < 0.7, "the band is that of the network, not of what it corrects"

@@ -87,7 +87,7 @@ def test_probes_that_cannot_be_trained_tell_nothing(pushed: Split) -> None:
         raise RequestError("training: the loss is nan")
 
     found = train_probes(pushed, held_out_parts(pushed.train, HULL, 10.0), fails)
-    assert (found.tried, found.blocks) == ((), ())
+    assert (found.tried, found.parts) == ((), ())
     assert rollout_ratio_of(found) == 1.0
     own = trust_of(saying(pushed, 1.0), pushed, found)
     assert own.gain(np.zeros(()))[0] == pytest.approx(1.0, abs=0.05), "the validation part tells of the network itself"
@@ -110,7 +110,7 @@ def test_the_kind_is_that_whose_probes_err_least(pushed: Split) -> None:
     kinds = (Choice("mlp", {"units": 8}), Choice("gp", {"units": 60}))
     found = candidates(pushed, HULL, few, kinds, told.append)
     assert told == ["mlp", "gp"]
-    assert [len(one.probes.blocks) for one in found] == [3, 3], "all are tried on all blocks"
+    assert [sum(part.block for _, part in one.probes.parts) for one in found] == [3, 3], "all are tried on all blocks"
     assert found[0].ratio <= found[1].ratio
     assert found[0].ratio < 0.5, "a push that lasts is learnt by either"
     whole = train(pushed, HULL, replace(found[0].choice, probes=found[0].probes), settings=few).model
