@@ -77,11 +77,11 @@ def kinds_in_words(kinds: "Sequence[Candidate]") -> str:
     )
 
 
-def none_holds_elsewhere(kinds: "Sequence[Candidate]", earned: float) -> str:
-    """Why none of the kinds that were tried is used, of which one has to leave less than a share of the error."""
+def none_holds_elsewhere(kinds: "Sequence[Candidate]") -> str:
+    """Why none of the kinds that were tried is used: the vehicle alone is one of them, too."""
     return (
-        f"On blocks of this log that it was not fitted to, no kind of network errs {percent(1.0 - earned)} less than "
-        f"the vehicle alone. {kinds_in_words(kinds)} Use the vehicle as it is; train all the same with --set decline=0"
+        "On blocks of this log that it was not fitted to, no kind of network errs less than the vehicle alone. "
+        f"{kinds_in_words(kinds)} Use the vehicle as it is; train all the same with --set decline=0"
     )
 
 

@@ -152,17 +152,21 @@ class TrainRun:
         }
 
 
-def _left(inputs: Inputs, settings: TrainingSettings) -> LearnableResidual:
+def _left(inputs: Inputs, *, decline: bool) -> LearnableResidual:
     """What there is to learn beside the vehicle on the rows that do not judge.
+
+    Parameters
+    ----------
+    decline : where nothing is
 
     Raises
     ------
     NothingToLearnError
-        where nothing is, and the settings say to decline then.
+        where nothing is, and it is to decline then.
     """
     split = inputs.parts.split
     left = measure_learnable_residual(at_beginning(inputs.vehicle), (split.train, split.validation))
-    if settings.decline and not left.worth_it:
+    if decline and not left.worth_it:
         raise NothingToLearnError(
             f"Nothing is left for a network to learn beside a vehicle {why_declined(left)}: {say_learnable(left)}. Use "
             "the vehicle as it is; train all the same with --set decline=0"
@@ -210,7 +214,7 @@ def train(
     expect("train: choice", chosen, Choice, 'undertow.Choice("lstm") names a network')
     require_torch()
     from ..residuals.networks.registry import NETWORKS
-    from ..residuals.training.best_kind import EARNED, candidates
+    from ..residuals.training.best_kind import candidates
     from ..residuals.training.checkpoint import Verdict
     from ..residuals.training.epochs import train as train_network
 
@@ -226,12 +230,13 @@ def train(
         audits.append(audit_along(model, inputs.parts))
         return Verdict(audits[-1].verdict == "pass", audits[-1].against)
 
-    left = None if chosen.pure else _left(inputs, recipe)
+    # Of the best kind, blocks of the log say whether there is something to learn.
+    left = None if chosen.pure else _left(inputs, decline=recipe.decline and chosen.network != BEST)
     kinds: tuple[Candidate, ...] = ()
     if chosen.network == BEST:
         kinds = tuple(candidates(inputs.parts.split, alone, recipe, progress=_trying(progress)))
-        if recipe.decline and kinds[0].ratio >= EARNED:
-            raise NothingToLearnError(none_holds_elsewhere(kinds, EARNED))
+        if recipe.decline and kinds[0].ratio >= 1.0:
+            raise NothingToLearnError(none_holds_elsewhere(kinds))
         chosen = replace(kinds[0].choice, probes=kinds[0].probes)
     grown = chosen.network in NETWORKS and NETWORKS[chosen.network].grown is not None
     told = epoch_lines(1 if grown else recipe.epochs, progress)

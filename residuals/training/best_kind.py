@@ -17,10 +17,6 @@ KINDS = (
 """The kinds that are tried, half a minute together for a log of five: those that are fitted at once. Those that are
 trained by steps err least of ours in no case of `docs/rivals.md`."""
 
-EARNED = 0.98
-"""Ratio from which on no kind is taken: a model has to earn two per cent to be
-written (`workflows.discover_and_add.MATERIAL`, of the nominal model there), or it follows its own log alone."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:

@@ -7,9 +7,8 @@ from typing import Any
 
 from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import Vehicle
-from undertow.residuals.learnable_residual import measure_learnable_residual
 from undertow.residuals.models.base import Model, VehicleModel
-from undertow.residuals.training.best_kind import EARNED, candidates
+from undertow.residuals.training.best_kind import candidates
 from undertow.residuals.training.epochs import train
 from undertow.residuals.training.training_settings import Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
@@ -74,15 +73,13 @@ KINDS = ("mlp", "symmetric", "lstm", "tcn", "transformer", "dissipative", "trees
 def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Model:
     """The network that blocks of the training run choose: beside the calibrated vehicle, or what `discover` names.
 
-    The vehicle alone where it leaves nothing to learn that holds in another part of the run, as the verbs say.
+    The vehicle alone where no network errs less in another part of the run, as the verbs do.
     """
     if whole:
         vehicle = at_beginning(discover(data.run, progress=None).discovery.corrected)
-    if not measure_learnable_residual(vehicle, (data.split.train, data.split.validation)).worth_it:
-        return VehicleModel(vehicle, name)
     settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")
     chosen = candidates(data.split, vehicle, settings)[0]
-    if chosen.ratio >= EARNED:
+    if chosen.ratio >= 1.0:
         return VehicleModel(vehicle, name)
     model = train(data.split, vehicle, replace(chosen.choice, probes=chosen.probes), settings=settings).model
     model.name = name
