@@ -1,5 +1,6 @@
 """A `Log`: the canonical channels of one file or of a data frame, each on its own time stamps."""
 
+import hashlib
 import os
 import re
 import warnings
@@ -16,10 +17,9 @@ from ..physics.motion import Array
 from ..physics.presentation import Card, each
 from .canonical import Channel
 from .channels.channel_map import TIME, Entry, entries_of, entry_of, map_dict, read_channel_map, time_of
-from .channels.mapping import auxiliary_channels, auxiliary_of, map_channels, some
+from .channels.mapping import auxiliary_channels, auxiliary_of, map_channels
 from .channels.recognition import check_namespace, is_under, is_vertical_acceleration, lacks, recognise
-from .formats.base import CraftEvidence, Name, Request, Stream
-from .formats.headers import TimeColumn, find_time
+from .formats.base import CraftEvidence, Name, Request, Stream, TimeColumn, find_time, some
 from .formats.registry import read_recording
 from .log_options import AS_GUESSED, Reading
 
@@ -395,3 +395,13 @@ def _check_map_of_repaired(path: Path, entries: Mapping[str, Entry | None], name
             "and its channels have their own names, units and axes already. Leave --map out; the map is for the log "
             "that was repaired"
         )
+
+
+def channels_digest(log: Log) -> str:
+    """SHA-256 of the channels of a log in memory: their names, stamps and values."""
+    digest = hashlib.sha256()
+    for name, channel in sorted(log.channels.items()):
+        digest.update(f"{name}\0{channel.time.size}\0".encode())
+        digest.update(channel.time.tobytes())
+        digest.update(channel.value.tobytes())
+    return digest.hexdigest()

@@ -17,7 +17,7 @@ from ...physics.errors import LogError
 from ...physics.motion import Array
 from ..canonical import PLACE, QUATERNION, RATES, TRACK, Channel, auxiliary_unit, command_kind, in_vehicle_file, unit_of
 from ..formats.autopilots.autopilot import AUTOPILOTS
-from ..formats.base import Name, Stream
+from ..formats.base import Name, Stream, some
 from .channel_map import Entry
 from .conversion import Source, channels_of
 from .message_types import NOT_MEASURED, PREDICTED, Meaning, colours, is_earth_velocity, others, short_kind, unneeded
@@ -338,12 +338,6 @@ def _placed(guess: Meaning, stream: Stream, frame: str | None, upside_down: bool
         how = f"from {stream.name}, axes taken as FRD because its vertical acceleration is negative at rest"
         return Source(guess.role, stream, "ned", how=how)
     return Source(guess.role, stream, frame or "enu")
-
-
-def some(names: Sequence[str], most: int = 12) -> str:
-    """List names, not more than `most`."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return (", ".join(names[:most]) or "nothing") + more
 
 
 _TYPES = {

@@ -11,8 +11,8 @@ from ...physics.thrusters import side_named
 from ...physics.vehicle import Vehicle
 from ..canonical import COMMAND_UNITS, Channel, command_kind, kind_of, unit_of
 from ..channels.channel_map import Entry, map_text
-from ..channels.mapping import some
 from ..channels.recognition import like_a_command, says_motion
+from ..formats.base import some
 from ..log import Log
 
 _PART = 1 << 17

@@ -20,8 +20,8 @@ from ..log import Log
 from ..statistics.blocks import CI, numbered_on
 from ..statistics.signals import noise_level
 from .faults import BLOCK, FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
-from .finding import Channels, Fix
 from .lags import Ways, blocks_of_pieces, courses, fit_ways, ways
+from .record import Channels, Fix
 
 SPEEDS = {0.514444: "knots", 0.277778: "km/h", 0.3048: "feet per second", 0.44704: "miles per hour", 0.01: "cm/s"}
 """Metres a second in one of the other units of speed: no number that decides."""

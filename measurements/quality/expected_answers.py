@@ -7,9 +7,8 @@ from ...physics.presentation import listing
 from ...physics.thrusters import Thruster, push_and_turn, side_named
 from ..canonical import command_kind, kind_of
 from ..statistics.blocks import BY_CHANCE, chance_of_no_more
-from .finding import Finding
 from .quick_motion import neutral_of
-from .record import Record, command_names
+from .record import Finding, Record, command_names
 from .response import Answer, Trials, answers, trials
 
 SIDE = {"port": 1, "starboard": -1}

@@ -15,8 +15,7 @@ from ..canonical import Channel
 from ..clock import band_passed, drift_free
 from ..log import Log
 from ..preparation.resampling import gap_limit
-from ..statistics.blocks import CI, Fit, robust_fit
-from ..statistics.quantiles import student
+from ..statistics.blocks import CI, Fit, robust_fit, student
 from ..statistics.signals import noise_level, turning_point
 from .faults import BLOCK, FEWEST, Size, size_of, size_of_unexplained, squared_held_out
 

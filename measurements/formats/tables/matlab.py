@@ -19,8 +19,7 @@ import numpy as np
 from ....physics.errors import LogError, listed
 from ....physics.motion import Array
 from ....physics.reading import Plain
-from ..base import DEEPEST, Format, Head, Recording, Request, Stream, in_file
-from ..headers import TimeColumn, find_time
+from ..base import DEEPEST, Format, Head, Recording, Request, Stream, TimeColumn, find_time, in_file
 from ..unpacking import inflated, most_held
 from .tables import wide_recording, without_names
 from .text_tables import FramePart

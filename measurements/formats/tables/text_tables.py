@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from ....physics.errors import LogError, shown
 from ....physics.files import is_mark
 from ....physics.motion import Array
-from ..base import EXPECTED, Format, Head, Recording, Request, in_file
-from ..headers import TimeColumn
+from ..base import EXPECTED, Format, Head, Recording, Request, TimeColumn, in_file
 from ..unpacking import TableText, check_table
 from .tables import LAST, LONG_ROW, Stamps, Words, check_columns, is_long, is_wide, long_recording, wide_recording
 

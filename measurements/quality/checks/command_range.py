@@ -14,8 +14,7 @@ from ....physics.presentation import listing, percent
 from ....physics.thrusters import TableCurve, Thruster, command_of
 from ....physics.vehicle import Vehicle
 from ..faults import OVERWHELMING, Altered, Size, size_by_model
-from ..finding import Check, Finding, Reach
-from ..record import Record
+from ..record import Check, Finding, Reach, Record
 
 _OVER = 0.02
 """Share of the curve's reach up to which a command beyond its end is rounding."""

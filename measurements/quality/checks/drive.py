@@ -15,9 +15,8 @@ from ....physics.thrusters import command_of, resting_commands
 from ...clock import band_passed
 from ..expected_answers import explained_as_expected, side_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
-from ..finding import Check, Finding
 from ..quick_motion import LEAST, QUICK, Part, parts_of, push_range
-from ..record import RATE, STEP, Record, channels_called, thruster_of
+from ..record import RATE, STEP, Check, Finding, Record, channels_called, thruster_of
 
 _LAGS = 3.0
 """Delays that are tried, both ways [s]: beyond the 2 s that a thruster may have at most."""

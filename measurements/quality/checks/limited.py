@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.motion import Array
-from ...statistics.quantiles import student
+from ...statistics.blocks import student
 from ..faults import BLOCK, FEWEST, Fault, Kind, Share, Size, blocks_of, ratio_by_blocks, size_of
-from ..finding import Check, Finding
 from ..quick_motion import LEAST, Part, neutral_of, parts_of, push_range, unexplained
-from ..record import RATE, STEP, Record
+from ..record import RATE, STEP, Check, Finding, Record
 
 _NEAR = 0.02
 """Share of its range within which a command is at an end of it: what rounding takes from a limit."""

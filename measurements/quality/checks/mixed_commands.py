@@ -17,8 +17,7 @@ from ...canonical import Channel, kind_of
 from ...channels.channel_map import Entry, map_text, mixed
 from ..expected_answers import SIDE, called, expected_of
 from ..faults import Fault, Kind, Size, delayed, size_by_model
-from ..finding import Channels, Check, Finding, Fix
-from ..record import Record, command_names
+from ..record import Channels, Check, Finding, Fix, Record, command_names
 from ..response import trials
 
 _SCALES = (1.0, 0.5)

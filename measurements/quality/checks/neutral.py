@@ -8,9 +8,8 @@ import numpy as np
 
 from ....physics.thrusters import resting_commands
 from ...canonical import LIMITS, kind_of
-from ..finding import Check, Finding
 from ..quick_motion import neutral_of
-from ..record import Record, channels_called, command_names
+from ..record import Check, Finding, Record, channels_called, command_names
 
 USUAL = 1500.0
 """The PWM at which the thruster curves of vehicle files have their zero, unless they say otherwise [us]."""

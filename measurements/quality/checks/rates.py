@@ -7,8 +7,7 @@ import numpy as np
 
 from ...canonical import MOTION, Channel, command_kind
 from ...preparation.resampling import gap_limit, gaps, is_logged_on_change
-from ..finding import Check, Finding, Verdict
-from ..record import Record
+from ..record import Check, Finding, Record, Verdict
 
 _SLOW, _TOO_SLOW = 4.5, 1.0
 """Rates below which motion is coarse, and below which it is not seen [Hz]."""

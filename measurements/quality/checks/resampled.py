@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array
 from ...canonical import MOTION, Channel
-from ..finding import Channels, Check, Finding, Fix, altered
-from ..record import Record
+from ..record import Channels, Check, Finding, Fix, Record, altered
 
 _MOTION = (*MOTION, "ax", "ay")
 _LEAST_ROWS = 200

@@ -26,8 +26,7 @@ from ..expected_answers import (
     swapped,
 )
 from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
-from ..finding import Check, Finding
-from ..record import RATE, STEP, Record, channels_called, command_names
+from ..record import RATE, STEP, Check, Finding, Record, channels_called, command_names
 from ..response import Answer, Trials, trials
 from .swapped_channels import may_be_exchanged
 

@@ -10,8 +10,7 @@ from ....physics.motion import Array
 from ...canonical import MOTION, Channel
 from ...statistics.blocks import numbered_on
 from ..faults import BLOCK, Fault, Kind, Size, size_of
-from ..finding import Check, Finding, Fix, altered
-from ..record import QUICK_ROW, Record, channels_called
+from ..record import QUICK_ROW, Check, Finding, Fix, Record, altered, channels_called
 
 _LEAST_ROWS = 50
 """Rows of which the outermost 2 % are one: of fewer, no usual range can be told.

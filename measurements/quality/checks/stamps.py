@@ -5,8 +5,7 @@ from functools import partial
 
 from ...canonical import Channel
 from ...clock import APART
-from ..finding import Channels, Check, Finding, Fix
-from ..record import Record
+from ..record import Channels, Check, Finding, Fix, Record
 
 _MANY = 0.01
 """Share of stamps that are wrong from which a derivative suffers; fewer are told, no more."""

@@ -12,9 +12,8 @@ from ...clock import band_passed
 from ..axes import taken_from, track_of
 from ..expected_answers import side_of
 from ..faults import BLOCK, Fault, Kind, Size, blocks_of, size_of
-from ..finding import Check, Finding, Fix
 from ..lags import QUICK
-from ..record import RATE, STEP, Record, Stretch, thruster_of
+from ..record import RATE, STEP, Check, Finding, Fix, Record, Stretch, thruster_of
 from ..response import answers, trials
 
 _SPEEDS = ("u", "v")

@@ -17,10 +17,9 @@ from ...log import Log
 from ...statistics.blocks import numbered_on, robust_fit
 from ..axes import LENGTHS, SPEEDS, Mixed, Track, course_of, mixed_up, off_course, surveyed, track_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
-from ..finding import Channels, Check, Finding, Fix, altered
 from ..lags import Turns, blocks_of_pieces, turns, unexplained_turning
 from ..quick_motion import pushes_of
-from ..record import RATE, Record, Stretch
+from ..record import RATE, Channels, Check, Finding, Fix, Record, Stretch, altered
 
 FINE = 0.1
 """Share by which two records of one quantity may differ in size, and a factor from a unit: sensors are calibrated to

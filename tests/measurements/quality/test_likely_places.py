@@ -7,8 +7,7 @@ from undertow.measurements.log import read_log
 from undertow.measurements.quality import expected_answers
 from undertow.measurements.quality.checks import sides
 from undertow.measurements.quality.checks.sides import SIDES
-from undertow.measurements.quality.finding import Finding
-from undertow.measurements.quality.record import Record
+from undertow.measurements.quality.record import Finding, Record
 from undertow.measurements.quality.response import Answer, Trial, Trials
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

@@ -14,15 +14,13 @@ import pytest
 from places import ROOT
 
 from undertow.measurements.canonical import Channel, Output
-from undertow.measurements.inspection import inspect_log, inspect_logs
+from undertow.measurements.inspection import CHECKS, examine, inspect_log, inspect_logs, pool, verdict
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.quality.checks.late import fixes_of
 from undertow.measurements.quality.checks.sides import SIDES
-from undertow.measurements.quality.examination import CHECKS, examine, pool, verdict
 from undertow.measurements.quality.expected_answers import side_of
-from undertow.measurements.quality.finding import SEVERITY, Finding
-from undertow.measurements.quality.fixes import fixes_of
 from undertow.measurements.quality.lags import Response, lag_of
-from undertow.measurements.quality.record import Record
+from undertow.measurements.quality.record import SEVERITY, Finding, Record
 from undertow.measurements.quality.response import Answer, Trial, Trials, answers
 from undertow.measurements.statistics.blocks import robust_fit
 from undertow.physics.motion import body_to_earth
