@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 
 from ..measurements.canonical import command_kind
-from ..measurements.clock import LEAST_CORRELATION
 from ..measurements.formats.registry import find_logs, log_digests
 from ..measurements.inspection import Inspection, examine, inspect_log, pool
 from ..measurements.kinematics import Kinematics, kinematics_of, longest_row
@@ -32,6 +31,7 @@ from ..measurements.prepared_logs import (
 )
 from ..measurements.quality.record import Finding, Reach
 from ..measurements.statistics.processors import single_threaded
+from ..measurements.statistics.signals import LEAST_CORRELATION
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.motion import Motion
 from ..physics.stage import Say, trim_memory

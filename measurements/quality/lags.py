@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from ...physics.motion import Array, body_to_earth
 from ..canonical import Channel
-from ..clock import band_passed, drift_free
 from ..log import Log
 from ..preparation.resampling import gap_limit
 from ..statistics.blocks import CI, Fit, robust_fit, student
-from ..statistics.signals import noise_level, turning_point
+from ..statistics.signals import band_passed, drift_free, noise_level, turning_point
 from .faults import BLOCK, FEWEST, Size, size_of, size_of_unexplained, squared_held_out
 
 _FAR = (-5.0, 5.0)

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from ...physics.effects import EFFECTS
 from ...physics.motion import Array, earth_to_body
 from ..canonical import kind_of
-from ..clock import band_passed
 from ..preparation.resampling import command_step
 from ..statistics.blocks import CI, Fit, robust_fit, surely_more
+from ..statistics.signals import band_passed
 from .faults import Size, size_of
 from .lags import FOLLOWS, Response, lag_anywhere
 from .quick_motion import centre_of, stands_still

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array
 from ....physics.thrusters import command_of, resting_commands
-from ...clock import band_passed
+from ...statistics.signals import band_passed
 from ..expected_answers import explained_as_expected, side_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
 from ..quick_motion import LEAST, QUICK, Part, parts_of, push_range

@@ -8,8 +8,8 @@ import numpy as np
 
 from ....physics.presentation import listing
 from ...canonical import kind_of
-from ...clock import LEAST_CORRELATION, band_passed
 from ...statistics.blocks import CI
+from ...statistics.signals import LEAST_CORRELATION, band_passed
 from ..axes import surveyed
 from ..expected_answers import (
     SIDE,

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from ...canonical import Channel
-from ...clock import APART
+from ...channels.conversion import APART
 from ..record import Channels, Check, Finding, Fix, Record
 
 _MANY = 0.01

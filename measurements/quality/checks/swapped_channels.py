@@ -8,7 +8,7 @@ import numpy as np
 
 from ....physics.motion import Array
 from ....physics.thrusters import push_and_turn
-from ...clock import band_passed
+from ...statistics.signals import band_passed
 from ..axes import taken_from, track_of
 from ..expected_answers import side_of
 from ..faults import BLOCK, Fault, Kind, Size, blocks_of, size_of

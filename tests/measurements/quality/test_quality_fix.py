@@ -11,7 +11,7 @@ import pytest
 from verbs import call, done, inspected, refused, strict
 
 from undertow.measurements.canonical import command_kind
-from undertow.measurements.clock import APART
+from undertow.measurements.channels.conversion import APART
 from undertow.measurements.inspection import examine
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading

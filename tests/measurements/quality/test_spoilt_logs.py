@@ -17,7 +17,7 @@ from ulog_files import ulog_of
 from verbs import call, strict
 
 from undertow.discovery.discover import find_missing
-from undertow.measurements.clock import APART
+from undertow.measurements.channels.conversion import APART
 from undertow.measurements.inspection import examine, inspect_log
 from undertow.measurements.log import read_log
 from undertow.measurements.quality.axes import mixed_up, track_of
