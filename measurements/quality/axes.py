@@ -224,11 +224,6 @@ def mixed_axes(turn: int, side: int, angle: float, quarters: int | None, opposed
     return Mixed(names, text, remedy)
 
 
-def other_places(quarters: int | None) -> Mixed | None:
-    """What positions may be mixed up where the heading seems mirrored by so many quarter turns; None off them."""
-    return None if quarters is None else _PLACES[quarters]
-
-
 def taken_from(rules: Mapping[str, tuple[str, float]]) -> Callable[[Channels], dict[str, Channel]]:
     """Give each channel the stamps and values of another, times a sign."""
 
@@ -442,9 +437,9 @@ def off_course(course: Course, opposed: bool | None, surveyed: bool) -> Mixed | 
     mixed = mixed_axes(course.turn, 1, course.angle, course.quarters, opposed)
     if course.turn == 1 and course.quarters == 2:
         mixed = replace(mixed, sentence=f"the bow is taken for the stern, for {mixed.sentence}")
-    others = None if course.turn == 1 or surveyed else other_places(course.quarters)
-    if others is None:
+    if course.turn == 1 or surveyed or course.quarters is None:
         return mixed
+    others = _PLACES[course.quarters]
     return replace(
         mixed,
         channels=(*mixed.channels, "x", "y"),

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from ....physics.motion import Array
 from ....physics.thrusters import command_of, resting_commands
 from ...statistics.signals import band_passed
-from ..expected_answers import explained_as_expected, side_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
 from ..quick_motion import LEAST, QUICK, Part, parts_of, push_range
 from ..record import RATE, STEP, Check, Finding, Record, channels_called, thruster_of
+from ..response import explained_as_expected, side_of
 
 _LAGS = 3.0
 """Delays that are tried, both ways [s]: beyond the 2 s that a thruster may have at most."""
@@ -262,13 +262,9 @@ def _tables(
         push = [part.pushes[:, :, axis] for part in parts]
         wanted = [part.residual[:, axis] + one.sum(axis=1) for part, one in zip(parts, push, strict=True)]
         return wanted, push, [part.states[axis] for part in parts]
-    driven = [band_passed(_both(part), STEP, band) for part in parts]
+    signed = [np.column_stack([part.commands, part.commands * np.abs(part.commands)]) for part in parts]
+    driven = [band_passed(table, STEP, band) for table in signed]
     return [part.rates[:, axis] for part in parts], driven, [part.states[axis] for part in parts]
-
-
-def _both(part: Part) -> Array:
-    """Commands, and their squares with their signs, (n, 2 c)."""
-    return np.column_stack([part.commands, part.commands * np.abs(part.commands)])
 
 
 def _turns(records: Sequence[Record], name: str) -> bool:
