@@ -84,13 +84,13 @@ def streams_of(table: Any, time: str | None, where: str) -> list[Stream]:
     return streams
 
 
-def _one_of(table: "pd.DataFrame", known: Sequence[str], words: bool | None = None) -> str | None:
-    """The first of some columns that a table has; with `words`, only one that holds them, or only one that does not."""
+def _one_of(table: "pd.DataFrame", known: Sequence[str], words: bool) -> str | None:
+    """The first of some columns that a table has and that holds words, or numbers."""
     from pandas.api.types import is_numeric_dtype
 
     by_name = {str(column).lower(): column for column in table.columns}
     found = [by_name[name] for name in known if name in by_name]
-    return next((c for c in found if words is None or is_numeric_dtype(table[c]) is not words), None)
+    return next((c for c in found if is_numeric_dtype(table[c]) is not words), None)
 
 
 def _seconds(stamps: "pd.Series", name: str) -> Array:
