@@ -132,8 +132,6 @@ def _as_pandas(table: Any, where: str) -> Any:
         return pd.api.interchange.from_dataframe(table)
 
 
-__all__ = ["Channel", "Log", "read_log"]
-
 ChannelMap = Mapping[str, Entry | str | Mapping[str, Any] | None] | str | os.PathLike[str]
 """A channel map: its file, or by channel its entries or what the file says of them."""
 REPAIRED = "repaired by undertow from"

@@ -202,9 +202,7 @@ def _guessed(streams: Sequence[Stream], frame: str | None, notes: list[str]) -> 
             candidates = [(guess, stream) for guess, stream in found.get(role, []) if guess.group == group]
             if not candidates:
                 continue
-            guess, stream = min(
-                candidates, key=lambda item: (item[1].topic in foreign, _behind(item[0].role, item[1], bearers))
-            )
+            guess, stream = min(candidates, key=lambda one: (one[1].topic in foreign, _behind(role, one[1], bearers)))
             rivals = [other for _, other in found[role] if other is not stream]
             if rivals and all(other.field == stream.field == role for other in rivals):
                 passed[(stream.topic, *sorted(other.topic for other in rivals))].append(role)

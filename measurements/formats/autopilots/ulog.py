@@ -303,9 +303,8 @@ def _motors(parameters: Mapping[str, float]) -> tuple[list[str], str]:
 
 def _pulses(column: Array, output: int, motor: int, parameters: Mapping[str, float]) -> tuple[Array, Output, str]:
     """Turn an output [us] so that more is ahead; what the parameters say of it; and how it was turned, in words."""
-    low, high = (
-        parameters.get(f"PWM_MAIN_{end}{output + 1}", null) for end, null in (("MIN", 1000.0), ("MAX", 2000.0))
-    )
+    low = parameters.get(f"PWM_MAIN_MIN{output + 1}", 1000.0)
+    high = parameters.get(f"PWM_MAIN_MAX{output + 1}", 2000.0)
     astern = bool(int(parameters.get("CA_R_REV", 0)) >> motor & 1)
     mirrored = bool(int(parameters.get("PWM_MAIN_REV", 0)) >> output & 1)
     neutral = 0.5 * (low + high) if astern else low

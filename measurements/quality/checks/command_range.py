@@ -71,9 +71,8 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
     lines = listing([f"'{n}: {{from: ..., scale: {f:.4g}}}'" for n, f in factors.items()])
     # Beyond the curve the file has no force at all: of the motion they need not be much.
     sure = weighed is not None and weighed.share.low > OVERWHELMING
-    size = (
-        "" if weighed is None else f"; scaled by {_factors(factors)}, they explain {weighed.share} more of the motion"
-    )
+    scaled = listing([f"{value:.4g}" for value in dict.fromkeys(factors.values())])
+    size = "" if weighed is None else f"; scaled by {scaled}, they explain {weighed.share} more of the motion"
     return [
         Finding(
             check="command range",
@@ -92,10 +91,6 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
             else {},
         )
     ]
-
-
-def _factors(factors: Mapping[str, float]) -> str:
-    return listing([f"{value:.4g}" for value in dict.fromkeys(factors.values())])
 
 
 def _beyond(records: Sequence[Record], thruster: Thruster) -> Beyond | None:

@@ -106,9 +106,8 @@ def _jumps(values: Array) -> Array:
     """Steps across the whole range of a record, each from one end to the other."""
     steps = np.diff(values)
     whole = _WHOLE * float(np.ptp(values))
-    return (
-        steps[np.abs(steps) > max(whole, 2.0 * _STEPS * float(np.median(np.abs(steps))))] if whole > 0.0 else steps[:0]
-    )
+    least = max(whole, 2.0 * _STEPS * float(np.median(np.abs(steps))))
+    return steps[np.abs(steps) > least] if whole > 0.0 else steps[:0]
 
 
 SPIKES = Check("spikes", _examine)
