@@ -12,7 +12,7 @@ from pydantic import Field
 
 from ..comparison.facts import Comparison
 from ..discovery.findings import Findings
-from ..measurements.collection import find_logs, log_digests
+from ..measurements.formats.registry import find_logs, log_digests
 from ..physics.errors import RequestError, escaped_json
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.file_records import shown as short

@@ -32,7 +32,7 @@ from torch import Tensor, nn
 
 from undertow.cli.train_verb import settings_with
 from undertow.comparison.audit import Audit, audit
-from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.physics.files import write_text
 from undertow.physics.laws.damping_power import Envelope, damping_power
 from undertow.physics.momentum_balance import mass_matrix

@@ -24,9 +24,9 @@ from study.planting import DEFECTS, SPEED_DEFECTS, Defect, autopilot_log
 from study.remedies import FAULTS, SPEED_FAULTS, Fault, accused
 
 from undertow.measurements.canonical import Channel
+from undertow.measurements.inspection import examine
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.quality.examination import examine
-from undertow.measurements.quality.finding import Finding
+from undertow.measurements.quality.record import Finding
 from undertow.physics.files import write_text
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import NOISE, Sensors, simulate_world

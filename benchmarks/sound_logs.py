@@ -22,9 +22,9 @@ from study.records import Kept, Script, bound, in_a_table
 from study.sound_files import FORMATS, through_a_file
 from study.sound_worlds import KINDS, Run, drawn, from_outside, outside, recorded
 
+from undertow.measurements.inspection import CHECKS, examine
 from undertow.measurements.log import Log
 from undertow.measurements.preparation.needs import problems
-from undertow.measurements.quality.examination import CHECKS, examine
 from undertow.measurements.quality.faults import OVERWHELMING, Kind
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import Vehicle

@@ -23,8 +23,7 @@ from undertow.measurements.quality.checks.clocks import CLOCKS
 from undertow.measurements.quality.checks.sides import SIDES
 from undertow.measurements.quality.checks.spikes import SPIKES
 from undertow.measurements.quality.checks.stuck import STUCK
-from undertow.measurements.quality.finding import Check
-from undertow.measurements.quality.record import Record
+from undertow.measurements.quality.record import Check, Record
 from undertow.physics.vehicle import Vehicle
 
 FIRST = 260_000

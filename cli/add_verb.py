@@ -125,7 +125,6 @@ def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:
 
 def _is_log(word: str) -> bool:
     """True when a word names an existing file or folder, or looks like a log or a pattern."""
-    from ..measurements.collection import is_pattern
-    from ..measurements.formats.registry import SUFFIXES
+    from ..measurements.formats.registry import SUFFIXES, is_pattern
 
     return Path(word).exists() or Path(word).suffix.lower() in SUFFIXES or is_pattern(word)

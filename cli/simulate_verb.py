@@ -41,7 +41,7 @@ def simulate(
 ) -> None:
     """Write the log of a world with hidden effects."""
     with failing_clearly():
-        from ..measurements.quality.record import excitation_of
+        from ..measurements.quality.checks.excitation import excitation_of
         from ..physics.vehicle import load_vehicle
         from ..physics.worlds.hidden_effects import parse_effects
         from ..physics.worlds.world import check_ending, simulate_world

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..measurements.collection import log_digests
+from ..measurements.formats.registry import log_digests
 from ..measurements.prepared_logs import ALL, FOLDS, Inputs, PathLike
 from ..physics.errors import RequestError
 from ..physics.folders import finish_move

@@ -62,7 +62,7 @@ MODULES = {
     "residuals.models.base": "Model",
     "residuals.networks.base": "Network Scaling",
     "measurements.formats.base": "Format Head Request Recording Stream",
-    "measurements.quality.finding": "Check Finding Fix",
+    "measurements.quality.record": "Check Finding Fix",
     "reports.page.chapters.base": "Chapter Section",
     "physics.worlds.world": "World Sensors Orders",
 }

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..discovery.balance.base import WeakSettings
-from ..measurements.collection import log_digests
+from ..measurements.formats.registry import log_digests
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.processors import single_threaded

@@ -13,8 +13,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from ..measurements.collection import find_logs
-from ..measurements.formats.registry import SUFFIXES
+from ..measurements.formats.registry import SUFFIXES, find_logs
 from ..physics.errors import LogError, RequestError
 from ..physics.reading import read_text, read_yaml
 from ..physics.registry_members import how_to_install

@@ -10,38 +10,28 @@ from numpy.typing import NDArray
 from ..physics.errors import LogError
 from ..physics.motion import Array
 
-UNITS = {
-    "x": "m",
-    "y": "m",
-    "psi": "rad",
-    "u": "m/s",
-    "v": "m/s",
-    "r": "rad/s",
-    "ax": "m/s^2",
-    "ay": "m/s^2",
-    "wind_u": "m/s",
-    "wind_v": "m/s",
-    "qx": "1",
-    "qy": "1",
-    "qz": "1",
-    "qw": "1",
-    "x_dot": "m/s",
-    "y_dot": "m/s",
-    "sog": "m/s",
-    "cog": "rad",
-    "lat": "deg",
-    "lon": "deg",
-}
-"""Canonical channels of motion and their units; earth axes NED, body axes FRD. `wind_u`, `wind_v` are the velocity of
-the air relative to the boat, in body axes, as an anemometer on board measures it. When a log is read a quaternion
-becomes `psi`, latitude and longitude become `x` and `y`, and the velocity along `x` and `y`, or speed and course over
-ground (`sog`, and `cog` clockwise from north), become `u` and `v`."""
-
 MOTION = ("x", "y", "psi", "u", "v", "r")
 QUATERNION = ("qx", "qy", "qz", "qw")
 PLACE = ("lat", "lon")
 RATES = ("x_dot", "y_dot")
 TRACK = ("sog", "cog")
+
+UNITS = {
+    **dict.fromkeys(("x", "y"), "m"),
+    "psi": "rad",
+    **dict.fromkeys(("u", "v"), "m/s"),
+    "r": "rad/s",
+    **dict.fromkeys(("ax", "ay"), "m/s^2"),
+    **dict.fromkeys(("wind_u", "wind_v"), "m/s"),
+    **dict.fromkeys(QUATERNION, "1"),
+    **dict.fromkeys((*RATES, "sog"), "m/s"),
+    "cog": "rad",
+    **dict.fromkeys(PLACE, "deg"),
+}
+"""Canonical channels of motion and their units; earth axes NED, body axes FRD. `wind_u`, `wind_v` are the velocity of
+the air relative to the boat, in body axes, as an anemometer on board measures it. When a log is read a quaternion
+becomes `psi`, latitude and longitude become `x` and `y`, and the velocity along `x` and `y`, or speed and course over
+ground (`sog`, and `cog` clockwise from north), become `u` and `v`."""
 
 COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N", "tau": "N"}
 """Kinds of thruster command and their units; a command channel is named `<kind>_<thruster>`. Generalised forces are

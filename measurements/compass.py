@@ -159,6 +159,7 @@ def compass_of(motions: Sequence[Motion], *, constant: bool = False) -> Compass:
     if count < _LEAST_BLOCKS:
         return Compass(0.0, 0.0, 0.0, 0.0, float("inf"), 0.0, 0.0)
     sway, speed, heading, rate = rows.T
+    turning = np.concatenate([np.abs(motion.velocity[:, 2]) for motion in motions])
     others = np.column_stack([np.cos(heading), np.sin(heading), rate, speed * rate])
     shape = np.column_stack([np.ones_like(speed), np.sin(heading), np.cos(heading)])
     both = np.column_stack([speed[:, None] * shape, others])
@@ -176,13 +177,9 @@ def compass_of(motions: Sequence[Motion], *, constant: bool = False) -> Compass:
         float(np.sqrt(np.einsum("ni,ij,nj->n", shape, covariance, shape).mean())),
         1.0 - float(by_block[0].sum() / max(float(by_block[1].sum()), 1e-300)),
         float((by_block[0] < by_block[1]).mean()),
-        _LAZY[0] < _fastest_turn(motions) < _LAZY[1],
+        _LAZY[0] < float(np.quantile(turning, _TOP)) < _LAZY[1],
         _sectors(heading, motions[0].time_step),
     )
-
-
-def _fastest_turn(motions: Sequence[Motion]) -> float:
-    return float(np.quantile(np.concatenate([np.abs(motion.velocity[:, 2]) for motion in motions]), _TOP))
 
 
 def _sectors(heading: Array, step: float) -> int:

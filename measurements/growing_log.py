@@ -20,8 +20,7 @@ from ..physics.motion import RUN_UP, Array, Motion
 from ..physics.vehicle import Vehicle
 from .channels.channel_map import TIME, Entry, read_channel_map, time_of
 from .channels.mapping import map_channels
-from .formats.base import EXPECTED, Stream
-from .formats.headers import EPOCH, TimeColumn, find_time, read_header
+from .formats.base import EPOCH, EXPECTED, Stream, TimeColumn, find_time, read_header
 from .formats.tables.tables import LONG, is_long, is_wide
 from .log import Log
 from .log_options import Reading

@@ -1,35 +1,163 @@
-"""Inspection of a log before anything is computed from it: channels, quality, and the plan of its preparation."""
+"""Inspection of a log before anything is computed from it: channels, all checks of quality, and the plan.
 
-from collections.abc import Mapping, Sequence
+Checks look at one log, or at several logs of one boat together.
+"""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import Field, field_serializer
 
+from ..physics import file_records
 from ..physics.errors import LogError
-from ..physics.file_records import Flag, Number, Record, Whole, absent
-from ..physics.motion import Motion, earth_to_body
+from ..physics.file_records import Flag, Number, Whole, absent
+from ..physics.motion import Array, Motion, earth_to_body
 from ..physics.presentation import Card, each
+from ..physics.registry_members import objects_in
 from ..physics.vehicle import Vehicle
-from .canonical import Channel, command_kind
+from .canonical import Channel, Lost, command_kind
 from .channels.channel_map import Entry, map_dict
-from .clock import Alignment, align
 from .log import Log
 from .preparation.needs import problems
 from .preparation.prepare import PAPER, WEAK, Recipe, motions_within, native_rate, shortfall, usable_spans
 from .preparation.resampling import gap_limit, gaps
-from .quality.examination import Examination, examine, is_sound, pool, verdict
-from .quality.finding import Finding
-from .quality.record import Excitation, excitation_of
+from .quality import checks
+from .quality.checks.excitation import Excitation, excitation_of
+from .quality.record import SEVERITY, Check, Finding, Record
 from .quality.record import longest as longest_span
-from .statistics.signals import noise_level
+from .statistics.signals import LEAST_CORRELATION, drift_free, noise_level, turning_point
+
+_ORDER = (
+    *("vessel", "stamps", "time unit", "resampled", "rates", "gaps", "stuck", "jumps", "spikes", "exchanged", "units"),
+    *("held fixes", "late fixes", "commands", "command range", "mixed commands", "sides", "clocks", "neutral", "drive"),
+    *("limited", "compass", "sensors", "tilt", "excitation"),
+)
+"""Names of the checks. Each sees the log as the safe fixes of those before it leave it: units before speeds, fixes
+before clocks, and what speaks of PWM as it is in the file before the neutral is moved."""
+CHECKS: tuple[Check, ...] = tuple(sorted(objects_in(checks, Check), key=lambda check: _ORDER.index(check.name)))
+"""All checks, each in a file of its own, in that order."""
+
+
+_WORST = 3
+"""Findings that the verdict tells."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Examination:
+    """What the checks say of one log.
+
+    Attributes
+    ----------
+    findings : of all checks, in their order
+    seen : the log as each check saw it, with the safe fixes of the checks before
+    repaired : the log with all safe fixes
+    """
+
+    findings: tuple[Finding, ...]
+    seen: tuple[Record, ...]
+    repaired: Record
+
+    @property
+    def clean(self) -> Log:
+        """The log with all safe fixes, in which nothing is out of order any more."""
+        log = self.repaired.log
+        return replace(log, channels={name: replace(c, lost=Lost()) for name, c in log.channels.items()})
+
+    @property
+    def fixes(self) -> tuple[str, ...]:
+        """What was done to `clean`, as sentences."""
+        return tuple(finding.fix.sentence for finding in self.findings if finding.fix is not None)
+
+    @property
+    def still_wrong(self) -> tuple[str, ...]:
+        """What is still wrong with `clean`, as sentences."""
+        unfixed = [finding for finding in self.findings if finding.fix is None]
+        return tuple(finding.sentence for finding in unfixed if finding.verdict in SEVERITY[:2])
+
+
+def examine(
+    log: Log, vehicle: Vehicle | None = None, *, progress: Callable[[int, int], None] | None = None
+) -> Examination:
+    """Make all checks on one log.
+
+    Parameters
+    ----------
+    vehicle : whose thrusters the commands must agree with
+    progress : told how many checks are made, and how many there are
+    """
+    record, findings, seen = Record.of(log, vehicle), [], []
+    for done, check in enumerate(CHECKS):
+        if progress is not None:
+            progress(done, len(CHECKS))
+        seen.append(record)
+        found = check.examine([record])
+        findings += found
+        channels = dict(record.log.channels)
+        fixes = [finding.fix for finding in found if finding.fix is not None]
+        for fix in fixes:
+            channels = fix.apply(channels)
+        if any(channels[name] is not record.log.channels.get(name) for name in channels):
+            record = record.repaired(channels)
+    return Examination(tuple(findings), tuple(seen), record)
+
+
+def pool(examinations: Sequence[Examination], names: Collection[str] = ()) -> tuple[Finding, ...]:
+    """Make checks on several logs of one boat together: what one log is too short to tell, all may.
+
+    Parameters
+    ----------
+    names : of the checks; none for all
+    """
+    return tuple(
+        finding
+        for place, check in enumerate(CHECKS)
+        if not names or check.name in names
+        for finding in check.examine([each.seen[place] for each in examinations])
+    )
+
+
+def is_sound(findings: Sequence[Finding]) -> bool:
+    """True when no check found a defect; a warning makes numbers worse, but a log can be used with it."""
+    return not any(finding.verdict == "defect" for finding in findings)
+
+
+def verdict(findings: Sequence[Finding], missing: Sequence[str] = (), curable: bool = False) -> str:
+    """Say in one or two sentences whether a log is usable, and what is worst about it.
+
+    Parameters
+    ----------
+    findings : of the checks
+    missing : what keeps the log from being used, empty where nothing does
+    curable : whether the safe fixes do away with that
+    """
+    if missing:
+        cure = " --fix OUT.csv writes a log that can be used." if curable else ""
+        return f"Not usable as it is: {missing[0]}{cure}"
+    worst = sorted((f for f in findings if f.verdict in SEVERITY[:2]), key=lambda f: SEVERITY.index(f.verdict))
+    defects = sum(finding.verdict == "defect" for finding in worst)
+    if not worst:
+        untold = [finding for finding in findings if finding.verdict == "cannot tell"]
+        unsure = "; ".join(finding.short for finding in untold if finding.short)
+        count = sum(not finding.short for finding in untold)
+        things = "one thing" if count == 1 else f"{count} things"
+        more = f" It is too short or too calm to tell {things}." if count else ""
+        if unsure:
+            return f"Usable if this is right, which the log cannot tell: {unsure}. No defect was found.{more}"
+        return f"Usable; no defect was found.{more}"
+    text = "; ".join(finding.short or finding.sentence for finding in worst[:_WORST])
+    more = f"; and {len(worst) - _WORST} more" if len(worst) > _WORST else ""
+    refused = " discover refuses it as it is." if any(finding.refused for finding in findings) else ""
+    return f"{'Usable after repair' if defects else 'Usable, but mind'}: {text}{more}.{refused}"
+
 
 _TOLD = 5
 """Findings that a card tells: more is for who asks."""
 
 
-class ChannelSummary(Record):
+class ChannelSummary(file_records.Record):
     """One channel in numbers: stamps [s], rate [Hz], gaps [s], values and noise in its unit."""
 
     name: str
@@ -46,7 +174,7 @@ class ChannelSummary(Record):
     noise: Number | None = None
 
 
-class Segment(Record):
+class Segment(file_records.Record):
     """A stretch that becomes one motion: its ends [s] and its rows."""
 
     start: Number
@@ -54,7 +182,7 @@ class Segment(Record):
     rows: Whole
 
 
-class Plan(Record):
+class Plan(file_records.Record):
     """What preparation would do: the rate [Hz], the segments, notes on gaps, and what is missing (empty: ready)."""
 
     recipe: Recipe
@@ -64,7 +192,7 @@ class Plan(Record):
     missing: tuple[str, ...] = ()
 
 
-class Fixed(Record):
+class Fixed(file_records.Record):
     """What `inspect --fix` wrote: the file, what was done, what is still wrong, and whether it can be used."""
 
     path: str
@@ -73,7 +201,25 @@ class Fixed(Record):
     usable: Flag
 
 
-class Inspection(Card, Record):
+class Alignment(file_records.Record):
+    """How far one record of a quantity is behind another.
+
+    Attributes
+    ----------
+    first, second : the two records, in words
+    offset : how much later the second one shows the same thing [s]; None when the log cannot tell
+    correlation : of the two records at that offset; None when one of them never changes
+    sentence : the same for a person
+    """
+
+    first: str
+    second: str
+    offset: Number | None = None
+    correlation: Number | None = None
+    sentence: str
+
+
+class Inspection(Card, file_records.Record):
     """A log seen from all sides.
 
     Attributes
@@ -125,7 +271,7 @@ class Inspection(Card, Record):
         return (self.usable or self.curable) and is_sound([f for f in self.quality if f.fix is None])
 
 
-class Inspections(Card, Record):
+class Inspections(Card, file_records.Record):
     """Several logs of one boat, each by itself, and what they show together where they were looked over together.
 
     Attributes
@@ -277,6 +423,55 @@ def _alignment(log: Log, motion: Motion) -> tuple[Alignment, ...]:
             pair = (starboard, motion.velocity[:, 1])
             found.append(align("the speed made good to starboard", "the sway speed v", pair, step))
     return tuple(found)
+
+
+def align(first: str, second: str, values: tuple[Array, Array], step: float, reach: float = 1.0) -> Alignment:
+    """Compare two records (n,) of one quantity on the same even time base.
+
+    Parameters
+    ----------
+    first, second : what the records are, in words
+    values : the two records, in the same unit: speeds or turning rates
+    step : of the time base [s]
+    reach : largest delay looked for [s]
+
+    Returns
+    -------
+    Alignment
+        The offset is where the cross-correlation peaks, between samples by a parabola through three lags.
+    """
+    # A heading's noise, differentiated, hides the peak; integrated records found a delay of 0.1 s to 3 ms where rates
+    # erred by 50 ms. The band-pass takes away what integration made drift, and moves neither record against the other.
+    a, b = (drift_free(series, step) for series in values)
+    most = min(round(reach / step), a.size // 4)
+    if most < 1 or min(a.std(), b.std()) < 1e-9:
+        sentence = f"{first} or {second} never changes; nothing to compare."
+        return Alignment(first=first, second=second, sentence=sentence)
+    lags = np.arange(-most, most + 1)
+    peak = np.array([_correlation(a, b, int(lag)) for lag in lags])
+    best = int(np.argmax(peak))
+    top = float(peak[best])
+    if top < LEAST_CORRELATION or best in (0, lags.size - 1):
+        sentence = f"{first} and {second} do not follow each other (correlation {top:.2f}): noise, or other axes."
+        if peak.min() < -max(LEAST_CORRELATION, top):
+            top = float(peak.min())
+            sentence = f"{second} has the opposite sign of {first} (correlation {top:.2f}); check the axes."
+        return Alignment(first=first, second=second, correlation=top, sentence=sentence)
+    shift = turning_point(float(peak[best - 1]), top, float(peak[best + 1]))
+    offset = float((lags[best] + shift) * step)
+    sentence = f"{second} is {abs(offset):.3f} s {'later' if offset > 0 else 'earlier'} than {first}."
+    if abs(offset) < 0.2 * step:
+        sentence = f"{first} and {second} are in step."
+    return Alignment(first=first, second=second, offset=offset, correlation=top, sentence=sentence)
+
+
+def _correlation(a: Array, b: Array, lag: int) -> float:
+    """Correlation of a(t) with b(t + lag)."""
+    left = a[max(0, -lag) : a.size - max(0, lag)]
+    right = b[max(0, lag) : b.size - max(0, -lag)]
+    left, right = left - left.mean(), right - right.mean()
+    power = float(np.sqrt((left @ left) * (right @ right)))
+    return float(left @ right) / power if power > 0 else 0.0
 
 
 def _plan(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> Plan:

@@ -285,10 +285,9 @@ def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = MOTION,
             return so_far
         for name in wrong:
             total[name] = values[name][0]
-        if "compass_sine" in wrong or "compass_cosine" in wrong:
-            body = speeds and _unexplained_share(motions, {**total, "body_speeds": 1.0}) < _unexplained_share(
-                motions, total
-            )
+        if speeds and ("compass_sine" in wrong or "compass_cosine" in wrong):
+            left = _unexplained_share(motions, {**total, "body_speeds": 1.0})
+            body = left < _unexplained_share(motions, total)
         flags = {"body_speeds": 1.0} if body else {}
         here = tuple(corrected_for(motion, {**total, **flags}) for motion in motions)
     return Kinematics({}, agree=False)
@@ -338,9 +337,8 @@ def compass_shown(motions: Sequence[Motion]) -> Compass:
     """
     seen = _of_gyro([m for m in motions if not m.derived[2]])
     known = Kinematics(seen)
-    none = all(
-        known.sharp(name) and abs(seen[name][0]) <= LIMITS[name][0] for name in ("compass_sine", "compass_cosine")
-    )
+    parts = ("compass_sine", "compass_cosine")
+    none = all(known.sharp(name) and abs(seen[name][0]) <= LIMITS[name][0] for name in parts)
     return compass_of(motions, constant=none)
 
 

@@ -1,5 +1,6 @@
 """A `Log`: the canonical channels of one file or of a data frame, each on its own time stamps."""
 
+import hashlib
 import os
 import re
 import warnings
@@ -16,10 +17,9 @@ from ..physics.motion import Array
 from ..physics.presentation import Card, each
 from .canonical import Channel
 from .channels.channel_map import TIME, Entry, entries_of, entry_of, map_dict, read_channel_map, time_of
-from .channels.mapping import auxiliary_channels, auxiliary_of, map_channels, some
+from .channels.mapping import auxiliary_channels, auxiliary_of, map_channels
 from .channels.recognition import check_namespace, is_under, is_vertical_acceleration, lacks, recognise
-from .formats.base import CraftEvidence, Name, Request, Stream
-from .formats.headers import TimeColumn, find_time
+from .formats.base import CraftEvidence, Name, Request, Stream, TimeColumn, find_time, some
 from .formats.registry import read_recording
 from .log_options import AS_GUESSED, Reading
 
@@ -84,13 +84,13 @@ def streams_of(table: Any, time: str | None, where: str) -> list[Stream]:
     return streams
 
 
-def _one_of(table: "pd.DataFrame", known: Sequence[str], words: bool | None = None) -> str | None:
-    """The first of some columns that a table has; with `words`, only one that holds them, or only one that does not."""
+def _one_of(table: "pd.DataFrame", known: Sequence[str], words: bool) -> str | None:
+    """The first of some columns that a table has and that holds words, or numbers."""
     from pandas.api.types import is_numeric_dtype
 
     by_name = {str(column).lower(): column for column in table.columns}
     found = [by_name[name] for name in known if name in by_name]
-    return next((c for c in found if words is None or is_numeric_dtype(table[c]) is not words), None)
+    return next((c for c in found if is_numeric_dtype(table[c]) is not words), None)
 
 
 def _seconds(stamps: "pd.Series", name: str) -> Array:
@@ -131,8 +131,6 @@ def _as_pandas(table: Any, where: str) -> Any:
         warnings.simplefilter("ignore")  # pandas prefers Arrow's protocol, which needs pyarrow
         return pd.api.interchange.from_dataframe(table)
 
-
-__all__ = ["Channel", "Log", "read_log"]
 
 ChannelMap = Mapping[str, Entry | str | Mapping[str, Any] | None] | str | os.PathLike[str]
 """A channel map: its file, or by channel its entries or what the file says of them."""
@@ -395,3 +393,13 @@ def _check_map_of_repaired(path: Path, entries: Mapping[str, Entry | None], name
             "and its channels have their own names, units and axes already. Leave --map out; the map is for the log "
             "that was repaired"
         )
+
+
+def channels_digest(log: Log) -> str:
+    """SHA-256 of the channels of a log in memory: their names, stamps and values."""
+    digest = hashlib.sha256()
+    for name, channel in sorted(log.channels.items()):
+        digest.update(f"{name}\0{channel.time.size}\0".encode())
+        digest.update(channel.time.tobytes())
+        digest.update(channel.value.tobytes())
+    return digest.hexdigest()

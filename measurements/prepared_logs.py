@@ -13,13 +13,12 @@ from ..physics.files import on_top, write_bytes
 from ..physics.motion import Motion
 from ..physics.presentation import Card, each
 from ..physics.vehicle import Vehicle
-from .inspection import Inspection, inspect_log
+from .inspection import Inspection, examine, inspect_log
 from .kinematics import Kinematics, corrected_for
 from .log import REPAIRED, Log, read_log
 from .log_options import AS_GUESSED, Reading
 from .preparation.prepare import PAPER, DataSet, filtered
 from .preparation.split import Fold, Split, cut, split
-from .quality.examination import examine
 
 VERB = "inspect --fix"
 _PART = 1 << 16

@@ -9,9 +9,9 @@ from ..physics.motion import Array
 from ..physics.sampled_series import first_order_lag
 from .canonical import Output, command_kind, in_vehicle_file, kind_of
 from .quality.checks.sides import Placed, placed
-from .quality.expected_answers import other_side, side_of
 from .quality.quick_motion import neutral_of, stands_still
 from .quality.record import Record, Stretch
+from .quality.response import other_side, side_of
 
 _PULSES = (1100.0, 1500.0, 1900.0)
 """Full astern, neutral and full ahead of a speed controller [us], where neither the log nor its parameters tell."""

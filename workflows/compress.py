@@ -14,7 +14,7 @@ from ..discovery.balance.weak_form import LEAST_TESTS, WeakForm
 from ..discovery.candidates.unnamed_terms import term_factors
 from ..discovery.factors.factors import Factors
 from ..discovery.settings import DiscoverySettings
-from ..measurements.collection import log_digests
+from ..measurements.formats.registry import log_digests
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..measurements.channels.channel_map import Entry, map_text, read_channel_map
-from ..measurements.collection import find_logs
+from ..measurements.formats.registry import find_logs
 from ..measurements.log import read_log
 from ..measurements.log_options import Reading
 from ..measurements.quality.record import Record
-from ..measurements.statistics.quantiles import weighed
+from ..measurements.statistics.blocks import weighed
 from ..measurements.thrusters_in_log import DetectedThruster, drag_at_speed, surge_at_full, top_speed
 from ..physics.errors import RequestError
 from ..physics.files import write_text

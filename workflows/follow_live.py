@@ -15,11 +15,10 @@ from ..discovery.calibration.following import (
 )
 from ..discovery.calibration.forgetting_fit import AdaptSettings
 from ..measurements.growing_log import STDIN, GrowingLog, growing_lines
-from ..measurements.inspection import inspect_log
+from ..measurements.inspection import examine, inspect_log
 from ..measurements.log import Log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import PathLike
-from ..measurements.quality.examination import examine
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import LogError, RequestError
 from ..physics.motion import Motion

@@ -10,11 +10,10 @@ from functools import partial
 from pathlib import Path
 
 from ..measurements.canonical import command_kind
-from ..measurements.clock import LEAST_CORRELATION
-from ..measurements.collection import channels_digest, find_logs, log_digests
-from ..measurements.inspection import Inspection, inspect_log
+from ..measurements.formats.registry import find_logs, log_digests
+from ..measurements.inspection import Inspection, examine, inspect_log, pool
 from ..measurements.kinematics import Kinematics, kinematics_of, longest_row
-from ..measurements.log import Log, read_log
+from ..measurements.log import Log, channels_digest, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.prepare import PAPER, WEAK, DataSet, prepare
 from ..measurements.preparation.split import PARTS, split
@@ -30,9 +29,9 @@ from ..measurements.prepared_logs import (
     read_as_wanted,
     repair,
 )
-from ..measurements.quality.examination import examine, pool
-from ..measurements.quality.finding import Finding, Reach
+from ..measurements.quality.record import Finding, Reach
 from ..measurements.statistics.processors import single_threaded
+from ..measurements.statistics.signals import LEAST_CORRELATION
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.motion import Motion
 from ..physics.stage import Say, trim_memory

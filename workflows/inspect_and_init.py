@@ -10,17 +10,25 @@ import numpy as np
 
 from ..measurements.canonical import command_kind
 from ..measurements.channels.channel_map import Entry, map_text
-from ..measurements.collection import find_logs
-from ..measurements.inspection import Fixed, Inspection, Inspections, inspect_log, inspect_logs
+from ..measurements.formats.registry import find_logs
+from ..measurements.inspection import (
+    Examination,
+    Fixed,
+    Inspection,
+    Inspections,
+    examine,
+    inspect_log,
+    inspect_logs,
+    pool,
+)
 from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.needs import like_commands, mix_of
 from ..measurements.prepared_logs import PathLike, check_target, write_clean
 from ..measurements.quality.checks.sides import SIDES
-from ..measurements.quality.examination import Examination, examine, pool
 from ..measurements.quality.quick_motion import stands_still
 from ..measurements.quality.record import Record
-from ..measurements.statistics.quantiles import weighed
+from ..measurements.statistics.blocks import weighed
 from ..measurements.thrusters_in_log import DetectedThruster, idle_commands, surge_at_full, thrusters_in
 from ..physics.errors import LogError, RequestError
 from ..physics.files import on_top, write_text

@@ -10,11 +10,11 @@ import numpy as np
 from ..comparison.models_by_name import logs_of, overlap
 from ..discovery.balance.long_logs import subsample_long_log
 from ..discovery.settings import DiscoverySettings
-from ..measurements.collection import log_digests
+from ..measurements.formats.registry import log_digests
 from ..measurements.preparation.resampling import accelerations
 from ..measurements.preparation.split import folds_of
 from ..measurements.prepared_logs import ALL, Inputs
-from ..measurements.quality.finding import SEVERITY
+from ..measurements.quality.record import SEVERITY
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError
 from ..physics.integration import rollout

@@ -12,7 +12,7 @@ import numpy as np
 from ..comparison.audit import Audit, audit_along
 from ..comparison.comparison import Judged, coverage, judge, row
 from ..comparison.facts import ComparedModel
-from ..measurements.collection import log_digests
+from ..measurements.formats.registry import log_digests
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from undertow.measurements.statistics.quantiles import student
+from undertow.measurements.statistics.blocks import student
 from undertow.physics.motion import AXES, Array
 from undertow.physics.presentation import MINUS
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from undertow.measurements.statistics.quantiles import student
+from undertow.measurements.statistics.blocks import student
 from undertow.physics.motion import AXES, Array
 from undertow.physics.presentation import MINUS, counted, number
 from undertow.reports.page.markup import Html, element, folded, table

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from undertow.measurements.canonical import Channel, command_kind
 from undertow.measurements.log import Log
-from undertow.measurements.quality.finding import Finding
+from undertow.measurements.quality.record import Finding
 
 Channels = dict[str, Channel]
 ALIKE = ("direction", "sides", "clocks", "exchanged")

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...measurements.statistics.blocks import block_draws, block_scores, sandwich
-from ...measurements.statistics.quantiles import student
+from ...measurements.statistics.blocks import block_draws, block_scores, sandwich, student
 from ...measurements.statistics.signals import running_mean
 from ...residuals.series import SeriesTable
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from ...measurements.statistics.quantiles import fisher
+from ...measurements.statistics.blocks import fisher
 from ...physics.file_records import Number, Record
 from ...physics.motion import AXES
 from ...physics.presentation import number, percent, unit_text

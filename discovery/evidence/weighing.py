@@ -6,9 +6,8 @@ from itertools import combinations
 
 import numpy as np
 
-from ...measurements.statistics.blocks import block_weights, share_of_draws
+from ...measurements.statistics.blocks import block_weights, largest_mean_square, share_of_draws
 from ...measurements.statistics.processors import parallel_map
-from ...measurements.statistics.quantiles import largest_mean_square
 from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance

@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...measurements.statistics.blocks import block_scores, block_weights, sandwich
-from ...measurements.statistics.quantiles import student
+from ...measurements.statistics.blocks import block_scores, block_weights, sandwich, student
 from ...physics.effects import Parameter
 from ...physics.errors import RequestError
 from ...physics.file_records import Number

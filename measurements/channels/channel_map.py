@@ -14,7 +14,7 @@ from ...physics.motion import GRAVITY, Array
 from ...physics.reading import read_yaml, reason
 from ...physics.thrusters import side_named
 from ..canonical import COMMAND_UNITS, UNITS, command_kind, is_canonical, unit_of
-from ..formats.headers import PER_SECOND, TimeColumn
+from ..formats.base import PER_SECOND, TimeColumn
 
 _RANGES = {"pwm": (1500.0, 500.0), "normalized": (0.0, 1.0)}
 """Neutral and reach of commands whose limits are known, as `physics.thrusters` has them for curves."""

@@ -17,7 +17,7 @@ from ...physics.errors import LogError
 from ...physics.motion import Array
 from ..canonical import PLACE, QUATERNION, RATES, TRACK, Channel, auxiliary_unit, command_kind, in_vehicle_file, unit_of
 from ..formats.autopilots.autopilot import AUTOPILOTS
-from ..formats.base import Name, Stream
+from ..formats.base import Name, Stream, some
 from .channel_map import Entry
 from .conversion import Source, channels_of
 from .message_types import NOT_MEASURED, PREDICTED, Meaning, colours, is_earth_velocity, others, short_kind, unneeded
@@ -202,9 +202,7 @@ def _guessed(streams: Sequence[Stream], frame: str | None, notes: list[str]) -> 
             candidates = [(guess, stream) for guess, stream in found.get(role, []) if guess.group == group]
             if not candidates:
                 continue
-            guess, stream = min(
-                candidates, key=lambda item: (item[1].topic in foreign, _behind(item[0].role, item[1], bearers))
-            )
+            guess, stream = min(candidates, key=lambda one: (one[1].topic in foreign, _behind(role, one[1], bearers)))
             rivals = [other for _, other in found[role] if other is not stream]
             if rivals and all(other.field == stream.field == role for other in rivals):
                 passed[(stream.topic, *sorted(other.topic for other in rivals))].append(role)
@@ -338,12 +336,6 @@ def _placed(guess: Meaning, stream: Stream, frame: str | None, upside_down: bool
         how = f"from {stream.name}, axes taken as FRD because its vertical acceleration is negative at rest"
         return Source(guess.role, stream, "ned", how=how)
     return Source(guess.role, stream, frame or "enu")
-
-
-def some(names: Sequence[str], most: int = 12) -> str:
-    """List names, not more than `most`."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return (", ".join(names[:most]) or "nothing") + more
 
 
 _TYPES = {

@@ -132,7 +132,7 @@ def _by_topic(name: Name) -> Meaning | None:
     if short not in COMMANDS or name.field != "data":
         return None
     if name.topic.endswith("compass_hdg"):
-        return Meaning("psi", "ned", 3, name.name, 0.017453292519943295)
+        return Meaning("psi", "ned", 3, name.name, _DEGREES)
     command = _command(name)
     return Meaning(command, "log", 2, name.name) if command else None
 

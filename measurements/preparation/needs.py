@@ -11,8 +11,8 @@ from ...physics.thrusters import side_named
 from ...physics.vehicle import Vehicle
 from ..canonical import COMMAND_UNITS, Channel, command_kind, kind_of, unit_of
 from ..channels.channel_map import Entry, map_text
-from ..channels.mapping import some
 from ..channels.recognition import like_a_command, says_motion
+from ..formats.base import some
 from ..log import Log
 
 _PART = 1 << 17
@@ -110,9 +110,8 @@ _THROTTLE, _STEERING = (re.compile(word, re.IGNORECASE) for word in ("throttle|t
 
 def mix_of(log: Log, names: Sequence[str]) -> dict[str, Entry]:
     """The lines of a channel map that mix the log's throttle and steering into sides; none where it has not both."""
-    throttle, steering = (
-        next((name for name in log.unused if word.search(name)), None) for word in (_THROTTLE, _STEERING)
-    )
+    throttle = next((name for name in log.unused if _THROTTLE.search(name)), None)
+    steering = next((name for name in log.unused if _STEERING.search(name)), None)
     if throttle is None or steering is None:
         return {}
     return {name: Entry(throttle, steering=Entry(steering)) for name in names}

@@ -124,8 +124,6 @@ class DataSet:
         return self.motions if self.unfiltered is None else self.unfiltered
 
 
-__all__ = ["PAPER", "WEAK", "DataSet", "Recipe", "native_rate", "prepare", "usable_spans"]
-
 LEAST_SECONDS = 20.0
 """A log with less than this of usable motion [s] is refused."""
 LEAST_SEGMENT = 5.0

@@ -20,8 +20,8 @@ from ..log import Log
 from ..statistics.blocks import CI, numbered_on
 from ..statistics.signals import noise_level
 from .faults import BLOCK, FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
-from .finding import Channels, Fix
 from .lags import Ways, blocks_of_pieces, courses, fit_ways, ways
+from .record import Channels, Fix
 
 SPEEDS = {0.514444: "knots", 0.277778: "km/h", 0.3048: "feet per second", 0.44704: "miles per hour", 0.01: "cm/s"}
 """Metres a second in one of the other units of speed: no number that decides."""
@@ -222,11 +222,6 @@ def mixed_axes(turn: int, side: int, angle: float, quarters: int | None, opposed
     if len(names) > 1:
         remedy = f"{remedy} and 'r: {{from: ..., scale: -1}}', or say --frame enu if the log is ENU/FLU"
     return Mixed(names, text, remedy)
-
-
-def other_places(quarters: int | None) -> Mixed | None:
-    """What positions may be mixed up where the heading seems mirrored by so many quarter turns; None off them."""
-    return None if quarters is None else _PLACES[quarters]
 
 
 def taken_from(rules: Mapping[str, tuple[str, float]]) -> Callable[[Channels], dict[str, Channel]]:
@@ -442,9 +437,9 @@ def off_course(course: Course, opposed: bool | None, surveyed: bool) -> Mixed | 
     mixed = mixed_axes(course.turn, 1, course.angle, course.quarters, opposed)
     if course.turn == 1 and course.quarters == 2:
         mixed = replace(mixed, sentence=f"the bow is taken for the stern, for {mixed.sentence}")
-    others = None if course.turn == 1 or surveyed else other_places(course.quarters)
-    if others is None:
+    if course.turn == 1 or surveyed or course.quarters is None:
         return mixed
+    others = _PLACES[course.quarters]
     return replace(
         mixed,
         channels=(*mixed.channels, "x", "y"),

@@ -19,11 +19,9 @@ from ...physics.forces import modelled_acceleration
 from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from ..channels.channel_map import Entry
-from ..statistics.blocks import numbered_on
-from ..statistics.quantiles import student
-from .finding import Finding, Fix, Reach, Verdict
+from ..statistics.blocks import numbered_on, student
 from .quick_motion import rates_in_band
-from .record import RATE, Record
+from .record import RATE, Finding, Fix, Reach, Record, Verdict
 
 OVERWHELMING = 0.25
 """Share of the squared error, and of the accused record's power, that a fault must surely take away. Calibrated:

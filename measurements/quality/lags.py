@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 
 from ...physics.motion import Array, body_to_earth
 from ..canonical import Channel
-from ..clock import band_passed, drift_free
 from ..log import Log
 from ..preparation.resampling import gap_limit
-from ..statistics.blocks import CI, Fit, robust_fit
-from ..statistics.quantiles import student
-from ..statistics.signals import noise_level, turning_point
+from ..statistics.blocks import CI, Fit, robust_fit, student
+from ..statistics.signals import band_passed, drift_free, noise_level, turning_point
 from .faults import BLOCK, FEWEST, Size, size_of, size_of_unexplained, squared_held_out
 
 _FAR = (-5.0, 5.0)
@@ -170,19 +168,30 @@ def _size(grams: Array, lags: NDArray[np.int64], lag: int) -> Size:
 
 def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, float, float] | None:
     """The delay [s] that leaves least, the share of the record's power that it leaves, and the first slope there."""
-    size = np.sqrt(np.diagonal(grams, axis1=1, axis2=2).clip(0.0))
-    size = np.where(size > 0.0, size, 1.0)
-    scaled = grams / (size[:, :, None] * size[:, None, :])
-    inner, outer = scaled[:, :-1, :-1], scaled[:, :-1, -1]
-    coefficients = np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ outer[:, :, None]
-    left = 1.0 - (outer[:, None, :] @ coefficients)[:, 0, 0]
+    left, coefficients, size = unexplained_shares(grams)
     best = int(np.argmin(left))
     if best in (0, lags.size - 1):
         return None
     before, here, after = left[best - 1 : best + 2].tolist()
     shift = turning_point(before, here, after)
-    slope = float(coefficients[best, 0, 0]) * float(size[best, -1] / size[best, 0])
+    slope = float(coefficients[best, 0]) * float(size[best, -1] / size[best, 0])
     return float((lags[best] + shift) * step), here, slope
+
+
+def unexplained_shares(grams: Array) -> tuple[Array, Array, Array]:
+    """Solve least squares by normal matrices (lags, p, p), whose last row is the record.
+
+    Returns
+    -------
+    (left, coefficients, size)
+        (lags,) share of the record's power that is left, (lags, p - 1) of columns of size 1, and their sizes (lags, p).
+    """
+    size = np.sqrt(np.diagonal(grams, axis1=1, axis2=2).clip(0.0))
+    size = np.where(size > 0.0, size, 1.0)
+    scaled = grams / (size[:, :, None] * size[:, None, :])
+    inner, outer = scaled[:, :-1, :-1], scaled[:, :-1, -1:]
+    coefficients = (np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ outer)[:, :, 0]
+    return 1.0 - (outer[:, :, 0] * coefficients).sum(axis=1), coefficients, size
 
 
 _WINDOW = 4.0
@@ -217,17 +226,14 @@ def turns(logs: Sequence[Log], scale: float, late: float = 0.0) -> Turns | None:
 
     Headings are read as if they were `late` [s].
     """
-    found, begun = [], 0
-    for log in logs:
+
+    def series(log: Log) -> tuple[Array, float, Array, Array]:
         heading, rate = log.channels["psi"], log.channels["r"]
-        cut = _cut(heading.time, max(heading.period, rate.period))
-        if cut is None:
-            continue
-        first, last, span = cut
-        angle, total = np.unwrap(scale * heading.value), _integral(rate, rate.value, heading.time - late)
-        found.append((angle[last] - angle[first], total[last] - total[first], span, begun + np.arange(span.size)))
-        begun += span.size + 1
-    return Turns(*_joined(found)) if found else None
+        total = _integral(rate, rate.value, heading.time - late)
+        return heading.time, max(heading.period, rate.period), np.unwrap(scale * heading.value), total
+
+    found = _over_pieces(logs, series)
+    return Turns(*found) if found else None
 
 
 def unexplained_turning(logs: Sequence[Log]) -> Size | None:
@@ -263,22 +269,18 @@ def ways(logs: Sequence[Log], turn: int, side: int) -> Ways | None:
     logs : with positions, headings and speeds
     turn, side : 1 or -1: the way round of the heading, and the side of sway
     """
-    found, begun = [], 0
-    for log in logs:
-        x, y, u = (log.channels[name] for name in ("x", "y", "u"))
-        cut = _cut(x.time, max(x.period, u.period)) if x.time.size == y.time.size else None
-        if cut is None:
-            continue
-        psi, sway = log.channels["psi"], log.channels.get("v")
+
+    def series(log: Log) -> tuple[Array, float, NDArray[Any], NDArray[Any]]:
+        x, y, u, psi = (log.channels[name] for name in ("x", "y", "u", "psi"))
+        sway = log.channels.get("v")
         heading = np.interp(u.time, psi.time, np.unwrap(psi.value))
         across = np.interp(u.time, sway.time, sway.value) if sway else np.zeros(u.time.size)
         north, east = body_to_earth(turn * heading, u.value, side * across)
-        first, last, span = cut
         sailed = _integral(u, north, x.time) + 1j * _integral(u, east, x.time)
-        made = x.value + 1j * y.value
-        found.append((made[last] - made[first], sailed[last] - sailed[first], span, begun + np.arange(span.size)))
-        begun += span.size + 1
-    return Ways(*_joined(found)) if found else None
+        return x.time, max(x.period, u.period), x.value + 1j * y.value, sailed
+
+    found = _over_pieces([log for log in logs if log.channels["x"].time.size == log.channels["y"].time.size], series)
+    return Ways(*found) if found else None
 
 
 def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Array] | None:
@@ -346,8 +348,26 @@ def _cut(time: Array, period: float) -> tuple[NDArray[np.int64], NDArray[np.int6
     return (first[whole], last[whole], span[whole]) if whole.any() else None
 
 
-def _joined(found: Sequence[tuple[NDArray[Any], ...]]) -> list[NDArray[Any]]:
-    """The pieces of all logs whose numbers are all known."""
+def _over_pieces(
+    logs: Sequence[Log], series: Callable[[Log], tuple[Array, float, NDArray[Any], NDArray[Any]]]
+) -> list[NDArray[Any]] | None:
+    """Changes of two series over the pieces of all logs, lengths [s] and numbers of these; those that are all known.
+
+    Parameters
+    ----------
+    series : of a log, stamps (n,) [s], the longest step of its records [s], and both series (n,)
+    """
+    found, begun = [], 0
+    for log in logs:
+        time, period, one, other = series(log)
+        cut = _cut(time, period)
+        if cut is None:
+            continue
+        first, last, span = cut
+        found.append((one[last] - one[first], other[last] - other[first], span, begun + np.arange(span.size)))
+        begun += span.size + 1
+    if not found:
+        return None
     table = [np.concatenate(column) for column in zip(*found, strict=True)]
     keep = np.logical_and.reduce([np.isfinite(column) for column in table])
     return [column[keep] for column in table]

@@ -12,8 +12,7 @@ from ...physics.momentum_balance import mass_matrix, push_of
 from ...physics.motion import Array, Motion
 from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
-from ..clock import band_passed
-from ..statistics.signals import noise_level
+from ..statistics.signals import band_passed, noise_level
 from .record import RATE, STEP, Record, Stretch, channels_called, command_names, computed_once
 
 _SLOW = 0.1

@@ -1,16 +1,19 @@
-"""A log under examination: its channels as repaired so far, its motions, and the part of a long log that is examined.
+"""A log under examination, and what a check finds in it: a verdict, a number, what follows from it, and what to do.
+
+Of a log there are its channels as repaired so far, its motions, and the part of a long log that is examined.
 
 Delays, signs, sides and shares are hardly surer after ten hours than after two, so these checks look at pieces spread
-evenly over the log. Gaps, stamps, spikes, stuck sensors and units are looked for in every row. What the boat did, and
-what cannot be learned for want of it, is told of these pieces, too.
+evenly over the log. Gaps, stamps, spikes, stuck sensors and units are looked for in every row.
 """
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from enum import Enum
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, PlainSerializer
 
 from ...physics import file_records
 from ...physics.errors import LogError
@@ -19,7 +22,7 @@ from ...physics.motion import Array, Motion
 from ...physics.sampled_series import area_average
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from ..canonical import Channel, command_kind
+from ..canonical import Channel, command_kind, is_canonical
 from ..channels.channel_map import Entry
 from ..log import Log
 from ..preparation.prepare import Recipe, motions_within
@@ -298,76 +301,122 @@ def _commands(channels: Sequence[Channel], last: Sequence[float], motion: Motion
     return table
 
 
-_ASTERN = -0.05
-"""Surge speed below which a boat goes astern [m/s]: beyond what a rough sensor adds (0.04, `worlds.world.NOISE`)."""
-_TURNING = 0.05
-"""Yaw rate from which a boat turns [rad/s]: three times what a rough sensor adds."""
-_SHIP = 0.3
-"""Share of its fastest turn from which a ship that turns slowly, but far, is said to turn."""
-_FAR = 0.5
-"""Turn from which it is far [rad]: 30 degrees are no meander about a course."""
+Verdict = Literal["ok", "note", "warning", "defect", "cannot tell"]
+SEVERITY: tuple[Verdict, ...] = ("defect", "warning", "cannot tell", "note", "ok")
+"""The verdicts, worst first. A defect makes results wrong; a warning makes them worse; a note is good to know."""
+
+Channels = Mapping[str, Channel]
 
 
-class Excitation(file_records.Record):
-    """What the boat did.
+def altered(channels: Channels, names: Collection[str], change: Callable[[Channel], Channel]) -> dict[str, Channel]:
+    """All channels of a log, those of some names changed; for `Fix`."""
+    return {name: change(channel) if name in names else channel for name, channel in channels.items()}
+
+
+class Reach(Enum):
+    """How much of what is found in a log a defect makes wrong."""
+
+    NUMBERS = "numbers come out worse; what is named stays right"
+    SECONDS = "false motion in some seconds; the rest of the log is sound"
+    LOG = "nothing found in the log is about the boat, so that it is refused"
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """A safe remedy: what it does, in words, and the function that does it to the channels of a log.
+
+    Of a file, and of what another process found, only the words are known, and nothing is done.
+    """
+
+    sentence: str
+    apply: Callable[[Channels], dict[str, Channel]] = dict
+
+    def __reduce__(self) -> tuple[type, tuple[str]]:
+        return Fix, (self.sentence,)
+
+
+FixInWords = Annotated[
+    Fix,
+    BeforeValidator(lambda fix: Fix(fix) if isinstance(fix, str) else fix),
+    PlainSerializer(lambda fix: fix.sentence, return_type=str),
+]
+
+
+class Finding(file_records.Record):
+    """One result of one check.
 
     Attributes
     ----------
-    seconds : duration of the usable motion [s]
-    u, v, r : smallest and largest speed [m/s] and yaw rate [rad/s]
-    astern : share of the time with u < -0.05 m/s
-    turning_to_starboard, turning_to_port : share of the time with a yaw rate beyond 0.05 rad/s to that side, or
-        beyond 30 % of the fastest one of a ship that turns slowly, but through 30 degrees
-    sentences : what this log cannot tell, for a person
+    check : name of the check
+    verdict : see `SEVERITY`
+    value, unit : the number; None where there is nothing to measure
+    ci95 : its 95 % interval, None where none can be given
+    channels : canonical channels concerned
+    sentence : what was found, with its number
+    consequence : what goes wrong if it stays
+    remedy : what to do about it
+    fix : what `--fix` does about it; None where only a person should
+    parts : further numbers by name, such as the coefficients of a curve
+    short : the sentence in a few words, for the verdict on the log; empty for the sentence itself; in no file
+    reach : how much a defect makes wrong; in no file
+    mends : lines of a channel map that put it right, None to leave a channel out; in no file, for `inspect --map-out`
+        writes them into one
     """
 
-    seconds: Number
-    u: tuple[Number, Number]
-    v: tuple[Number, Number]
-    r: tuple[Number, Number]
-    astern: Number
-    turning_to_starboard: Number
-    turning_to_port: Number
-    sentences: tuple[str, ...]
+    check: str
+    verdict: Verdict
+    value: Number | None = None
+    unit: str = ""
+    ci95: tuple[Number, Number] | None = None
+    channels: tuple[str, ...] = ()
+    sentence: str
+    consequence: str = ""
+    remedy: str = ""
+    fix: FixInWords | None = None
+    parts: Mapping[str, float | str] = {}
+    short: str = Field(default="", exclude=True)
+    reach: Reach = Field(default=Reach.NUMBERS, exclude=True)
+    mends: Mapping[str, Entry | None] = Field(default_factory=dict, exclude=True)
+
+    @property
+    def refused(self) -> bool:
+        """True when a log with this finding is refused by whoever computes with it."""
+        return self.verdict == "defect" and self.reach is Reach.LOG
+
+    @property
+    def told(self) -> str:
+        """What was found and what follows, as whole sentences."""
+        return " ".join(f"{_capital(text)}." for text in (self.sentence, self.consequence) if text)
+
+    @property
+    def cure(self) -> str:
+        """The remedy as a sentence without its end; empty where there is none."""
+        return _capital(self.remedy)
 
 
-def excitation_of(motions: Sequence[Motion], weights: Sequence[float] | None = None) -> Excitation:
-    """Say how fast the boat went which way, and what motions of that kind cannot tell.
+def _capital(text: str) -> str:
+    """Text with a capital letter, but not where it opens with the name of a channel.
 
-    Parameters
+    Examples
+    --------
+    >>> _capital("the gyro is late"), _capital("r is in degrees"), _capital("RCOU.C1 is reversed")
+    ('The gyro is late', 'r is in degrees', 'RCOU.C1 is reversed')
+    """
+    word = text.split(" ")[0]
+    return text if is_canonical(word) or not word.islower() else text[:1].upper() + text[1:]
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One question about the quality of logs of one boat.
+
+    Attributes
     ----------
-    motions : of the log, or of an evenly spread part of a long one
-    weights : of each, the seconds of the log that each of its seconds stands for; default: one
+    name : of the question
+    examine : answers it for one log, or for several logs together, as the checks before this one left them: at least
+        one finding, "cannot tell" where the logs do not show it, none where the question makes no sense. A `Fix` is
+        asked for only where there is one record
     """
-    stands_for = [1.0] * len(motions) if weights is None else weights
-    velocity = np.concatenate([motion.velocity for motion in motions])
-    weight = np.repeat(stands_for, [motion.time.size for motion in motions])
-    u, v, r = ((float(column.min()), float(column.max())) for column in velocity.T)
-    astern = _share(velocity[:, 0] < _ASTERN, weight)
-    turning = _TURNING
-    if max(float(np.ptp(motion.heading)) for motion in motions) > _FAR:
-        turning = min(_TURNING, _SHIP * float(np.quantile(np.abs(velocity[:, 2]), 0.99)))
-    starboard, port = (_share(one, weight) for one in (velocity[:, 2] > turning, velocity[:, 2] < -turning))
-    sentences = []
-    if astern < 0.02:
-        sentences.append("The boat hardly went astern: effects in u|u| and u u, or |u|r and u r, cannot be told apart.")
-    if starboard < 0.02 and port < 0.02:
-        sentences.append("The boat hardly turned: nothing can be learned about yaw.")
-    elif min(starboard, port) < 0.02:
-        side = "starboard" if starboard > port else "port"
-        sentences.append(f"The boat turned to {side} only: a trim is hard to tell from yaw damping.")
-    seconds = float(sum(each * motion.duration for each, motion in zip(stands_for, motions, strict=True)))
-    return Excitation(
-        seconds=seconds,
-        u=u,
-        v=v,
-        r=r,
-        astern=astern,
-        turning_to_starboard=starboard,
-        turning_to_port=port,
-        sentences=tuple(sentences),
-    )
 
-
-def _share(rows: NDArray[np.bool_], weight: Array) -> float:
-    return float(weight[rows].sum() / weight.sum())
+    name: str
+    examine: Callable[[Sequence[Record]], list[Finding]]

@@ -1,4 +1,7 @@
-"""Response of surge and yaw to each command, at every delay: which way a thruster pushes, and on which side it sits."""
+"""Response of surge and yaw to each command, at every delay: which way a thruster pushes, and on which side it sits.
+
+Also what they should do: by the vehicle file, or by the names of the commands.
+"""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,12 +11,13 @@ from numpy.typing import NDArray
 
 from ...physics.effects import EFFECTS
 from ...physics.motion import Array, earth_to_body
-from ..canonical import kind_of
-from ..clock import band_passed
+from ...physics.thrusters import Thruster, push_and_turn, side_named
+from ..canonical import command_kind, kind_of
 from ..preparation.resampling import command_step
 from ..statistics.blocks import CI, Fit, robust_fit, surely_more
+from ..statistics.signals import band_passed
 from .faults import Size, size_of
-from .lags import FOLLOWS, Response, lag_anywhere
+from .lags import FOLLOWS, Response, lag_anywhere, unexplained_shares
 from .quick_motion import centre_of, stands_still
 from .record import STEP, Record, Stretch, channels_called, command_names, computed_once
 
@@ -345,13 +349,7 @@ def _residual_squares(tables: Sequence[_Table], lags: Sequence[int], margin: int
             gram[:many, :many] += moved.T @ moved
             gram[:many, many:] += moved.T @ beside
     every[:, many:, :many] = every[:, :many, many:].swapaxes(1, 2)
-    power = np.diagonal(every, axis1=1, axis2=2)
-    unit = np.where(power > 0.0, np.sqrt(power), 1.0)
-    scaled = every / (unit[:, :, None] * unit[:, None, :])
-    inner, outer = scaled[:, :-1, :-1], scaled[:, :-1, -1:]
-    fitted = np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ outer
-    explained = (outer * fitted).sum(axis=(1, 2))
-    return np.asarray(np.maximum(every[:, -1, -1] * (1.0 - explained), 1e-300))
+    return np.asarray(np.maximum(every[:, -1, -1] * unexplained_shares(every)[0], 1e-300))
 
 
 def _trial(
@@ -406,3 +404,73 @@ def _alone(commands: Array, place: int) -> bool:
 
 def _sign(value: float, error: float) -> int:
     return int(np.sign(value)) if abs(value) > _TIMES * error else 0
+
+
+SIDE = {"port": 1, "starboard": -1}
+"""Sign of the yaw moment of a thruster on that side which pushes ahead."""
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What a command should do: push ahead (1) or astern (-1), from port (1) or starboard (-1); 0 where nobody says."""
+
+    push: int
+    side: int
+    thruster: Thruster | None = None
+
+    def ahead_as(self, answer: Answer) -> bool:
+        """True when nothing speaks against the way it pushes."""
+        return answer.ahead * self.push >= 0
+
+    def turns_as(self, answer: Answer) -> bool:
+        """True when nothing speaks against the way it turns the boat."""
+        return answer.turn * self.push * self.side >= 0
+
+
+def expected_of(records: Sequence[Record], names: Sequence[str]) -> dict[str, Expected]:
+    """By command; of the vehicle's own where it has some of them, since no other moves its model."""
+    thrusters = {t.channel: t for record in records for t in (record.vehicle.thrusters if record.vehicle else ())}
+    found = {}
+    for name in [name for name in names if name in thrusters]:
+        push, turn = push_and_turn(thrusters[name])
+        found[name] = Expected(push, push * turn, thrusters[name])
+    return found or {name: Expected(1, SIDE.get(side_of(name), 0)) for name in names}
+
+
+def as_expected(told: Mapping[str, Answer], expected: Mapping[str, Expected]) -> bool:
+    """True when no command pushes or turns the boat the other way."""
+    pairs = [(answer, expected[name]) for name, answer in told.items() if name in expected]
+    return all(e.ahead_as(a) and e.turns_as(a) for a, e in pairs)
+
+
+def explained_as_expected(records: Sequence[Record]) -> bool:
+    """True when what explains the log best, sure or not, lets every thruster push and turn as it should."""
+    expected = expected_of(records, command_names(records))
+    return all(as_expected(one.best.answers, expected) for one in trials(records))
+
+
+def side_of(name: str) -> str:
+    """The side that a command's name speaks of, empty where it speaks of none.
+
+    >>> side_of("pwm_stbd"), side_of("newton_bow")
+    ('starboard', '')
+    """
+    return side_named((command_kind(name) or ("", name))[1])
+
+
+def source_of(records: Sequence[Record], name: str) -> str:
+    """What a command was read from."""
+    return next(record.log.channels[name].origin for record in records if name in record.log.channels)
+
+
+def called(records: Sequence[Record], name: str) -> str:
+    """A command by its name, with what it was read from where that is called otherwise."""
+    origin = source_of(records, name)
+    return name if origin == name or origin.endswith(f":{name}") else f"{origin} (read as {name})"
+
+
+def other_side(name: str) -> str:
+    """The name of the same command on the other side."""
+    other = {"port": "stbd", "left": "right", "stbd": "port", "starboard": "port", "right": "left"}
+    kind, thruster = command_kind(name) or ("", name)
+    return f"{kind}_{'_'.join(other.get(word, word) for word in thruster.split('_'))}"

@@ -89,6 +89,43 @@ def band_pass(values: Array, step: float, band: tuple[float, float], order: int,
     return _kept(values, step, padding, gain)
 
 
+LEAST_CORRELATION = 0.7
+"""Correlation from which two records tell of the same motion, or, negative, of opposite ones: half of the variance of
+one is that of the other."""
+_BAND = (0.05, 1.0)
+"""Motion slower or faster than this [Hz] is left out of the comparison: below is drift, above is noise of
+derivatives."""
+_AT_ONCE = 1 << 18
+"""Values that are filtered at once: 2 MB, of which the filter makes some five copies."""
+
+
+def drift_free(rate: Array, step: float) -> Array:
+    """Integrate rates (n, ...) sampled every `step` [s], and keep 0.05 to 1 Hz of them, without moving them in time."""
+    total = np.zeros(rate.shape)
+    np.cumsum(0.5 * step * (rate[1:] + rate[:-1]), axis=0, out=total[1:])
+    return band_passed(total, step, (_BAND[0], min(_BAND[1], 0.4 / step)))
+
+
+def band_passed(values: Array, step: float, band: tuple[float, float]) -> Array:
+    """Keep a band [Hz] of records (n, ...) sampled every `step` [s], without moving them in time.
+
+    Parameters
+    ----------
+    values : (n, ...)
+    step : [s]
+    band : its ends [Hz]
+    """
+    padding = min(values.shape[0] - 1, round(5.0 / step))
+    result = np.empty(values.shape)
+    # Long records one after the other: the filter makes several copies of what it is given.
+    columns, mean = values.reshape(values.shape[0], -1), np.atleast_1d(values.mean(axis=0))
+    passed, width = result.reshape(columns.shape), max(1, _AT_ONCE // values.shape[0])
+    for begin in range(0, columns.shape[1], width):
+        few = slice(begin, begin + width)
+        passed[:, few] = band_pass(columns[:, few] - mean[few], step, band, 2, padding)
+    return result
+
+
 def _kept(values: Array, step: float, padding: int, gain: Callable[[Array], Array]) -> Array:
     rows = values.shape[0]
     even = 1 << max(0, (rows + 2 * padding).bit_length() - _FACTOR)  # a multiple of it has small factors

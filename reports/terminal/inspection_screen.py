@@ -11,8 +11,8 @@ from rich.text import Text
 
 from ...measurements.canonical import command_kind, unit_of
 from ...measurements.inspection import ChannelSummary, Inspection, Inspections
-from ...measurements.quality.finding import Finding, Verdict
-from ...measurements.quality.record import Excitation
+from ...measurements.quality.checks.excitation import Excitation
+from ...measurements.quality.record import Finding, Verdict
 from ...measurements.thrusters_in_log import DetectedThruster
 from ...physics.presentation import listing, number, percent, unit_text
 from ...physics.vehicle import Vehicle

@@ -15,7 +15,7 @@ import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError, model_validator
 
-from ...measurements.preparation.standardisation import Standardisation
+from ...measurements.preparation.resampling import Standardisation
 from ...physics.errors import RequestError, VehicleError, listed, shown
 from ...physics.files import on_top, strict_json, write_bytes, write_text, written_by, yaml_text
 from ...physics.folders import finish_move, replace_folder

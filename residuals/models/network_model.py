@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ...measurements.preparation.standardisation import Standardisation
+from ...measurements.preparation.resampling import Standardisation
 from ...physics.errors import RequestError
 from ...physics.forces import actuation, held_acceleration, held_thrust, modelled_acceleration
 from ...physics.integration import Rollouts, rollout

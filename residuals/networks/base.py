@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from ...measurements.preparation.standardisation import Standardisation
+from ...measurements.preparation.resampling import Standardisation
 from ...physics.motion import Array
 from .trust import Gain, Trust
 

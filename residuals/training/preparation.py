@@ -14,9 +14,8 @@ import numpy as np
 import torch
 
 from ...measurements.preparation.prepare import DataSet
-from ...measurements.preparation.resampling import accelerations
+from ...measurements.preparation.resampling import Standardisation, accelerations
 from ...measurements.preparation.split import Split
-from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError
 from ...physics.laws.damping_power import envelope_of
 from ...physics.laws.energy import coasting_states

@@ -11,8 +11,8 @@ import pytest
 from places import ROOT
 
 from undertow.measurements.canonical import command_kind
+from undertow.measurements.inspection import examine
 from undertow.measurements.log import Log
-from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.faults import Fault, Kind, Share, Size
 from undertow.physics.vehicle import Vehicle
 

@@ -112,7 +112,7 @@ def test_a_run_folder_is_judged_along_its_own_logs(log: Path, here: Path):
 
 def test_a_network_is_judged_where_it_was_trained(here: Path, monkeypatch: pytest.MonkeyPatch):
     torch = pytest.importorskip("torch")
-    from undertow.measurements.preparation.standardisation import Standardisation
+    from undertow.measurements.preparation.resampling import Standardisation
     from undertow.residuals.models.model_files import save_network
     from undertow.residuals.models.network_inputs import input_names
     from undertow.residuals.models.network_model import NetworkModel, scaling_of

@@ -13,7 +13,7 @@ import pytest
 from sample_run import edit, write_sample
 from verbs import call, done, refused
 
-from undertow.measurements.collection import log_digests
+from undertow.measurements.formats.registry import log_digests
 from undertow.measurements.log_options import Reading
 from undertow.physics.errors import RequestError
 from undertow.physics.files import remark

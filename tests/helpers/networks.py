@@ -9,7 +9,7 @@ from exported import EXACT, error, facts
 
 from undertow.exports.formats.base import Given, format_named
 from undertow.exports.network_operations import Built
-from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.physics.forces import actuation
 from undertow.physics.integration import Around, Driven, integrate
 from undertow.physics.motion import Motion

@@ -14,7 +14,7 @@ import yaml
 from log_samples import broken, small_world
 from sample_run import compare_many, edit, law, write_sample
 
-from undertow.measurements.collection import log_digests
+from undertow.measurements.formats.registry import log_digests
 from undertow.measurements.log_options import Reading
 from undertow.physics.vehicle import load_vehicle
 
@@ -198,7 +198,7 @@ def _network(folder: Path) -> Path:
     """A network's folder, as `train` leaves it."""
     import numpy as np
 
-    from undertow.measurements.preparation.standardisation import Standardisation
+    from undertow.measurements.preparation.resampling import Standardisation
     from undertow.residuals.models.model_files import save_network
     from undertow.residuals.models.network_inputs import input_names
     from undertow.residuals.models.network_model import NetworkModel, scaling_of
@@ -258,7 +258,7 @@ def _standardisation(folder: Path) -> Path:
 
 
 def _use_standardisation(path: Path) -> None:
-    from undertow.measurements.preparation.standardisation import Standardisation
+    from undertow.measurements.preparation.resampling import Standardisation
 
     Standardisation.read(path)
 

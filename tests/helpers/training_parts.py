@@ -6,9 +6,8 @@ import numpy as np
 import torch
 
 from undertow.measurements.preparation.prepare import PAPER, DataSet
-from undertow.measurements.preparation.resampling import smooth
+from undertow.measurements.preparation.resampling import Standardisation, smooth
 from undertow.measurements.preparation.split import Split, split
-from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.network_inputs import input_names

@@ -8,8 +8,7 @@ import pytest
 from places import shared
 
 from undertow.measurements.canonical import Channel
-from undertow.measurements.clock import align
-from undertow.measurements.inspection import inspect_log
+from undertow.measurements.inspection import align, inspect_log
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.statistics.signals import noise_level
 from undertow.physics.vehicle import load_vehicle

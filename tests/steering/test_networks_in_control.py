@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects

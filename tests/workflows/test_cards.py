@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import undertow
-from undertow.measurements.quality.finding import Finding, Fix
+from undertow.measurements.quality.record import Finding, Fix
 from undertow.physics.presentation import Card, each
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from ...measurements.collection import find_logs, log_digests
+from ...measurements.formats.registry import find_logs, log_digests
 from ...measurements.log_options import AS_GUESSED, Reading
 from ...measurements.prepared_logs import FOLDS, PathLike
 from ...physics.errors import RequestError, shown

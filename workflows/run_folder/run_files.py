@@ -13,7 +13,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from ...measurements.collection import find_logs
+from ...measurements.formats.registry import find_logs
 from ...physics.errors import LogError, RequestError, expect
 from ...physics.files import is_device, real, stream_of, strict_json, try_out, write_json, written_by
 from ...physics.folders import Own, check_folder

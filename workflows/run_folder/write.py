@@ -18,7 +18,7 @@ from ...discovery.settings import DiscoverySettings
 from ...exports.mcap_series import Prediction, mcap_installed, write_series
 from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections
-from ...measurements.preparation.standardisation import Standardisation
+from ...measurements.preparation.resampling import Standardisation
 from ...measurements.prepared_logs import Inputs
 from ...measurements.statistics.processors import run_in_fork
 from ...physics.errors import expect

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, nn
 
 from undertow.measurements.preparation.prepare import DataSet
-from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.physics.forces import through_water
 from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle

@@ -15,17 +15,7 @@ from ....physics.errors import LogError
 from ....physics.motion import Array
 from ...canonical import local_metres
 from ..base import Recording, Request, Stream
-from .autopilot import (
-    Table,
-    assembled,
-    auxiliary_of_columns,
-    by_firmware,
-    heading_at,
-    in_order,
-    planar,
-    raw_names,
-    servo_commands,
-)
+from . import autopilot
 
 _BOOKKEEPING = {"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "FILE", "ISBD", "ISBH"}
 """Messages that hold no measurement."""
@@ -53,7 +43,7 @@ class Messages(Protocol):
         """Tell the sensors or filters that the messages of a type are of; None for a type that tells none."""
         ...
 
-    def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
+    def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> autopilot.Table:
         """Give the messages of a type, of one sensor where there are several; of the fields, all when none is named."""
         ...
 
@@ -66,7 +56,7 @@ class Messages(Protocol):
         ...
 
 
-def table(topic: str, name: str, columns: Mapping[str, Array]) -> Table:
+def table(topic: str, name: str, columns: Mapping[str, Array]) -> autopilot.Table:
     """Make a table of columns, its clock being TimeUS [us], or TimeMS [ms] in logs before 2015.
 
     Messages whose stamps are out of order are left out where they are few, as bytes that were damaged make them.
@@ -74,11 +64,11 @@ def table(topic: str, name: str, columns: Mapping[str, Array]) -> Table:
     clock = columns.get("TimeUS")
     if clock is None:
         clock = 1e3 * columns["TimeMS"]
-    keep = in_order(clock)
+    keep = autopilot.in_order(clock)
     values = {key: value for key, value in columns.items() if key not in _CLOCKS}
     if not keep.all():
         clock, values = clock[keep], {key: value[keep] for key, value in values.items()}
-    return Table(topic, f"dataflash/{name}", clock / 1e6, values)
+    return autopilot.Table(topic, f"dataflash/{name}", clock / 1e6, values)
 
 
 def kept(there: Sequence[str], wanted: Sequence[str]) -> tuple[str, ...]:
@@ -107,12 +97,12 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
     inertial, heard = _inertial(log, parameters, core)
     commands, driven = _commands(log, parameters)
     notes = [*log.notes, *notes, *told, *heard, *driven]
-    chosen = assembled(
+    chosen = autopilot.assembled(
         [*streams, *inertial, *commands, *_auxiliary(log)],
         [
             name
             for (kind, _), topic in topics.items()
-            for name in raw_names(topic, f"dataflash/{kind}", _values(log, kind))
+            for name in autopilot.raw_names(topic, f"dataflash/{kind}", _values(log, kind))
         ],
         request,
         notes,
@@ -122,10 +112,10 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
     for (kind, sensor), topic in topics.items():
         if topic in wanted:
             values = _values(log, kind)
-            pairs = zip(values, raw_names(topic, f"dataflash/{kind}", values), strict=True)
+            pairs = zip(values, autopilot.raw_names(topic, f"dataflash/{kind}", values), strict=True)
             fields = [field for field, name in pairs if name in chosen.wanted]
             read += log.table(kind, sensor, fields).raw(chosen.wanted)
-    return chosen.recording(read, by_firmware(log.texts(), "MSG"))
+    return chosen.recording(read, autopilot.by_firmware(log.texts(), "MSG"))
 
 
 def _topics(log: Messages) -> dict[tuple[str, int | None], str]:
@@ -160,7 +150,7 @@ def _parameters(log: Messages) -> tuple[dict[str, float], list[str]]:
     return {name: found[-1] for name, found in values.items() if found}, notes
 
 
-def _one(log: Messages, name: str, wanted: int | None, *fields: str) -> Table | None:
+def _one(log: Messages, name: str, wanted: int | None, *fields: str) -> autopilot.Table | None:
     """Give the messages of a type and of the wanted sensor, else of the first one; None where a field is missing."""
     if not set(fields) <= set(log.fields(name)) or not set(_CLOCKS) & set(log.fields(name)):
         return None
@@ -181,7 +171,7 @@ def _filter(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stream
             continue
         heading = np.radians(found.columns["Yaw"])
         columns = found.columns
-        streams = planar(found, (columns["PN"], columns["PE"]), (columns["VN"], columns["VE"]), heading)
+        streams = autopilot.planar(found, (columns["PN"], columns["PE"]), (columns["VN"], columns["VE"]), heading)
         notes = [
             f"psi x y u v: from {found.topic}, the {'primary core' if primary is not None else 'first core'} of the "
             "EKF: Yaw in radians, PN PE from its origin, VN VE turned into body axes by its Yaw"
@@ -220,8 +210,8 @@ def _satellite(log: Messages) -> tuple[list[Stream], list[str]]:
     latitude, longitude = (np.where(has, fix.columns[name], np.nan) for name in ("Lat", "Lng"))
     north, east, origin = local_metres(latitude, longitude)
     course, speed = np.radians(fix.columns["GCrs"]), np.where(has, fix.columns["Spd"], np.nan)
-    turned = heading_at(fix.time, attitude, heading)
-    streams += planar(fix, (north, east), (speed * np.cos(course), speed * np.sin(course)), turned)
+    turned = autopilot.heading_at(fix.time, attitude, heading)
+    streams += autopilot.planar(fix, (north, east), (speed * np.cos(course), speed * np.sin(course)), turned)
     notes.append(
         f"x y u v: from {fix.topic}: metres from the first fix at {origin[0]:.7f}, {origin[1]:.7f} deg, and Spd along "
         f"GCrs turned into body axes; {np.count_nonzero(~has)} rows without a fix left out"
@@ -229,7 +219,7 @@ def _satellite(log: Messages) -> tuple[list[Stream], list[str]]:
     return streams, notes
 
 
-def _receiver(log: Messages) -> Table | None:
+def _receiver(log: Messages) -> autopilot.Table | None:
     """Find the GPS receiver that the autopilot used most, by U; the first one where the log does not say."""
     sensors = log.sensors("GPS") if "GPS" in log.names() else None
     fields = ("Lat", "Lng", "Spd", "GCrs", *(name for name in ("Status", "U") if name in log.fields("GPS")))
@@ -273,7 +263,7 @@ def _auxiliary(log: Messages) -> list[Stream]:
     for number in log.sensors("ESC") or () if "ESC" in log.names() else ():
         found[f"rpm_esc{number + 1}"] = (_one(log, "ESC", number, "RPM"), "RPM", 1.0)
         found[f"motor_current_esc{number + 1}"] = (_one(log, "ESC", number, "Curr"), "Curr", 1.0)
-    return auxiliary_of_columns(found)
+    return autopilot.auxiliary_of_columns(found)
 
 
 def _imu_of(core: int, mask: int) -> int:
@@ -291,4 +281,4 @@ def _commands(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stre
     found = _one(log, "RCOU", None, *outputs.values()) if outputs else None
     if found is None:
         return [], ["the log has no RCOU messages, so no thruster command; set LOG_BITMASK to log RC output"]
-    return servo_commands(found, outputs, parameters)
+    return autopilot.servo_commands(found, outputs, parameters)

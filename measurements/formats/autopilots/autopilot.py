@@ -25,8 +25,8 @@ _FUNCTIONS = {70: ("throttle", "Throttle"), 73: ("port", "ThrottleLeft"), 74: ("
     function: (f"motor{function - 32}", f"Motor{function - 32}") for function in range(33, 41)
 }
 """SERVOn_FUNCTION of ArduPilot that drives a thruster: our name of the thruster, and ArduPilot's."""
-_STEERING = {26: ("steering_ground", "GroundSteering")}
-"""SERVOn_FUNCTION of ArduPilot that steers: the auxiliary channel, and ArduPilot's name."""
+_STEERING = {26: "steering_ground"}
+"""SERVOn_FUNCTION of ArduPilot that steers (GroundSteering): the auxiliary channel."""
 _NO_PULSE = (0.0, 65535.0)
 """Outputs that drive nothing: 0, and UINT16_MAX of a channel that is not used (MAVLink, common.xml)."""
 _DEFAULTS = {"MIN": 1100.0, "TRIM": 1500.0, "MAX": 1900.0, "REVERSED": 0.0}
@@ -186,8 +186,7 @@ def servo_commands(
         number_of = int(function) if function is not None else -1
         thruster, called = _FUNCTIONS.get(number_of, ("", ""))
         if number_of in _STEERING:
-            steering, _ = _STEERING[number_of]
-            streams.setdefault(steering, table.stream(steering, table.columns[column]))
+            streams.setdefault(_STEERING[number_of], table.stream(_STEERING[number_of], table.columns[column]))
         if not thruster:
             continue
         name = f"pwm_{thruster}"

@@ -96,11 +96,10 @@ class DataFlashText:
     def _define(self, words: list[str]) -> None:
         if len(words) < 6 or not words[1].isdecimal() or words[3] in self._fields:
             return
-        columns = words[5:]
-        if len(columns) == len(words[4]):
-            places = {column: at for at, (column, code) in enumerate(zip(columns, words[4], strict=True), 1)}
-            texts = {column for column, code in zip(columns, words[4], strict=True) if code in _TEXTS}
-            self._fields[words[3]] = {column: at for column, at in places.items() if column not in texts}
+        columns, codes = words[5:], words[4]
+        if len(columns) == len(codes):
+            places = enumerate(zip(columns, codes, strict=True), 1)
+            self._fields[words[3]] = {column: at for at, (column, code) in places if code not in _TEXTS}
             self._numbers[int(words[1])] = words[3]
 
     def _sensor(self, name: str) -> str | None:
@@ -122,16 +121,13 @@ class DataFlashText:
 
     def _columns(self, name: str) -> dict[str, Array]:
         if name not in self._read:
-            self._read[name] = self._unpacked(name)
+            fields = self._fields[name]
+            rows = [words for words in self._rows(name) if len(words) > max(fields.values(), default=0)]
+            self._read[name] = {
+                field: np.array([float(words[at]) if _is_number(words[at]) else np.nan for words in rows])
+                for field, at in fields.items()
+            }
         return self._read[name]
-
-    def _unpacked(self, name: str) -> dict[str, Array]:
-        fields = self._fields[name]
-        rows = [words for words in self._rows(name) if len(words) > max(fields.values(), default=0)]
-        return {
-            field: np.array([float(words[at]) if _is_number(words[at]) else np.nan for words in rows])
-            for field, at in fields.items()
-        }
 
 
 def _words(line: bytes) -> list[str]:

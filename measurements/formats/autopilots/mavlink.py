@@ -15,7 +15,6 @@ import mmap
 import re
 from array import array
 from collections import defaultdict
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -35,6 +34,8 @@ _SIGNATURE = 13
 """Flag of a message with a signature, and bytes of that (MAVLink 2, message signing)."""
 _STAMP = 8
 """Bytes of the stamp that stands before each message of a telemetry log, microseconds since 1970."""
+_KINDS = {"char": "S", "float": "f4", "double": "f8"}
+"""What numpy calls those kinds of fields that it calls otherwise than MAVLink does."""
 Key = tuple[int, int, int]
 """System, component and number of a message."""
 MOTION = ("ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT")
@@ -68,12 +69,16 @@ def known_messages() -> dict[int, Any]:
 def definition_of(number: int) -> Definition:
     """How the message `number` is laid out."""
     message = known_messages()[number]
-    parts = re.findall(r"(\d*)([a-zA-Z])", message.unpacker.format.lstrip("<"))
+    kinds = dict(zip(message.fieldnames, message.fieldtypes, strict=True))
     types = []
-    for field, (count, code) in zip(_expanded(message), _spread(parts), strict=True):
-        types.append((field, f"S{count}" if code == "s" else f"<{code}"))
-    fields = tuple(field for field, _ in types)
-    return Definition(message.msgname, fields, np.dtype(types), message.crc_extra)
+    for field, length in zip(message.ordered_fieldnames, message.array_lengths, strict=True):
+        kind = _KINDS.get(kinds[field]) or kinds[field].removesuffix("_t")
+        if kind == "S":
+            types.append((field, f"S{max(length, 1)}"))
+        else:
+            code = np.dtype(kind).newbyteorder("<")
+            types += [(f"{field}[{k}]", code) for k in range(length)] if length else [(field, code)]
+    return Definition(message.msgname, tuple(field for field, _ in types), np.dtype(types), message.crc_extra)
 
 
 class Telemetry:
@@ -176,26 +181,6 @@ def message_at(content: bytes | mmap.mmap, at: int) -> tuple[int, Key] | None:
     return (length, key) if at + length <= len(content) else None
 
 
-def _expanded(message: Any) -> list[str]:
-    """Fields in the order of the wire, a number each; text as one."""
-    names = []
-    for field in message.ordered_fieldnames:
-        place = message.fieldnames.index(field)
-        length = message.array_lengths[message.ordered_fieldnames.index(field)]
-        text = message.fieldtypes[place] == "char"
-        names += [f"{field}[{k}]" for k in range(length)] if length and not text else [field]
-    return names
-
-
-def _spread(parts: list[tuple[str, str]]) -> list[tuple[int, str]]:
-    """Codes of a struct format one by one; text keeps its length."""
-    spread = []
-    for count, code in parts:
-        times = int(count or 1)
-        spread += [(times, "s")] if code in "sc" else [(1, code)] * times
-    return spread
-
-
 _TOPIC = re.compile(r"mavlink/(\d{1,3})/(\d{1,3})/([A-Z][A-Z0-9_]*)")
 _ANY = re.compile(r"mavlink(_raw)?/.*")
 _LARGEST = 1 << 16
@@ -203,7 +188,7 @@ _LARGEST = 1 << 16
 _LETTERS = re.compile(r"[\0\ufffd].*", re.DOTALL)
 
 
-class _Rows:
+class MavlinkTopic:
     """The messages of one key as they come: a row of numbers each, texts beside them."""
 
     def __init__(self, key: Key) -> None:
@@ -278,9 +263,7 @@ class JsonTelemetry:
 
     def __init__(self, request: Request) -> None:
         self._request = request
-        self._keys: dict[str, Key | None] = {}
-        self._rows: dict[Key, _Rows] = {}
-        self._takers: dict[int, _Rows] = {}
+        self._rows: dict[Key, MavlinkTopic] = {}
         self.notes: list[str] = []
 
     @staticmethod
@@ -288,29 +271,20 @@ class JsonTelemetry:
         """True when a topic with JSON messages is one of the MAVLink server's."""
         return _ANY.fullmatch(topic) is not None
 
-    def connect(self, number: int, topic: str) -> bool:
-        """Learn of a topic, and tell whether its messages are wanted."""
-        self._takers.pop(number, None)
-        key = self._key(topic)
+    def connect(self, topic: str) -> MavlinkTopic | None:
+        """Learn of a topic; what takes its messages, None where they are not wanted."""
+        key = _key(topic)
         if key is None:
-            return False
-        name, system = definition_of(key[2]).name, f"sys{key[0]}/"
+            return None
+        told, system = definition_of(key[2]), f"sys{key[0]}/"
         offered = [
             each
             for before in ("", system, f"{system}comp{key[1]}/")
-            for each in raw_names(f"{before}{name}", f"mavlink/{name}", definition_of(key[2]).fields)
+            for each in raw_names(f"{before}{told.name}", f"mavlink/{told.name}", told.fields)
         ]
         if key not in self._rows:
-            self._rows[key] = _Rows(key)
-        if name not in NEEDED and not self._request.choose(offered):
-            return False
-        self._takers[number] = self._rows[key]
-        return True
-
-    def take(self, number: int) -> Callable[[int, bytes | memoryview], None] | None:
-        """What takes the messages of a topic; None for one that is not wanted."""
-        found = self._takers.get(number)
-        return None if found is None else found.take
+            self._rows[key] = MavlinkTopic(key)
+        return self._rows[key] if told.name in NEEDED or self._request.choose(offered) else None
 
     def messages(self) -> tuple[Key, ...]:
         """System, component and number of all messages that there are."""
@@ -323,21 +297,19 @@ class JsonTelemetry:
 
     def rows(self, key: Key) -> tuple[Any, Array]:
         """Bodies of the messages of a key, and when they were received [s]."""
-        found = self._rows.get(key) or _Rows(key)
+        found = self._rows.get(key) or MavlinkTopic(key)
         if found.broken:
             self.notes.append(f"{found.told.name}: {found.broken} messages that are no JSON of MAVLink left out")
             found.broken = 0
         return found.unpacked()
 
-    def _key(self, topic: str) -> Key | None:
-        if topic not in self._keys:
-            match = _TOPIC.fullmatch(topic)
-            number = None if match is None else _numbers_by_name().get(match[3])
-            small = match is not None and max(int(match[1]), int(match[2])) < 256
-            self._keys[topic] = (
-                (int(match[1]), int(match[2]), number) if match and small and number is not None else None
-            )
-        return self._keys[topic]
+
+def _key(topic: str) -> Key | None:
+    """The key of the messages of a topic; None for one of single fields, or of a message that is not known."""
+    match = _TOPIC.fullmatch(topic)
+    if match is None or max(int(match[1]), int(match[2])) > 255 or match[3] not in _numbers_by_name():
+        return None
+    return int(match[1]), int(match[2]), _numbers_by_name()[match[3]]
 
 
 @cache

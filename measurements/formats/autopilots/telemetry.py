@@ -15,19 +15,7 @@ from ....physics.errors import LogError
 from ....physics.motion import GRAVITY, Array
 from ...canonical import local_metres
 from ..base import CraftEvidence, Format, Head, Name, Recording, Request, Stream
-from .autopilot import (
-    Table,
-    assembled,
-    auxiliary_of_columns,
-    by_firmware,
-    by_mav_type,
-    heading_at,
-    in_order,
-    numbers,
-    planar,
-    raw_names,
-    servo_commands,
-)
+from . import autopilot
 from .mavlink import MOTION, Key, Messages, Telemetry, definition_of, message_at
 
 _CLOCKS = {"time_boot_ms": 1e3, "time_usec": 1e6}
@@ -81,12 +69,12 @@ def recording(log: Messages, request: Request, where: str, others: Recording | N
         owner = owners.get(key[:2])
         topic = f"{owner.prefix if owner else f'sys{key[0]}/comp{key[1]}/'}{told.name}"
         fields = [field for field in told.fields if told.body[field].kind != "S" and field not in _CLOCKS]
-        names += raw_names(topic, f"mavlink/{told.name}", fields)
+        names += autopilot.raw_names(topic, f"mavlink/{told.name}", fields)
         topics[topic] = owner or vehicles[0], key
     if len(vehicles) > 1:
         listed = ", ".join(vehicle.prefix.rstrip("/") for vehicle in vehicles)
         notes.append(f"{len(vehicles)} vehicles in the log: {listed}")
-    chosen = assembled(derived, names, request, notes)
+    chosen = autopilot.assembled(derived, names, request, notes)
     wanted = {name.topic for name in names if name in chosen.wanted}
     read = []
     for topic in (topic for topic in topics if topic in wanted):
@@ -106,9 +94,9 @@ def recording(log: Messages, request: Request, where: str, others: Recording | N
 def _craft(reader: "_Reader") -> CraftEvidence | None:
     """What kind of vehicle says so in its HEARTBEAT, or where that is generic, in its first words."""
     beats, texts = reader.bodies("HEARTBEAT"), reader.bodies("STATUSTEXT")
-    told = by_mav_type(int(np.bincount(beats["type"]).argmax()), "HEARTBEAT") if len(beats) else None
+    told = autopilot.by_mav_type(int(np.bincount(beats["type"]).argmax()), "HEARTBEAT") if len(beats) else None
     words = [text.decode("latin-1") for text in texts["text"].tolist()] if len(texts) else []
-    return told or by_firmware(words, "STATUSTEXT")
+    return told or autopilot.by_firmware(words, "STATUSTEXT")
 
 
 def _vehicles(keys: Sequence[Key], telling: Sequence[int]) -> tuple[Vehicle, ...]:
@@ -155,7 +143,7 @@ class _Reader:
             self._boot = float(received[0] if self._restarts else np.median(received - clock))
             return
 
-    def table(self, key: Key, topic: str | None = None) -> Table | None:
+    def table(self, key: Key, topic: str | None = None) -> autopilot.Table | None:
         """Unpack the messages of a key; None where the log has none whose checksum holds."""
         told = definition_of(key[2])
         body, received = self._log.rows(key)
@@ -167,12 +155,14 @@ class _Reader:
                 time = clock
             else:
                 self.notes.append(f"{self.vehicle.prefix}{told.name}: has a clock of its own; receive times are used")
-        keep = in_order(time)
+        keep = autopilot.in_order(time)
         numeric = [field for field in told.fields if told.body[field].kind != "S" and field not in _CLOCKS]
-        columns = {field: numbers(body[field][keep]) for field in numeric}
-        return Table(topic or f"{self.vehicle.prefix}{told.name}", f"mavlink/{told.name}", time[keep], columns)
+        columns = {field: autopilot.numbers(body[field][keep]) for field in numeric}
+        return autopilot.Table(
+            topic or f"{self.vehicle.prefix}{told.name}", f"mavlink/{told.name}", time[keep], columns
+        )
 
-    def named(self, name: str) -> Table | None:
+    def named(self, name: str) -> autopilot.Table | None:
         """Unpack the messages of a name; None where the log has none whose checksum holds."""
         return self.table(self._keys[name]) if name in self._keys else None
 
@@ -192,7 +182,7 @@ def _clock(body: Any) -> Array | None:
 
 
 def _runs_on(clock: Array) -> bool:
-    keep = in_order(clock)
+    keep = autopilot.in_order(clock)
     return bool((np.diff(clock[keep]) >= 0).all())
 
 
@@ -242,7 +232,7 @@ def _channels(reader: _Reader) -> list[Stream]:
             f"along cog turned into body axes by the heading; {np.count_nonzero(~has)} rows without a fix left out"
         )
     if place is not None:
-        streams += planar(place, where, speed, heading_at(place.time, attitude, heading))
+        streams += autopilot.planar(place, where, speed, autopilot.heading_at(place.time, attitude, heading))
     return [*streams, *_accelerations(reader), *_commands(reader), *_auxiliary(reader)]
 
 
@@ -250,7 +240,7 @@ def _auxiliary(reader: _Reader) -> list[Stream]:
     """Battery, motors, mode and waypoint; what a message says is not known (UINT16_MAX, -1) is no number."""
     names = ("BATTERY_STATUS", "SYS_STATUS", "HEARTBEAT", "MISSION_CURRENT", "RPM", "ESC_TELEMETRY_1_TO_4")
     battery, status, heartbeat, mission, turns, esc = map(reader.named, names)
-    found: dict[str, tuple[Table | None, str, float]] = {}
+    found: dict[str, tuple[autopilot.Table | None, str, float]] = {}
     if battery is not None:
         first = battery.columns["id"] == battery.columns["id"].min()
         cells = np.stack([battery.columns[f"voltages[{k}]"] for k in range(10)])
@@ -272,7 +262,7 @@ def _auxiliary(reader: _Reader) -> list[Stream]:
     for k in range(4):
         found[f"rpm_esc{k + 1}"] = (esc, f"rpm[{k}]", 1.0)
         found[f"motor_current_esc{k + 1}"] = (esc, f"current[{k}]", 1e-2)
-    return auxiliary_of_columns(found)
+    return autopilot.auxiliary_of_columns(found)
 
 
 def _accelerations(reader: _Reader) -> list[Stream]:
@@ -295,14 +285,14 @@ def _commands(reader: _Reader) -> list[Stream]:
         return []
     main = outputs.columns["port"] == 0
     columns = {name: value[main] for name, value in outputs.columns.items()}
-    outputs = Table(outputs.topic, outputs.kind, outputs.time[main], columns)
+    outputs = autopilot.Table(outputs.topic, outputs.kind, outputs.time[main], columns)
     names = {
         int(name[len("servo") : -len("_raw")]): name
         for name in outputs.columns
         if name.startswith("servo") and name.endswith("_raw")
     }
     values = {row["param_id"].decode("latin-1"): float(row["param_value"]) for row in reader.bodies("PARAM_VALUE")}
-    streams, notes = servo_commands(outputs, names, values)
+    streams, notes = autopilot.servo_commands(outputs, names, values)
     reader.notes += notes
     return streams
 

@@ -19,19 +19,7 @@ from ....physics.errors import LogError
 from ....physics.motion import Array, heading_from_quaternion
 from ...canonical import Output
 from ..base import DEEPEST, EVERY, CraftEvidence, Format, Head, Name, Recording, Request, Stream, begins_with, torn
-from .autopilot import (
-    Table,
-    assembled,
-    auxiliary_of_columns,
-    by_mav_type,
-    by_px4_status,
-    heading_at,
-    in_order,
-    numbers,
-    planar,
-    raw_names,
-    silenced,
-)
+from . import autopilot
 
 _MAGIC = b"ULog\x01\x12\x35"
 _START = 16
@@ -134,7 +122,7 @@ class _Log:
                     super().__init__(*arguments)
                     names = [field.field_name for field in self.field_data if field.field_name not in _CLOCKS]
                     topic = _topic(self.message_name, self.multi_id)
-                    outer.offered += raw_names(topic, f"ulog/{self.message_name}", names)
+                    outer.offered += autopilot.raw_names(topic, f"ulog/{self.message_name}", names)
 
                 def _parse_nested_type(self, prefix_str: str, type_name: str, message_formats: Any) -> None:
                     nonlocal fields
@@ -143,12 +131,12 @@ class _Log:
                         raise ValueError("more fields than any log has")
                     super()._parse_nested_type(prefix_str, type_name, message_formats)
 
-        with _File(path) as file, silenced():
+        with _File(path) as file, autopilot.silenced():
             self.content = Bounded(file, list(wanted))
         request.progress(self.size, self.size)
         self.notes = self._damage(headers)
 
-    def tables(self) -> dict[str, Table]:
+    def tables(self) -> dict[str, autopilot.Table]:
         """Unpacked topics by name."""
         result = {}
         for data in self.content.data_list:
@@ -157,10 +145,10 @@ class _Log:
             sampled = data.data.get("timestamp_sample")
             if sampled is not None and sampled.all() and not data.name.startswith("actuator_"):
                 clock = sampled
-            keep = in_order(clock.astype(float))
-            columns = {name: numbers(value[keep]) for name, value in data.data.items() if name not in _CLOCKS}
+            keep = autopilot.in_order(clock.astype(float))
+            columns = {name: autopilot.numbers(value[keep]) for name, value in data.data.items() if name not in _CLOCKS}
             topic = _topic(data.name, data.multi_id)
-            result[topic] = Table(topic, f"ulog/{data.name}", clock[keep] / 1e6, columns)
+            result[topic] = autopilot.Table(topic, f"ulog/{data.name}", clock[keep] / 1e6, columns)
         return result
 
     def parameters(self) -> dict[str, float]:
@@ -203,7 +191,7 @@ def _read(head: Head, request: Request) -> Recording:
         )
     streams, notes = _channels(tables, log.parameters())
     craft = _craft(tables, log.parameters())
-    chosen = assembled(streams, list(dict.fromkeys(log.offered)), request, [*log.notes, *notes])
+    chosen = autopilot.assembled(streams, list(dict.fromkeys(log.offered)), request, [*log.notes, *notes])
     wanted = {name.topic.split("[")[0] for name in chosen.raw if name in chosen.wanted}
     if not wanted <= set(_MOTION):
         tables = _Log(head.path, request, sorted(wanted)).tables()
@@ -211,16 +199,16 @@ def _read(head: Head, request: Request) -> Recording:
     return chosen.recording(read, craft)
 
 
-def _craft(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> CraftEvidence | None:
+def _craft(tables: Mapping[str, autopilot.Table], parameters: Mapping[str, float]) -> CraftEvidence | None:
     """What kind of vehicle the parameters say, or where these say nothing, the status."""
-    told = by_mav_type(int(parameters.get("MAV_TYPE", 0)), "parameters")
+    told = autopilot.by_mav_type(int(parameters.get("MAV_TYPE", 0)), "parameters")
     status = tables.get("vehicle_status")
     if told is not None or status is None or "vehicle_type" not in status.columns:
         return told
-    return by_px4_status(int(status.columns["vehicle_type"][-1]))
+    return autopilot.by_px4_status(int(status.columns["vehicle_type"][-1]))
 
 
-def _channels(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> tuple[list[Stream], list[str]]:
+def _channels(tables: Mapping[str, autopilot.Table], parameters: Mapping[str, float]) -> tuple[list[Stream], list[str]]:
     """Heading, position, velocities, accelerations and commands."""
     streams: list[Stream] = []
     notes: list[str] = []
@@ -244,8 +232,8 @@ def _channels(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> t
         moving = place.columns.get("v_xy_valid", np.ones(place.time.size)) > 0
         north, east = (np.where(known, place.columns[name], np.nan) for name in ("x", "y"))
         to_north, to_east = (np.where(moving, place.columns[name], np.nan) for name in ("vx", "vy"))
-        turned = heading_at(place.time, attitude, heading)
-        streams += planar(place, (north, east), (to_north, to_east), turned)
+        turned = autopilot.heading_at(place.time, attitude, heading)
+        streams += autopilot.planar(place, (north, east), (to_north, to_east), turned)
         lost = f"; {np.count_nonzero(~known)} rows that it calls invalid left out" if not known.all() else ""
         notes.append(f"x y u v: vehicle_local_position, its vx vy turned into body axes by the heading{lost}")
     for name, topic, field in _INERTIAL:
@@ -257,11 +245,11 @@ def _channels(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> t
     return [*streams, *driven, *_auxiliary(tables)], [*notes, *told]
 
 
-def _auxiliary(tables: Mapping[str, Table]) -> list[Stream]:
+def _auxiliary(tables: Mapping[str, autopilot.Table]) -> list[Stream]:
     """Battery, motors, mode, waypoint and steering: battery_status, esc_status, vehicle_status and their like."""
     names = ("battery_status", "vehicle_status", "mission_result", "esc_status", "actuator_servos")
     power, status, mission, esc, servos = (tables.get(name) for name in names)
-    found: dict[str, tuple[Table | None, str, float]] = {
+    found: dict[str, tuple[autopilot.Table | None, str, float]] = {
         "battery_voltage": (power, "voltage_v", 1.0),
         "battery_current": (power, "current_a", 1.0),
         "mode": (status, "nav_state", 1.0),
@@ -271,10 +259,10 @@ def _auxiliary(tables: Mapping[str, Table]) -> list[Stream]:
         found[f"rpm_esc{k + 1}"] = (esc, f"esc[{k}].esc_rpm", 1.0)
         found[f"motor_current_esc{k + 1}"] = (esc, f"esc[{k}].esc_current", 1.0)
         found[f"steering_servo{k + 1}"] = (servos, f"control[{k}]", 1.0)
-    return [stream for stream in auxiliary_of_columns(found) if np.isfinite(stream.value).any()]
+    return [stream for stream in autopilot.auxiliary_of_columns(found) if np.isfinite(stream.value).any()]
 
 
-def _commands(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> tuple[list[Stream], list[str]]:
+def _commands(tables: Mapping[str, autopilot.Table], parameters: Mapping[str, float]) -> tuple[list[Stream], list[str]]:
     """Thrust of the motors as a share, and their outputs in microseconds, by what the parameters call them."""
     streams: list[Stream] = []
     notes: list[str] = []
@@ -315,9 +303,8 @@ def _motors(parameters: Mapping[str, float]) -> tuple[list[str], str]:
 
 def _pulses(column: Array, output: int, motor: int, parameters: Mapping[str, float]) -> tuple[Array, Output, str]:
     """Turn an output [us] so that more is ahead; what the parameters say of it; and how it was turned, in words."""
-    low, high = (
-        parameters.get(f"PWM_MAIN_{end}{output + 1}", null) for end, null in (("MIN", 1000.0), ("MAX", 2000.0))
-    )
+    low = parameters.get(f"PWM_MAIN_MIN{output + 1}", 1000.0)
+    high = parameters.get(f"PWM_MAIN_MAX{output + 1}", 2000.0)
     astern = bool(int(parameters.get("CA_R_REV", 0)) >> motor & 1)
     mirrored = bool(int(parameters.get("PWM_MAIN_REV", 0)) >> output & 1)
     neutral = 0.5 * (low + high) if astern else low

@@ -25,41 +25,6 @@ _CHUNK_START = struct.Struct("<QQQII")
 _LANGUAGES = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl", "jsonschema": "jsonschema", "": ""}
 
 
-class _WithMavlink:
-    """Hands the JSON messages of a MAVLink server to one taker, and all others to another.
-
-    Parameters
-    ----------
-    collector, mavlink : the two
-    """
-
-    def __init__(self, collector: Collector, mavlink: JsonTelemetry) -> None:
-        self._collector, self._mavlink = collector, mavlink
-        self._takers: dict[int, Callable[[int, bytes | memoryview], None]] = {}
-        self.unpacked = collector.unpacked
-
-    def connect(self, number: int, topic: str, kind: str, definition: str, language: str, encoding: str) -> bool:
-        """See `Collector.connect`."""
-        self._takers.pop(number, None)
-        if encoding != "json" or not self._mavlink.knows(topic):
-            return self._collector.connect(number, topic, kind, definition, language, encoding)
-        self._collector.forget(number)
-        wanted = self._mavlink.connect(number, topic)
-        taker = self._mavlink.take(number)
-        if taker is not None:
-            self._takers[number] = taker
-        return wanted
-
-    def message(self, number: int, received: int, raw: bytes | memoryview) -> None:
-        """See `Collector.message`."""
-        taker = self._takers.get(number)
-        if taker is None:
-            self._collector.message(number, received, raw)
-        else:
-            self._collector.count()
-            taker(received, raw)
-
-
 class McapWalk:
     """One pass over the records of an MCAP file.
 
@@ -69,7 +34,7 @@ class McapWalk:
     packed : whether every message is a zstd frame of its own (a ROS 2 bag compressed by message)
     """
 
-    def __init__(self, collector: Collector | _WithMavlink, packed: bool = False) -> None:
+    def __init__(self, collector: Collector, packed: bool = False) -> None:
         self._collector = collector
         self._packed = packed
         self._schemas: dict[int, tuple[str, str, str]] = {}
@@ -192,14 +157,13 @@ def _skipped(file: BinaryIO, length: int) -> bool:
 
 
 def _read(head: Head, request: Request) -> Recording:
-    collector, mavlink = Collector(request), JsonTelemetry(request)
+    mavlink = JsonTelemetry(request)
+    collector = Collector(request, mavlink=mavlink)
     total = head.path.stat().st_size
     with in_file(head.path):
         with head.path.open("rb") as file:
             collector.new_file(total)
-            notes = McapWalk(_WithMavlink(collector, mavlink)).read(
-                file, total, lambda share: request.progress(int(share * total), total)
-            )
+            notes = McapWalk(collector).read(file, total, lambda share: request.progress(int(share * total), total))
         request.progress(total, total)
         if not mavlink.moves:
             return collector.recording(notes)

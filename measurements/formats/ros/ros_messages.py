@@ -15,6 +15,7 @@ import numpy as np
 
 from ....physics.errors import LogError
 from ....physics.reading import Plain, parse_json
+from ..autopilots.mavlink import JsonTelemetry, MavlinkTopic
 from ..base import DEEPEST, Name, Recording, Request, Stream
 from ..unpacking import Allowance
 from .ros_clock import CLOCK, ClockTopic, Stamps, agree, overtaken
@@ -215,11 +216,13 @@ class Collector:
     ----------
     request : what is asked; its `choose` picks the fields
     distribution : ROS 2 distribution whose types are taken where the bag defines none
+    mavlink : takes the JSON messages of a MAVLink server, which become no streams here; None to take them as any JSON
     """
 
-    def __init__(self, request: Request, distribution: str = "") -> None:
+    def __init__(self, request: Request, distribution: str = "", mavlink: JsonTelemetry | None = None) -> None:
         self._request = request
         self._distribution = distribution
+        self._mavlink = mavlink
         self._topics: dict[tuple[str, str, str], _Taker | None] = {}
         self._by_id: dict[int, _Taker] = {}
         self._unread: dict[Name, None] = {}
@@ -263,19 +266,12 @@ class Collector:
         """Count the bytes that the file unpacks to; see `unpacking.check_unpacked`."""
         self._allowance.take(size)
 
-    def forget(self, number: int) -> None:
-        """Take no more messages of this number."""
-        self._by_id.pop(number, None)
-
-    def count(self) -> None:
-        """Count a message that something else takes; see `Allowance`."""
-        self._allowance.count_message()
-
     def message(self, number: int, received: int, raw: bytes | memoryview) -> None:
         """Take one message, received at a time [ns]; one that nobody wants is passed over."""
-        if self._first is None or received < self._first:
-            self._first = received
         topic = self._by_id.get(number)
+        # Zero of the time is the first message of those that have no clock of their own.
+        if not isinstance(topic, MavlinkTopic) and (self._first is None or received < self._first):
+            self._first = received
         if topic is not None:
             self._allowance.count_message()
             topic.take(received, raw)
@@ -305,6 +301,8 @@ class Collector:
         return Recording(tuple(streams), (*notes, *clock, *broken, *unknown), tuple(self._unread), first, doubt)
 
     def _new(self, topic: str, kind: str, definition: str, language: str, encoding: str) -> "_Taker | None":
+        if encoding == "json" and self._mavlink is not None and self._mavlink.knows(topic):
+            return self._mavlink.connect(topic)
         if encoding == "json":
             return json_topic(topic, kind, definition, self._request, self._unread)
         if encoding not in ("ros1", "cdr"):
@@ -421,4 +419,4 @@ class _Topic:
         return self._tables[shape]
 
 
-_Taker = _Topic | JsonTopic | ClockTopic
+_Taker = _Topic | JsonTopic | ClockTopic | MavlinkTopic

@@ -19,8 +19,7 @@ import numpy as np
 from ....physics.errors import LogError, listed
 from ....physics.motion import Array
 from ....physics.reading import Plain
-from ..base import DEEPEST, Format, Head, Recording, Request, Stream, in_file
-from ..headers import TimeColumn, find_time
+from ..base import DEEPEST, Format, Head, Recording, Request, Stream, TimeColumn, find_time, in_file
 from ..unpacking import inflated, most_held
 from .tables import wide_recording, without_names
 from .text_tables import FramePart
@@ -260,7 +259,7 @@ def _gather(path: str, content: Plain, times: list[_Table], tables: list[_Table]
             for k, part in enumerate(list(np.ravel(np.asarray(value, dtype=object)))[:64]):
                 if isinstance(part, dict):
                     _gather(f"{below}[{k}]", part, times, tables, left)
-        elif isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and value.size > 1:
+        else:
             for column, numbers in _columns(name, value):
                 table = next((table for table in times if table.time.size == numbers.size), None)
                 if table is None:
@@ -286,7 +285,7 @@ def _given(variables: Plain, time: TimeColumn, where: str) -> list[_Table]:
         where there is no such column.
     """
     matrices = _matrices(variables)
-    found = {column: numbers for name, value in variables.items() for column, numbers in _vectors(name, value)}
+    found = {column: numbers for name, value in variables.items() for column, numbers in _columns(name, value)}
     if len(matrices) == 1:
         (matrix,) = matrices.values()
         found |= {f"column {k}": matrix[:, k - 1].astype(float) for k in range(1, matrix.shape[1] + 1)}
@@ -310,11 +309,6 @@ def _matrices(variables: Plain) -> dict[str, np.ndarray]:
     }
 
 
-def _vectors(name: str, value: Any) -> Iterator[tuple[str, Array]]:
-    if isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and value.size > 1:
-        yield from _columns(name, value)
-
-
 def _signal(content: Plain) -> np.ndarray | None:
     """Data of a struct that holds one signal: Time and Data, and nothing else that is as long."""
     found = [value for name, value in content.items() if name.lower() == "data"]
@@ -334,8 +328,10 @@ def _simulink(path: str, signals: Any, table: _Table) -> None:
                 table.columns[path, column] = numbers
 
 
-def _columns(name: str, value: np.ndarray) -> Iterator[tuple[str, Array]]:
-    """Give a vector by its name, and the columns of a matrix (n, k) as name[0], name[1], ..."""
+def _columns(name: str, value: Any) -> Iterator[tuple[str, Array]]:
+    """Give a vector by its name, and the columns of a matrix (n, k) as name[0], name[1], ...; of others nothing."""
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "biuf" or value.size < 2:
+        return
     if value.ndim == 1:
         yield name, value.astype(float)
     elif value.ndim == 2 and value.shape[1] <= 64:

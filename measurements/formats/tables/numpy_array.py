@@ -3,8 +3,7 @@
 import numpy as np
 
 from ....physics.errors import LogError
-from ..base import Format, Head, Recording, Request, begins_with, in_file
-from ..headers import find_time
+from ..base import Format, Head, Recording, Request, begins_with, find_time, in_file
 from .tables import check_columns, is_long, is_wide, wide_recording, without_names
 from .text_tables import FramePart
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from ....physics.errors import LogError, listed
 from ....physics.motion import Array
-from ..base import EXPECTED, Format, Head, Name, Recording, Request, begins_with, in_file
-from ..headers import find_time
+from ..base import EXPECTED, Format, Head, Name, Recording, Request, begins_with, find_time, in_file
 from ..unpacking import check_unpacked, most_held
 from .tables import LONG, LONG_ROW, check_columns, is_long, is_wide, long_recording, not_called_time, wide_recording
 from .text_tables import FramePart

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from ....physics.errors import LogError
 from ....physics.files import yaml_text
 from ....physics.motion import Array
-from ..base import Name, Recording, Stream
-from ..headers import EPOCH, TimeColumn
+from ..base import EPOCH, Name, Recording, Stream, TimeColumn
 
 LONG = ("topic", "field", "value")
 """Columns of a long table beside the time."""

@@ -6,7 +6,7 @@ Small ones of numbers are read by Arrow, which loads five times faster, all othe
 import gzip
 import warnings
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from ....physics.errors import LogError, shown
 from ....physics.files import is_mark
 from ....physics.motion import Array
-from ..base import EXPECTED, Format, Head, Recording, Request, in_file
-from ..headers import TimeColumn
+from ..base import EXPECTED, Format, Head, Recording, Request, TimeColumn, in_file
 from ..unpacking import TableText, check_table
 from .tables import LAST, LONG_ROW, Stamps, Words, check_columns, is_long, is_wide, long_recording, wide_recording
 
@@ -321,15 +320,9 @@ def _unique(columns: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _is_long_csv(head: Head) -> bool:
-    return is_long(head.text.columns, head.clock)
+def _of_shape(shape: Callable[[Sequence[str], TimeColumn | None], bool]) -> Callable[[Head], bool]:
+    return lambda head: shape(head.text.columns, head.clock)
 
 
-LONG_CSV = Format("long CSV", _is_long_csv, read_text, (".csv", ".gz"), marked=False, table=True)
-
-
-def _is_wide_csv(head: Head) -> bool:
-    return is_wide(head.text.columns, head.clock)
-
-
-WIDE_CSV = Format("wide CSV", _is_wide_csv, read_text, (".csv", ".gz"), marked=False, table=True)
+LONG_CSV = Format("long CSV", _of_shape(is_long), read_text, (".csv", ".gz"), marked=False, table=True)
+WIDE_CSV = Format("wide CSV", _of_shape(is_wide), read_text, (".csv", ".gz"), marked=False, table=True)

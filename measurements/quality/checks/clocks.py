@@ -11,10 +11,9 @@ from ...canonical import Channel
 from ...kinematics import bend_between_rows, kinematics_of, longest_row, moved_over_ground
 from ...statistics.blocks import CI
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
-from ..finding import Channels, Check, Finding, Fix, altered
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..quick_motion import centre_of, stands_still
-from ..record import QUICK_ROW, STEP, Record, Stretch, command_names
+from ..record import QUICK_ROW, STEP, Channels, Check, Finding, Fix, Record, Stretch, altered, command_names
 from ..response import COARSE, MADE_GOOD, SLOW, Trials, made_good, row_of, trials
 
 _INSTEP = 0.03

@@ -14,8 +14,7 @@ from ....physics.presentation import listing, percent
 from ....physics.thrusters import TableCurve, Thruster, command_of
 from ....physics.vehicle import Vehicle
 from ..faults import OVERWHELMING, Altered, Size, size_by_model
-from ..finding import Check, Finding, Reach
-from ..record import Record
+from ..record import Check, Finding, Reach, Record
 
 _OVER = 0.02
 """Share of the curve's reach up to which a command beyond its end is rounding."""
@@ -72,9 +71,8 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
     lines = listing([f"'{n}: {{from: ..., scale: {f:.4g}}}'" for n, f in factors.items()])
     # Beyond the curve the file has no force at all: of the motion they need not be much.
     sure = weighed is not None and weighed.share.low > OVERWHELMING
-    size = (
-        "" if weighed is None else f"; scaled by {_factors(factors)}, they explain {weighed.share} more of the motion"
-    )
+    scaled = listing([f"{value:.4g}" for value in dict.fromkeys(factors.values())])
+    size = "" if weighed is None else f"; scaled by {scaled}, they explain {weighed.share} more of the motion"
     return [
         Finding(
             check="command range",
@@ -93,10 +91,6 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
             else {},
         )
     ]
-
-
-def _factors(factors: Mapping[str, float]) -> str:
-    return listing([f"{value:.4g}" for value in dict.fromkeys(factors.values())])
 
 
 def _beyond(records: Sequence[Record], thruster: Thruster) -> Beyond | None:

@@ -3,8 +3,7 @@
 from collections.abc import Iterator, Sequence
 from functools import partial
 
-from ..finding import Check, Finding
-from ..record import Record, command_names
+from ..record import Check, Finding, Record, command_names
 
 
 def _examine(records: Sequence[Record]) -> list[Finding]:

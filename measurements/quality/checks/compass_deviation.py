@@ -10,8 +10,7 @@ from ...compass import Compass, compass_of
 from ...preparation.resampling import smooth
 from ...statistics.blocks import CI
 from ..faults import Size, blocks_of, size_of, squared_held_out
-from ..finding import Check, Finding
-from ..record import Record
+from ..record import Check, Finding, Record
 
 _SLOW = 0.5
 """Drift is slower than this [Hz]; what is faster is the noise of positions."""

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array
 from ....physics.thrusters import command_of, resting_commands
-from ...clock import band_passed
-from ..expected_answers import explained_as_expected, side_of
+from ...statistics.signals import band_passed
 from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
-from ..finding import Check, Finding
 from ..quick_motion import LEAST, QUICK, Part, parts_of, push_range
-from ..record import RATE, STEP, Record, channels_called, thruster_of
+from ..record import RATE, STEP, Check, Finding, Record, channels_called, thruster_of
+from ..response import explained_as_expected, side_of
 
 _LAGS = 3.0
 """Delays that are tried, both ways [s]: beyond the 2 s that a thruster may have at most."""
@@ -158,15 +157,13 @@ def _all_frozen(records: Sequence[Record], parts: Sequence[Part], names: list[st
     noise = _WAVE * np.max([part.noise for part in calmly], axis=0) / np.sqrt(2.0 * np.pi)
     changes, by_noise, block = [np.zeros((0, 2))], [np.zeros((0, 2))], [np.zeros(0, dtype=np.int64)]
     for number, (part, use) in enumerate(zip(parts, rows, strict=True)):
-        speeds = part.speeds[use][
-            round(BLOCK * RATE) :
-        ]  # what is under way when commands come to a stand may still gain
+        # What is under way when commands come to a stand may still gain.
+        speeds = part.speeds[use][round(BLOCK * RATE) :]
         calm = speeds[: speeds.shape[0] // wave * wave].reshape(-1, wave, 2).mean(axis=1)
         changes.append(np.diff(calm**2, axis=0))
         by_noise.append(np.abs(calm[1:] + calm[:-1]) * noise)
-        block.append(
-            1_000_000 * number + np.arange(max(calm.shape[0] - 1, 0), dtype=np.int64) * wave // round(BLOCK * RATE)
-        )
+        rows_in = np.arange(max(calm.shape[0] - 1, 0), dtype=np.int64) * wave
+        block.append(1_000_000 * number + rows_in // round(BLOCK * RATE))
     change, gained, blocks = np.concatenate(changes), np.concatenate(by_noise), np.concatenate(block)
     if not blocks.size or not np.all(fast > 0.0):
         return None
@@ -196,9 +193,8 @@ def _of_another_run(records: Sequence[Record], parts: Sequence[Part], names: lis
     """The finding that the boat answers no command at any delay, neither quickly nor slowly."""
     whole = sum(part.rates.shape[0] for part in parts) * STEP
     stands = np.concatenate([part.long.all(axis=1) for part in parts])
-    if (
-        whole < FEWEST * BLOCK or np.count_nonzero(stands) > 0.5 * stands.size
-    ):  # what stands most of the time is not asked
+    # What stands most of the time is not asked.
+    if whole < FEWEST * BLOCK or np.count_nonzero(stands) > 0.5 * stands.size:
         return None
     found = None
     for band in _BANDS:
@@ -263,13 +259,9 @@ def _tables(
         push = [part.pushes[:, :, axis] for part in parts]
         wanted = [part.residual[:, axis] + one.sum(axis=1) for part, one in zip(parts, push, strict=True)]
         return wanted, push, [part.states[axis] for part in parts]
-    driven = [band_passed(_both(part), STEP, band) for part in parts]
+    signed = [np.column_stack([part.commands, part.commands * np.abs(part.commands)]) for part in parts]
+    driven = [band_passed(table, STEP, band) for table in signed]
     return [part.rates[:, axis] for part in parts], driven, [part.states[axis] for part in parts]
-
-
-def _both(part: Part) -> Array:
-    """Commands, and their squares with their signs, (n, 2 c)."""
-    return np.column_stack([part.commands, part.commands * np.abs(part.commands)])
 
 
 def _turns(records: Sequence[Record], name: str) -> bool:

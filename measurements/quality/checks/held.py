@@ -5,9 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from ..finding import Check, Finding, Fix
-from ..fixes import LEAST, at_fixes, fixes_of
-from ..record import Record
+from ..record import Check, Finding, Fix, Record
+from .late import LEAST, at_fixes, fixes_of
 
 
 def _examine(records: Sequence[Record]) -> list[Finding]:

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from ...preparation.resampling import jumps_in_words, jumps_of, without_jumps
-from ..finding import Check, Finding, Fix, Reach
-from ..record import Record
+from ..record import Check, Finding, Fix, Reach, Record
 
 
 def _examine(records: Sequence[Record]) -> list[Finding]:

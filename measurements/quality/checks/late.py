@@ -1,13 +1,221 @@
-"""Check of late fixes: one that is a row late makes the boat stop, then leap."""
+"""Check of late fixes: one that is a row late makes the boat stop, then leap.
 
-from collections.abc import Sequence
+Also the fixes in a record of positions: when they came, how far the boat went between, and when they were taken.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..finding import Channels, Check, Finding, Fix, Reach
-from ..fixes import LEAST, Fixes, at_fixes, fixes_of
-from ..record import Record
+from ....physics.motion import Array
+from ...canonical import Channel
+from ...statistics.signals import noise_of_differences
+from ..record import Channels, Check, Finding, Fix, Reach, Record
+
+LEAST = 20
+"""Fixes of a moving boat from which something can be said."""
+_TOGETHER = 4
+"""Steps between fixes that are taken together to find the beat."""
+_OFF = 0.25
+"""Share of the beat by which a step between fixes must miss a whole number of beats to be off."""
+_BREAK = 5.0
+"""Beats without a fix after which the beat is looked for anew."""
+_LONGEST_REST = 120.0
+"""Rest during which an old fix is repeated on every beat [s]: over a longer one it would be most of the log."""
+_RESTART = 50
+"""Fixes within which a step that is too short says that the first ones were late, and not that the beat moved."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fixes:
+    """The fixes in the position channels of one log.
+
+    Attributes
+    ----------
+    row : (k,) rows at which a new position appears
+    time : (k,) their stamps [s]
+    position : (k, 2) [m]
+    rows : usual number of rows from one fix to the next, 1 where every row is new
+    beat : usual time from one fix to the next [s]
+    step : usual time from row to row [s]
+    moving : (k - 1,) whether the boat moved plainly between two fixes
+    off : (k - 1,) whether the step between two fixes misses a whole number of beats
+    whole : (k - 1,) that whole number, at least 1
+    digit : last digit of the positions, where the boat usually goes but one from fix to fix [m]: whether a position is
+        held, or rounded, nobody can tell then; else 0
+    """
+
+    row: NDArray[np.int64]
+    time: Array
+    position: Array
+    rows: int
+    beat: float
+    step: float
+    moving: NDArray[np.bool_]
+    off: NDArray[np.bool_]
+    whole: NDArray[np.int64]
+    digit: float
+
+    @property
+    def slope(self) -> float | None:
+        """Share of its surplus time in which the boat moved on, in steps that are off: 1 for honest stamps, 0 for late.
+
+        None where too few such steps lie within straight motion.
+        """
+        length = np.hypot(*np.diff(self.position, axis=0).T)
+        pace = length / (self.whole * self.beat)
+        between = np.flatnonzero(self.off & self.moving)
+        between = between[(between > 0) & (between < self.off.size - 1)]
+        usual = 0.5 * (pace[between - 1] + pace[between + 1])
+        calm = (np.abs(pace[between - 1] - pace[between + 1]) < 0.3 * usual) & (usual > 0.0)
+        if np.count_nonzero(calm) < 4:
+            return None
+        at = between[calm]
+        surplus = np.diff(self.time)[at] / (self.whole[at] * self.beat) - 1.0
+        moved = pace[at] / usual[calm] - 1.0
+        return float(surplus @ moved / (surplus @ surplus))
+
+    @property
+    def spikes(self) -> float:
+        """How far off the stamps as they are make the speed [m/s]: 95th percentile of a moving boat's wrong speeds."""
+        raw, right = (np.gradient(self.position, time, axis=0) for time in (self.time, self.retimed()))
+        error = np.hypot(*(raw - right).T)[1:][self.moving]
+        error = error[error > 0.0]
+        return float(np.quantile(error, 0.95)) if error.size else 0.0
+
+    @property
+    def between(self) -> float:
+        """Steps that are neither on the beat nor off it, for each that is off: none for late fixes, many for jitter."""
+        steps = np.diff(self.time) / self.beat
+        astray = np.abs(steps - np.maximum(np.rint(steps), 1.0))
+        off = np.count_nonzero(self.off)
+        return float(np.count_nonzero((astray > 0.5 * _OFF) & ~self.off) / off) if off else 0.0
+
+    @property
+    def noise_speed(self) -> float:
+        """Speed that the noise of the fixes alone seems to be, on the beat [m/s]: its 95th percentile.
+
+        From second differences; a central difference over two beats is 1/sqrt(2) /
+        beat, and the length of two such has its 95th percentile at sqrt(-2 ln 0.05).
+        """
+        good = self.moving & ~self.off & (self.whole == 1)
+        bend = np.diff(self.position, n=2, axis=0)[good[1:] & good[:-1]]
+        if not bend.size:
+            return 0.0
+        sigma = noise_of_differences(bend, 2)
+        return float(np.sqrt(-2.0 * np.log(0.05)) * sigma / np.sqrt(2.0) / self.beat)
+
+    def retimed(self) -> Array:
+        """When the fixes were taken, (k,) [s]: those that came late are put back on the beat, the others stay."""
+        times = self.time.copy()
+        bounds = np.flatnonzero(np.diff(self.time) > _BREAK * self.beat) + 1
+        for start, stop in zip([0, *bounds], [*bounds, times.size], strict=True):
+            times[start:stop] = _on_beat(self.time[start:stop], self.beat)
+        return times
+
+
+def fixes_of(channels: Channels) -> Fixes | None:
+    """Find the fixes in the channels of a log; None without positions, or where x and y do not come together."""
+    if not {"x", "y"} <= set(channels):
+        return None
+    x, y = channels["x"], channels["y"]
+    if x.time.size != y.time.size or x.time.size < LEAST or not (x.time is y.time or np.array_equal(x.time, y.time)):
+        return None
+    new = (x.value[1:] != x.value[:-1]) | (y.value[1:] != y.value[:-1])
+    row = np.concatenate(([0], np.flatnonzero(new) + 1))
+    if row.size < LEAST:
+        return None
+    time, position = x.time[row], np.column_stack([x.value[row], y.value[row]])
+    length = np.hypot(*np.diff(position, axis=0).T)
+    # A boat at rest shows a new position now and then only: a fix is as fine as its last digit.
+    moving = length > 0.3 * np.quantile(length, 0.9)
+    spans = np.diff(row)
+    steps = np.diff(time)
+    # A late fix makes one step longer and the next one shorter; over four steps that is little.
+    whole = np.convolve(moving, np.ones(_TOGETHER), "valid") == _TOGETHER
+    if not whole.any():
+        return None
+    rows, beat = (
+        float(np.median(np.convolve(part, np.ones(_TOGETHER), "valid")[whole])) / _TOGETHER for part in (spans, steps)
+    )
+    rows = max(1, round(rows))
+    whole = np.maximum(np.rint(steps / beat), 1).astype(np.int64)
+    # A step of one and a half beats is off, whichever way it is rounded.
+    off = np.abs(steps / beat - whole) > _OFF
+    digits = np.array([_last_digit(column) for column in position.T])
+    usual = np.median(np.abs(np.diff(position, axis=0))[moving].max(axis=1, initial=0.0, where=digits > 0.0))
+    digit = float(digits.max()) if usual < 1.5 * digits.max() else 0.0  # one of them, not two
+    whole = np.where(off, _shorter(steps, beat), whole)
+    return Fixes(row, time, position, rows, beat, x.period, moving, off, whole, digit)
+
+
+def _last_digit(values: Array) -> float:
+    """What all values (n,) are whole multiples of, but for where they begin; 0 where there is no such step."""
+    unique = np.unique(values)
+    gaps = np.diff(unique)
+    gaps = gaps[gaps > 1e-6 * np.ptp(values)]  # not the rounding of a latitude
+    if not gaps.size:
+        return 0.0
+    number = (unique - unique[0]) / gaps.min()
+    return float(gaps.min()) if np.abs(number - np.rint(number)).max() < 0.1 else 0.0
+
+
+def _shorter(steps: Array, beat: float) -> NDArray[np.int64]:
+    """Beats in a step of one that came late or after a late one."""
+    return np.maximum(np.floor(steps / beat + _OFF), 1).astype(np.int64)
+
+
+def _on_beat(time: Array, beat: float) -> Array:
+    """Put late fixes of one unbroken stretch back on the beat; a fix never comes before it was taken."""
+    late = 0.0
+    taken = time.copy()
+    place = 1
+    while place < time.size:
+        since = late + time[place] - time[place - 1]
+        ahead = since - max(1.0, np.floor(since / beat + _OFF)) * beat
+        if ahead < -_OFF * beat and place <= _RESTART and taken[0] == time[0]:
+            # Too short a step: the ones before were late, from the first on.
+            taken[0], late, place = time[0] + ahead, -ahead, 1
+            continue
+        late = ahead if ahead > _OFF * beat else 0.0
+        taken[place] = time[place] - late
+        place += 1
+    return taken
+
+
+def at_fixes(channels: Channels, taken: Callable[[Fixes], Array]) -> dict[str, Channel]:
+    """The same channels with x and y at the fixes only, taken at stamps (k,) that these tell.
+
+    A boat at rest shows no new position for many beats; there the old one is repeated on every beat, which is what the
+    receiver measured. Where it moved, beats without a fix stay empty.
+
+    Parameters
+    ----------
+    channels : of the log
+    fixes : rows with a new position
+    time : of each fix (k,) [s]
+    """
+    fixes = fixes_of(channels)
+    if fixes is None:
+        return dict(channels)
+    time = taken(fixes)
+    idle = ~fixes.moving & (fixes.whole > 1) & (fixes.whole * fixes.beat < _LONGEST_REST)
+    stamps, rows = [time], [fixes.row]
+    for k in np.flatnonzero(idle):
+        more = time[k] + fixes.beat * np.arange(1, fixes.whole[k])
+        more = more[more < time[k + 1] - 0.5 * fixes.beat]
+        stamps.append(more)
+        rows.append(np.full(more.size, fixes.row[k]))
+    every, row = np.concatenate(stamps), np.concatenate(rows)
+    order = np.argsort(every, kind="stable")
+    result = dict(channels)
+    for name in ("x", "y"):
+        result[name] = replace(result[name], time=every[order], value=result[name].value[row[order]])
+    return result
+
 
 _OFTEN = 0.01
 """Share of steps that are off from which fixes come late, and not now and then."""

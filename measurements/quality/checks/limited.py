@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.motion import Array
-from ...statistics.quantiles import student
+from ...statistics.blocks import student
 from ..faults import BLOCK, FEWEST, Fault, Kind, Share, Size, blocks_of, ratio_by_blocks, size_of
-from ..finding import Check, Finding
 from ..quick_motion import LEAST, Part, neutral_of, parts_of, push_range, unexplained
-from ..record import RATE, STEP, Record
+from ..record import RATE, STEP, Check, Finding, Record
 
 _NEAR = 0.02
 """Share of its range within which a command is at an end of it: what rounding takes from a limit."""
@@ -49,19 +48,13 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
     commands = np.concatenate([part.commands[use] for part, use in zip(parts, rows, strict=True)])
     rests = np.array([neutral_of(having, name) is not None for name in names])
     extreme = _extreme(commands, parts, rests)[::_ROWS]
-    elsewhere = np.asarray(
-        ~extreme.any(axis=1) & (np.abs(commands[::_ROWS]) > _NEAR).any(axis=1)
-    )  # at rest, waves show less
+    # At rest, waves show less.
+    elsewhere = np.asarray(~extreme.any(axis=1) & (np.abs(commands[::_ROWS]) > _NEAR).any(axis=1))
     at = [k for k in range(len(names)) if extreme[:, k].sum() * _ROWS * STEP >= LEAST]
     if not at:
         return []
-    left, motion = (
-        (table.reshape(-1, _ROWS, 2) ** 2).mean(axis=1)
-        for table in (
-            unexplained(parts, rows),
-            np.concatenate([part.rates[use] for part, use in zip(parts, rows, strict=True)]),
-        )
-    )
+    rates = np.concatenate([part.rates[use] for part, use in zip(parts, rows, strict=True)])
+    left, motion = ((table.reshape(-1, _ROWS, 2) ** 2).mean(axis=1) for table in (unexplained(parts, rows), rates))
     block = blocks_of([part.residual.shape[0] for part in parts])[np.concatenate(rows)][::_ROWS]
     noise = np.max([part.noise for part in parts], axis=0) ** 2
     ranges = [push_range(having, name) for name in names]

@@ -15,11 +15,9 @@ from ....physics.motion import Motion
 from ....physics.vehicle import Vehicle
 from ...canonical import Channel, kind_of
 from ...channels.channel_map import Entry, map_text, mixed
-from ..expected_answers import SIDE, called, expected_of
 from ..faults import Fault, Kind, Size, delayed, size_by_model
-from ..finding import Channels, Check, Finding, Fix
-from ..record import Record, command_names
-from ..response import trials
+from ..record import Channels, Check, Finding, Fix, Record, command_names
+from ..response import SIDE, called, expected_of, trials
 
 _SCALES = (1.0, 0.5)
 """Scales that are tried: throttle and steering are half the sum and half the difference of the sides, or all of it."""

@@ -1,6 +1,6 @@
 """The PWM at which the thrusters stand still: what the commands are while the boat lies at rest."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -8,9 +8,8 @@ import numpy as np
 
 from ....physics.thrusters import resting_commands
 from ...canonical import LIMITS, kind_of
-from ..finding import Check, Finding
 from ..quick_motion import neutral_of
-from ..record import Record, channels_called, command_names
+from ..record import Check, Finding, Record, channels_called, command_names
 
 USUAL = 1500.0
 """The PWM at which the thruster curves of vehicle files have their zero, unless they say otherwise [us]."""
@@ -32,15 +31,16 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
     if not found:
         text = "the boat is never at rest with a steady command; the neutral PWM is not known"
         return [Finding(check="neutral", verdict="cannot tell", sentence=text, channels=tuple(names))]
+    values = np.concatenate([channel.value for name in names for channel in channels_called(records, name)])
+    lows, highs = float(values.min()), float(values.max())
+    finding = partial(Finding, check="neutral", unit="us", parts={**found, "lowest": lows, "highest": highs})
     zeros = _zeros(records, found)
     if zeros:
-        return [_compared(found, zeros, _range(records, names))]
+        return [_compared(finding, found, zeros, f"range {lows:.0f} to {highs:.0f}")]
     off = {name: value for name, value in found.items() if abs(value - USUAL) >= _OFF}
     told = _listed(found)
-    lows, highs = _range(records, names)
-    parts = {**found, "lowest": lows, "highest": highs}
     value = float(np.median(list((off or found).values())))
-    finding = partial(Finding, check="neutral", value=value, unit="us", channels=tuple(off or found), parts=parts)
+    finding = partial(finding, value=value, channels=tuple(off or found))
     if not off:
         return [finding(verdict="ok", sentence=f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}")]
     warning = partial(finding, verdict="warning", short=f"neutral PWM is {value:g} us")
@@ -104,21 +104,20 @@ def _zeros(records: Sequence[Record], found: Mapping[str, float]) -> dict[str, _
     return zeros
 
 
-def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tuple[float, float]) -> Finding:
+def _compared(
+    about: Callable[..., Finding], found: Mapping[str, float], zeros: Mapping[str, _Zero], reach: str
+) -> Finding:
     """The neutral beside what says where it must be. Nothing is shifted: which of the two is right, a person knows."""
-    parts = {**found, "lowest": ends[0], "highest": ends[1]}
     off = {n: value for n, value in found.items() if n in zeros and zeros[n].off(value) >= _OFF}
     name = next(iter(off or zeros))
     value, zero = found[name], zeros[name]
-    finding = partial(Finding, check="neutral", value=value, unit="us", channels=tuple(off or found), parts=parts)
+    finding = partial(about, value=value, channels=tuple(off or found))
     curve = f"set the curve's zero in the vehicle file to {value:g}"
-    text = f"neutral PWM is {_listed(found)}, range {ends[0]:.0f} to {ends[1]:.0f}"
     if off:
         moves = ", ".join(f"{n} by 'offset: {zeros[n].middle - v:+.4g}'" for n, v in off.items())
-        text = f"neutral PWM is {_listed(off)}, but {zero.words} at {zero}; range {ends[0]:.0f} to {ends[1]:.0f}"
         return finding(
             verdict="warning",
-            sentence=text,
+            sentence=f"neutral PWM is {_listed(off)}, but {zero.words} at {zero}; {reach}",
             consequence="a model pushes at rest, and ahead and astern seem unlike",
             remedy=f"{curve}, or map {moves} if the log was not shifted already",
             short=f"neutral PWM is {value:g} us, not {zero}",
@@ -126,14 +125,9 @@ def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tupl
     known = zero.by_vehicle or abs(value - USUAL) < _OFF
     return finding(
         verdict="ok" if known else "note",
-        sentence=f"{text}; {zero.words} there",
+        sentence=f"neutral PWM is {_listed(found)}, {reach}; {zero.words} there",
         remedy="" if known else f"{curve}; --vehicle V tells whether it is",
     )
-
-
-def _range(records: Sequence[Record], names: Sequence[str]) -> tuple[float, float]:
-    values = np.concatenate([channel.value for name in names for channel in channels_called(records, name)])
-    return float(values.min()), float(values.max())
 
 
 def _listed(values: Mapping[str, float]) -> str:

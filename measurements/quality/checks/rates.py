@@ -7,8 +7,7 @@ import numpy as np
 
 from ...canonical import MOTION, Channel, command_kind
 from ...preparation.resampling import gap_limit, gaps, is_logged_on_change
-from ..finding import Check, Finding, Verdict
-from ..record import Record
+from ..record import Check, Finding, Record, Verdict
 
 _SLOW, _TOO_SLOW = 4.5, 1.0
 """Rates below which motion is coarse, and below which it is not seen [Hz]."""
@@ -31,9 +30,9 @@ def _rates(records: Sequence[Record]) -> list[Finding]:
         return [Finding(check="rates", verdict="cannot tell", sentence=text, unit="Hz")]
     slowest, fastest = min(rates, key=lambda n: rates[n]), max(rates, key=lambda n: rates[n])
     value = float(rates[slowest])
-    told = f"motion is sampled at {value:.3g} Hz" + (
-        f" ({slowest}) to {rates[fastest]:.3g} Hz ({fastest})" if rates[fastest] > 1.05 * value else ""
-    )
+    told = f"motion is sampled at {value:.3g} Hz"
+    if rates[fastest] > 1.05 * value:
+        told += f" ({slowest}) to {rates[fastest]:.3g} Hz ({fastest})"
     shaky = max(jitter, key=lambda n: jitter[n])
     verdict: Verdict = "ok"
     channels, wrong, remedy = tuple(rates), "", ""

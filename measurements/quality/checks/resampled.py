@@ -1,6 +1,6 @@
 """Check of a log put on a finer grid than it was measured on: rows that repeat, or lie on lines between others."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array
 from ...canonical import MOTION, Channel
-from ..finding import Channels, Check, Finding, Fix, altered
-from ..record import Record
+from ..record import Channels, Check, Finding, Fix, Record, altered
 
 _MOTION = (*MOTION, "ax", "ay")
 _LEAST_ROWS = 200
@@ -45,13 +44,19 @@ def _sentence(channels: Channels) -> list[Finding]:
     padded = _padding(time, values, fresh)
     if padded:
         text = f"the log repeats one row for {padded:.2g} s at its end or start: it was filled up there"
-        fix = Fix(f"{padded:.2g} s of one repeated row at the ends of the log dropped", _unpadded)
+        fix = Fix(
+            f"{padded:.2g} s of one repeated row at the ends of the log dropped",
+            partial(_thinned, keep=_between_padding),
+        )
         result.append(note(sentence=text, value=padded, unit="s", fix=fix))
     rate = float((time.size - 1) / (time[-1] - time[0]))
     rows = _held_over(fresh)
     if rows > 1:
         text = f"all channels of motion are held: measured {rate / rows:.3g} times a second, written {rate:.3g} times"
-        fix = Fix(f"rows that repeat the one before dropped: {rate / rows:.3g} rows a second kept", _fresh)
+        fix = Fix(
+            f"rows that repeat the one before dropped: {rate / rows:.3g} rows a second kept",
+            partial(_thinned, keep=_measured),
+        )
         wrong = "rows that repeat hold no new measurement"
         result.append(note(sentence=text, value=rate / rows, unit="Hz", consequence=wrong, fix=fix))
     elif rows := _interpolated(values):
@@ -111,16 +116,12 @@ def _inner(fresh: NDArray[np.bool_]) -> tuple[int, int]:
     return (int(rows[0]) - 1, int(rows[-1])) if rows.size else (0, 0)
 
 
-def _unpadded(channels: Channels) -> dict[str, Channel]:
-    table = _table(channels)
-    if table is None:
-        return dict(channels)
-    time, values, names = table
-    fresh = _new(values)
+def _between_padding(fresh: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The rows without what may be filled up at either end."""
     first, last = _inner(fresh)
-    keep = np.zeros(time.size, dtype=bool)
+    keep = np.zeros(fresh.size, dtype=bool)
     keep[first : last + 1] = True
-    return _thinned(channels, names, keep)
+    return keep
 
 
 def _held_over(fresh: NDArray[np.bool_]) -> int:
@@ -132,21 +133,21 @@ def _held_over(fresh: NDArray[np.bool_]) -> int:
     return rows if np.mean(np.abs(spans - rows) <= 1) >= _EVEN and float(np.mean(spans)) > 1.5 else 1
 
 
-def _fresh(channels: Channels) -> dict[str, Channel]:
+def _measured(fresh: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The rows that are new; of a boat at rest, which shows nothing new, one wherever one was measured."""
+    rows = np.flatnonzero(fresh)
+    since = np.arange(fresh.size) - rows[np.cumsum(fresh) - 1]
+    return fresh | (since % _held_over(fresh) == 0)
+
+
+def _thinned(channels: Channels, keep: Callable[[NDArray[np.bool_]], NDArray[np.bool_]]) -> dict[str, Channel]:
+    """The channels of motion with some of their rows; commands stay, since what is held is what was commanded."""
     table = _table(channels)
     if table is None:
         return dict(channels)
     _, values, names = table
-    fresh = _new(values)
-    rows = np.flatnonzero(fresh)
-    since = np.arange(fresh.size) - rows[np.cumsum(fresh) - 1]
-    # A boat at rest shows nothing new; there a row is kept wherever one was measured.
-    return _thinned(channels, names, fresh | (since % _held_over(fresh) == 0))
-
-
-def _thinned(channels: Channels, names: tuple[str, ...], keep: NDArray[np.bool_]) -> dict[str, Channel]:
-    """The channels of motion with some of their rows; commands stay, since what is held is what was commanded."""
-    return altered(channels, names, lambda channel: channel.rows(keep))
+    rows = keep(_new(values))
+    return altered(channels, names, lambda channel: channel.rows(rows))
 
 
 def _interpolated(values: Sequence[Array]) -> int:

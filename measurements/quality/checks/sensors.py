@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 
 from ...kinematics import Kinematics, kinematics_of, longest_row
-from ..finding import Check, Finding
-from ..record import Record, computed_once
+from ..record import Check, Finding, Record, computed_once
 
 _CHANNELS = {"gyro": ("r",), "compass": ("psi",), "misalignment": ("psi",), "velocity": ("u", "v"), "water": ("u", "v")}
 """Channels that an error is of, by the first word of its name; all others are of positions."""

@@ -1,6 +1,9 @@
-"""Check of the sides and signs of thrusters: the boat's answer against the names of its commands."""
+"""Check of the sides and signs of thrusters: the boat's answer against the names of its commands.
 
-from collections.abc import Mapping, Sequence
+Where nothing is certain, what is likely reversed or misplaced is told, and what to do about it.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -8,31 +11,35 @@ import numpy as np
 
 from ....physics.presentation import listing
 from ...canonical import kind_of
-from ...clock import LEAST_CORRELATION, band_passed
-from ...statistics.blocks import CI
+from ...statistics.blocks import BY_CHANCE, CI, chance_of_no_more
+from ...statistics.signals import LEAST_CORRELATION, band_passed
 from ..axes import surveyed
-from ..expected_answers import (
+from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
+from ..quick_motion import neutral_of
+from ..record import RATE, STEP, Check, Finding, Record, channels_called, command_names
+from ..response import (
     SIDE,
+    Answer,
     Expected,
+    Trials,
+    answers,
     as_expected,
     called,
-    classify_answers,
     expected_of,
-    likely_reversed,
-    likely_swapped,
-    map_line,
-    or_vehicle,
+    other_side,
     side_of,
-    swapped,
+    source_of,
+    trials,
 )
-from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
-from ..finding import Check, Finding
-from ..record import RATE, STEP, Record, channels_called, command_names
-from ..response import Answer, Trials, trials
 from .swapped_channels import may_be_exchanged
 
 _TURNING = (0.05, 1.0)
 """The band in which differentiated headings and yaw rates are compared [Hz]: slower is drift, faster is noise."""
+
+
+_LIKELY = 0.025
+"""Chance below which an explanation of the log is called likely: on field logs of known wiring it never named a
+thruster that was right. Below `BY_CHANCE`, and at great odds, others are ruled out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,6 +289,138 @@ def _reversed(records: Sequence[Record], name: str, expected: Expected) -> str:
     kind = kind_of(name)
     full = f", {low:.0f} us is the most ahead" if kind == "pwm" and expected.push > 0 else ""
     return f"{called(records, name)} is reversed{full}"
+
+
+@dataclass(frozen=True, slots=True)
+class Likely:
+    """What explains the log best, which is not what the names say, while others explain it hardly worse.
+
+    Attributes
+    ----------
+    answers : to each command
+    chance : that stretches like these favour it so much over another with other signs, though it is no better
+    """
+
+    answers: Mapping[str, Answer]
+    chance: float
+
+
+def classify_answers(
+    records: Sequence[Record], expected: Mapping[str, Expected]
+) -> tuple[dict[str, Answer], list[Trials], Likely | None]:
+    """The answers that are certain; the trials that contradict each other; and what is likely if nothing is certain."""
+    told = {name: answer for name, answer in answers(records).items() if name in expected}
+    unsure, likely = [], None
+    for one in trials(records) if len(told) < len(expected) else ():
+        if not one.contrary or not set(one.best.answers) & set(expected):
+            continue
+        if one.best.in_step and as_expected(one.best.answers, expected):
+            # Nothing is wrong with the log that explains it best; what would need two faults is not asked for.
+            told |= {name: answer for name, answer in one.best.answers.items() if name in expected}
+        else:
+            unsure.append(one)
+            likely = likely or _likely(one, expected)
+    return told, unsure, None if told else likely
+
+
+def _likely(one: Trials, expected: Mapping[str, Expected]) -> Likely | None:
+    """What explains the log best, where all that explains it about as well, and needs no late clock, is less likely."""
+    if not one.best.in_step:
+        return None
+    others = [trial for trial in one.contrary if trial.in_step]
+    chance = max(
+        [BY_CHANCE, *(chance_of_no_more(trial.residual_squares, one.best.residual_squares) for trial in others)]
+    )
+    known = {name: answer for name, answer in one.best.answers.items() if name in expected}
+    return Likely(known, chance) if chance < _LIKELY else None
+
+
+def _turned(records: Sequence[Record], name: str) -> str:
+    """Scale and offset that turn a command round about its neutral."""
+    if kind_of(name) != "pwm":
+        return "scale: -1"
+    neutral = neutral_of(records, name)
+    return f"scale: -1, offset: {2.0 * (1500.0 if neutral is None else neutral):g}"
+
+
+def swapped(expected: Mapping[str, Expected], told: Mapping[str, Answer]) -> frozenset[str]:
+    """Commands on the other side than expected, where each has one that changes names with it; else none."""
+    sided = {name for name in expected if name in told and told[name].side and expected[name].side}
+    wrong = {name for name in sided if SIDE[told[name].side] != expected[name].side}
+    return frozenset(wrong) if len(sided) > 1 and {other_side(name) for name in wrong} == wrong else frozenset()
+
+
+def map_line(records: Sequence[Record], name: str, turned: bool, swapped: bool) -> str:
+    """The line of a channel map that puts a command the right way round, and on the other side if that is sure."""
+    target, source = other_side(name) if swapped else name, source_of(records, name)
+    return f"'{target}: {{from: {source}, {_turned(records, name)}}}'" if turned else f"'{target}: {source}'"
+
+
+def or_vehicle(names: Iterable[str], expected: Mapping[str, Expected], what: str) -> str:
+    """The other cure: log and vehicle file contradict each other, and either may be the one that is wrong."""
+    own = [t for name in names if (t := expected[name].thruster) is not None]
+    if not own:
+        return ""
+    named = listing(list(dict.fromkeys(t.name for t in own)))
+    return f", if the log is wrong; if the vehicle file is, change the {what} of {named} there"
+
+
+def are(names: Sequence[str]) -> str:
+    """The verb that goes with so many names."""
+    return "are" if len(names) > 1 else "is"
+
+
+def likely_reversed(records: Sequence[Record], expected: Mapping[str, Expected], likely: Likely) -> Finding | None:
+    """The warning that thrusters are likely reversed; None where only a turn speaks for it, which may be the side."""
+    turned, moved = _faults(expected, likely)
+    if not turned:
+        return None
+    text = f"{listing([called(records, name) for name in turned])} {are(turned)} likely reversed ({_sure(likely)})"
+    return Finding(
+        check="direction",
+        verdict="warning",
+        sentence=f"{text}: more of that command pushes astern, as the motion is explained best",
+        channels=turned,
+        consequence="a model drives ahead where the boat goes astern; no thrust can be fitted",
+        remedy=_to_try(records, expected, turned, moved),
+        short=f"{listing(turned)} {are(turned)} likely reversed",
+    )
+
+
+def likely_swapped(records: Sequence[Record], expected: Mapping[str, Expected], likely: Likely) -> Finding | None:
+    """The warning that sides are likely swapped; None where that is not so."""
+    turned, moved = _faults(expected, likely)
+    if not moved:
+        return None
+    short = "port and starboard are likely swapped"
+    return Finding(
+        check="sides",
+        verdict="warning",
+        sentence=f"{short} ({_sure(likely)})",
+        channels=moved,
+        consequence="every turn is predicted to the wrong side",
+        remedy=_to_try(records, expected, turned, moved),
+        short=short,
+    )
+
+
+def _faults(expected: Mapping[str, Expected], likely: Likely) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The commands that likely push the other way, and those that are likely on the other side."""
+    turned = tuple(name for name, answer in likely.answers.items() if not expected[name].ahead_as(answer))
+    moved = swapped(expected, likely.answers)
+    return turned, tuple(sorted(moved)) if all(answer.side for answer in likely.answers.values()) else ()
+
+
+def _sure(likely: Likely) -> str:
+    return f"{100.0 * (1.0 - likely.chance):.0f} % sure, if the commands are in step with the motion"
+
+
+def _to_try(
+    records: Sequence[Record], expected: Mapping[str, Expected], turned: Sequence[str], moved: Sequence[str]
+) -> str:
+    maps = [map_line(records, name, name in turned, name in moved) for name in expected if name in (*turned, *moved)]
+    what = "curve, the angle or the place"
+    return f"try it in a channel map: {', '.join(maps)}{or_vehicle((*turned, *moved), expected, what)}"
 
 
 SIDES = Check("sides", _examine)

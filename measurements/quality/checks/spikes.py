@@ -10,8 +10,7 @@ from ....physics.motion import Array
 from ...canonical import MOTION, Channel
 from ...statistics.blocks import numbered_on
 from ..faults import BLOCK, Fault, Kind, Size, size_of
-from ..finding import Check, Finding, Fix, altered
-from ..record import QUICK_ROW, Record, channels_called
+from ..record import QUICK_ROW, Check, Finding, Fix, Record, altered, channels_called
 
 _LEAST_ROWS = 50
 """Rows of which the outermost 2 % are one: of fewer, no usual range can be told.
@@ -107,9 +106,8 @@ def _jumps(values: Array) -> Array:
     """Steps across the whole range of a record, each from one end to the other."""
     steps = np.diff(values)
     whole = _WHOLE * float(np.ptp(values))
-    return (
-        steps[np.abs(steps) > max(whole, 2.0 * _STEPS * float(np.median(np.abs(steps))))] if whole > 0.0 else steps[:0]
-    )
+    least = max(whole, 2.0 * _STEPS * float(np.median(np.abs(steps))))
+    return steps[np.abs(steps) > least] if whole > 0.0 else steps[:0]
 
 
 SPIKES = Check("spikes", _examine)

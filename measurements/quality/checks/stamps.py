@@ -4,9 +4,8 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from ...canonical import Channel
-from ...clock import APART
-from ..finding import Channels, Check, Finding, Fix
-from ..record import Record
+from ...channels.conversion import APART
+from ..record import Check, Finding, Fix, Record
 
 _MANY = 0.01
 """Share of stamps that are wrong from which a derivative suffers; fewer are told, no more."""
@@ -15,7 +14,7 @@ _TOLD = 3
 
 
 def _examine(records: Sequence[Record]) -> list[Finding]:
-    """Count what reading had to drop or sort, see `conversion.Cleaner`.
+    """Count what reading had to drop or sort, see `conversion.Cleaner`: a fix has nothing left to do.
 
     A finding for repeated stamps, one for backward stamps, or one that says that all is well.
     """
@@ -50,7 +49,7 @@ def _wrong(channels: Sequence[Channel]) -> Iterator[Finding]:
             consequence=f"the pieces are put {APART:g} s apart, each a stretch of its own"
             + ("; other verbs refuse the log until that is written" if back else ""),
             remedy="keep the clock as it is while logging, or stamp by a clock that is never set",
-            fix=Fix(f"pieces between which the clock was set put {APART:g} s apart", _as_read),
+            fix=Fix(f"pieces between which the clock was set put {APART:g} s apart"),
             short="the clock was set back" if back else "the clock was set",
         )
     finding = partial(Finding, check="stamps", unit="1")
@@ -63,7 +62,7 @@ def _wrong(channels: Sequence[Channel]) -> Iterator[Finding]:
             channels=names("astray"),
             consequence="their rows are left out",
             remedy="find out what wrote these stamps",
-            fix=Fix(f"{astray} values with a stamp that is astray dropped", _as_read),
+            fix=Fix(f"{astray} values with a stamp that is astray dropped"),
         )
     if backward:
         share = backward / rows
@@ -75,7 +74,7 @@ def _wrong(channels: Sequence[Channel]) -> Iterator[Finding]:
             channels=names("backward"),
             consequence="derivatives change sign there; other verbs refuse the log",
             remedy="sort the rows by time",
-            fix=Fix(f"rows of {listed} sorted by time ({backward} were out of order)", _as_read),
+            fix=Fix(f"rows of {listed} sorted by time ({backward} were out of order)"),
         )
     if repeated:
         share = repeated / (rows + repeated)
@@ -86,13 +85,8 @@ def _wrong(channels: Sequence[Channel]) -> Iterator[Finding]:
             channels=names("repeated"),
             consequence="two values at one instant have no derivative; the last of them is taken",
             remedy="find out why the logger wrote them, or whether its stamps are rounded",
-            fix=Fix(f"{repeated} values with a repeated stamp dropped, the last of each kept", _as_read),
+            fix=Fix(f"{repeated} values with a repeated stamp dropped, the last of each kept"),
         )
-
-
-def _as_read(channels: Channels) -> dict[str, Channel]:
-    """Reading has done it already."""
-    return dict(channels)
 
 
 STAMPS = Check("stamps", _examine)

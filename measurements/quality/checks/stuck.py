@@ -9,9 +9,8 @@ from ...canonical import Channel
 from ...log import Log
 from ..axes import track_of
 from ..faults import FEWEST, Fault, Kind, Share, Size
-from ..finding import Check, Finding, Reach
-from ..fixes import fixes_of
-from ..record import QUICK_ROW, Record
+from ..record import QUICK_ROW, Check, Finding, Reach, Record
+from .late import fixes_of
 
 _PLACE = ("x", "y")
 _SENSORS: tuple[tuple[str, ...], ...] = (

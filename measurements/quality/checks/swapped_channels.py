@@ -8,14 +8,12 @@ import numpy as np
 
 from ....physics.motion import Array
 from ....physics.thrusters import push_and_turn
-from ...clock import band_passed
+from ...statistics.signals import band_passed
 from ..axes import taken_from, track_of
-from ..expected_answers import side_of
 from ..faults import BLOCK, Fault, Kind, Size, blocks_of, size_of
-from ..finding import Check, Finding, Fix
 from ..lags import QUICK
-from ..record import RATE, STEP, Record, Stretch, thruster_of
-from ..response import answers, trials
+from ..record import RATE, STEP, Check, Finding, Fix, Record, Stretch, thruster_of
+from ..response import answers, side_of, trials
 
 _SPEEDS = ("u", "v")
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from ....physics.motion import GRAVITY
 from ...statistics.blocks import numbered_on, robust_fit
-from ..finding import Check, Finding
-from ..record import RATE, Record
+from ..record import RATE, Check, Finding, Record
 from .clocks import on_grid
 
 _BLOCK = 5.0

@@ -5,12 +5,11 @@ from dataclasses import replace
 
 from ...canonical import Channel
 from ...channels.channel_map import TIME, Entry, map_text
-from ...formats.headers import PER_SECOND
+from ...formats.base import PER_SECOND
 from ...log import Log
 from ..axes import track_of
 from ..faults import Fault, Kind
-from ..finding import Channels, Check, Finding, Fix
-from ..record import Record
+from ..record import Channels, Check, Finding, Fix, Record
 from .units import FINE, turning_of
 
 

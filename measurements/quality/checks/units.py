@@ -4,7 +4,7 @@ Each pair is read in every way in which it may have been recorded. The simplest 
 much better; another than the log's own is a fault, weighed by its size; see `faults`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -12,15 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ....physics.motion import Array
-from ...canonical import Channel
 from ...log import Log
 from ...statistics.blocks import numbered_on, robust_fit
 from ..axes import LENGTHS, SPEEDS, Mixed, Track, course_of, mixed_up, off_course, surveyed, track_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
-from ..finding import Channels, Check, Finding, Fix, altered
 from ..lags import Turns, blocks_of_pieces, turns, unexplained_turning
 from ..quick_motion import pushes_of
-from ..record import RATE, Record, Stretch
+from ..record import RATE, Check, Finding, Fix, Record, Stretch, altered
 
 FINE = 0.1
 """Share by which two records of one quantity may differ in size, and a factor from a unit: sensors are calibrated to
@@ -40,7 +38,9 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
     turned = any({"psi", "r"} <= set(log.channels) for log in logs)
     turning = turning_of(logs)
     degrees = None if turning is None else _in_degrees(records, turning)
-    cured = [_with(log, degrees.fix.apply) for log in logs] if degrees and degrees.fix else logs
+    cured = logs
+    if degrees is not None and degrees.fix is not None:
+        cured = [replace(log, channels=degrees.fix.apply(log.channels)) for log in logs]
     track = track_of(cured)
     found: list[Finding] = []
     if degrees is not None:
@@ -380,10 +380,6 @@ _EITHER = "find out which of the two is in another unit, and map it with a scale
 
 def _scale(names: Sequence[str], factor: float, sentence: str) -> Fix:
     return Fix(sentence, partial(altered, names=names, change=lambda c: replace(c, value=factor * c.value)))
-
-
-def _with(log: Log, change: Callable[[Channels], dict[str, Channel]]) -> Log:
-    return replace(log, channels=change(log.channels))
 
 
 UNITS = Check("units", _examine)

@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from ..finding import Check, Finding, Reach
-from ..record import Record
+from ..record import Check, Finding, Reach, Record
 
 
 def _examine(records: Sequence[Record]) -> list[Finding]:

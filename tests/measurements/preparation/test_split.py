@@ -9,9 +9,8 @@ import pytest
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log
 from undertow.measurements.preparation.prepare import PAPER, WEAK, DataSet, Recipe, prepare
-from undertow.measurements.preparation.resampling import accelerations, feature_names, features, smooth
+from undertow.measurements.preparation.resampling import Standardisation, accelerations, feature_names, features, smooth
 from undertow.measurements.preparation.split import split
-from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle

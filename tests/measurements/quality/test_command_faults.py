@@ -11,9 +11,9 @@ from logged import without_a_file
 
 from undertow.measurements.canonical import Channel
 from undertow.measurements.channels.channel_map import entries_of
+from undertow.measurements.inspection import examine
 from undertow.measurements.log import Log
-from undertow.measurements.quality.examination import examine
-from undertow.measurements.quality.finding import Finding
+from undertow.measurements.quality.record import Finding
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import simulate_world
 

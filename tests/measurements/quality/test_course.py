@@ -12,7 +12,7 @@ from undertow.measurements.canonical import Channel
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log
 from undertow.measurements.quality.axes import course_of
-from undertow.measurements.quality.finding import Finding
+from undertow.measurements.quality.record import Finding
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

@@ -3,7 +3,7 @@
 import pickle
 
 from undertow.measurements.canonical import Channel
-from undertow.measurements.quality.finding import Channels, Finding, Fix
+from undertow.measurements.quality.record import Channels, Finding, Fix
 
 
 def test_a_fix_travels_as_words() -> None:

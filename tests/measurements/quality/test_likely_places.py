@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from undertow.measurements.log import read_log
-from undertow.measurements.quality import expected_answers
 from undertow.measurements.quality.checks import sides
 from undertow.measurements.quality.checks.sides import SIDES
-from undertow.measurements.quality.finding import Finding
-from undertow.measurements.quality.record import Record
+from undertow.measurements.quality.record import Finding, Record
 from undertow.measurements.quality.response import Answer, Trial, Trials
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -31,9 +29,8 @@ def explained(seconds: float, left: np.ndarray, port: tuple[Answer, Answer]) -> 
 
 
 def judged(record: Record, monkeypatch: pytest.MonkeyPatch, best: Trial, *rivals: Trial) -> dict[str, Finding]:
-    for module in (expected_answers, sides):
-        monkeypatch.setattr(module, "trials", lambda records: [Trials(best, rivals)])
-    monkeypatch.setattr(expected_answers, "answers", lambda records: {})
+    monkeypatch.setattr(sides, "trials", lambda records: [Trials(best, rivals)])
+    monkeypatch.setattr(sides, "answers", lambda records: {})
     return {finding.check: finding for finding in SIDES.examine([record])}
 
 

@@ -14,16 +14,13 @@ import pytest
 from places import ROOT
 
 from undertow.measurements.canonical import Channel, Output
-from undertow.measurements.inspection import inspect_log, inspect_logs
+from undertow.measurements.inspection import CHECKS, examine, inspect_log, inspect_logs, pool, verdict
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.quality.checks.late import fixes_of
 from undertow.measurements.quality.checks.sides import SIDES
-from undertow.measurements.quality.examination import CHECKS, examine, pool, verdict
-from undertow.measurements.quality.expected_answers import side_of
-from undertow.measurements.quality.finding import SEVERITY, Finding
-from undertow.measurements.quality.fixes import fixes_of
 from undertow.measurements.quality.lags import Response, lag_of
-from undertow.measurements.quality.record import Record
-from undertow.measurements.quality.response import Answer, Trial, Trials, answers
+from undertow.measurements.quality.record import SEVERITY, Finding, Record
+from undertow.measurements.quality.response import Answer, Trial, Trials, answers, side_of
 from undertow.measurements.statistics.blocks import robust_fit
 from undertow.physics.motion import body_to_earth
 from undertow.workflows.inputs import _alignment_notes
@@ -261,7 +258,7 @@ def test_a_reversed_output_keeps_its_side_in_the_advice_unless_the_sides_are_tol
     assert lines == [("pwm_stbd", "pwm_stbd"), ("pwm_port", "pwm_port")]
     told = answers([Record.of(swapped)])
     unsure = told | {"pwm_port": replace(told["pwm_port"], yaw_error=np.inf)}
-    monkeypatch.setattr("undertow.measurements.quality.expected_answers.answers", lambda records: unsure)
+    monkeypatch.setattr("undertow.measurements.quality.checks.sides.answers", lambda records: unsure)
     alone = SIDES.examine([Record.of(swapped)])
     assert only(alone, "sides").verdict == "cannot tell"
     (line,) = re.findall(r"'(.*)'", only(alone, "direction").remedy)
@@ -344,7 +341,7 @@ def test_positions_alone_tell_the_sides(odometry: Log):
 
 def test_turns_without_a_sure_push_are_told_as_they_are(odometry: Log, monkeypatch: pytest.MonkeyPatch):
     told = {n: replace(a, surge_error=np.inf) for n, a in answers([Record.of(odometry)]).items()}
-    monkeypatch.setattr("undertow.measurements.quality.expected_answers.answers", lambda records: told)
+    monkeypatch.setattr("undertow.measurements.quality.checks.sides.answers", lambda records: told)
     found = only(SIDES.examine([Record.of(odometry)]), "sides")
     assert (found.verdict, found.sentence.split(",")[0]) == ("cannot tell", "the boat turns by its thrusters")
 

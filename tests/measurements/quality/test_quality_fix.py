@@ -11,12 +11,12 @@ import pytest
 from verbs import call, done, inspected, refused, strict
 
 from undertow.measurements.canonical import command_kind
-from undertow.measurements.clock import APART
+from undertow.measurements.channels.conversion import APART
+from undertow.measurements.inspection import examine
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.prepare import prepare
-from undertow.measurements.quality.examination import examine
-from undertow.measurements.quality.finding import Finding
+from undertow.measurements.quality.record import Finding
 from undertow.physics.errors import LogError
 from undertow.physics.motion import body_to_earth, earth_to_body
 from undertow.physics.vehicle import load_vehicle

@@ -11,13 +11,11 @@ import numpy as np
 import pytest
 from places import ROOT
 
-from undertow.measurements.inspection import inspect_log
+from undertow.measurements.inspection import examine, inspect_log
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
 from undertow.measurements.quality.checks.neutral import NEUTRAL
-from undertow.measurements.quality.examination import examine
-from undertow.measurements.quality.finding import Finding
-from undertow.measurements.quality.record import Record
+from undertow.measurements.quality.record import Finding, Record
 from undertow.measurements.statistics.blocks import surely_more
 from undertow.physics.errors import LogError, VehicleError
 from undertow.physics.thrusters import resting_commands

@@ -25,10 +25,9 @@ from undertow.measurements.quality.faults import (
     size_of,
     squared_held_out,
 )
-from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.lags import unexplained_turning
 from undertow.measurements.quality.quick_motion import neutral_of, parts_of, push_range, rates_in_band
-from undertow.measurements.quality.record import STEP, Record
+from undertow.measurements.quality.record import STEP, Finding, Record
 from undertow.physics.motion import body_to_earth
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP, programme

@@ -17,14 +17,12 @@ from ulog_files import ulog_of
 from verbs import call, strict
 
 from undertow.discovery.discover import find_missing
-from undertow.measurements.clock import APART
-from undertow.measurements.inspection import inspect_log
+from undertow.measurements.channels.conversion import APART
+from undertow.measurements.inspection import examine, inspect_log
 from undertow.measurements.log import read_log
 from undertow.measurements.quality.axes import mixed_up, track_of
 from undertow.measurements.quality.checks.units import speed_unit
-from undertow.measurements.quality.examination import examine
-from undertow.measurements.quality.finding import Finding, Reach
-from undertow.measurements.quality.record import Record
+from undertow.measurements.quality.record import Finding, Reach, Record
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.manoeuvres import programme

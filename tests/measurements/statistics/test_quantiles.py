@@ -3,7 +3,7 @@
 import pytest
 from scipy.special import betainc, fdtri, stdtrit
 
-from undertow.measurements.statistics.quantiles import fisher, incomplete_beta, student
+from undertow.measurements.statistics.blocks import fisher, incomplete_beta, student
 
 PROBABILITIES = (0.001, 0.025, 0.3, 0.5, 0.6, 0.975, 0.999, 0.9999)
 

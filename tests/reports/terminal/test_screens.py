@@ -8,10 +8,9 @@ from rich.console import Console
 
 from undertow.comparison.facts import Best, Comparison
 from undertow.discovery.findings import Findings, SensorError, Step
-from undertow.measurements.clock import Alignment
-from undertow.measurements.inspection import ChannelSummary, Inspection, Plan, Segment
+from undertow.measurements.inspection import Alignment, ChannelSummary, Inspection, Plan, Segment
 from undertow.measurements.preparation.prepare import PAPER
-from undertow.measurements.quality.record import Excitation
+from undertow.measurements.quality.checks.excitation import Excitation
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.sureness import BACK, COMES_BACK, SURE
 from undertow.reports.terminal.comparison_screen import comparison_table, failures_table, trust_style

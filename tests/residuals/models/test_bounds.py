@@ -6,7 +6,7 @@ import torch
 from judging import BOX, HULL
 
 from undertow.comparison.audit import witness_of
-from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.physics.laws.audit.search import Box, climb, spread
 from undertow.physics.laws.energy import TOLERANCE, full_force
 from undertow.physics.motion import Array

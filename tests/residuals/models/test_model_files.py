@@ -16,7 +16,7 @@ import yaml
 from safetensors.torch import load, save
 
 from undertow.comparison.models_by_name import load_model
-from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.motion import Motion

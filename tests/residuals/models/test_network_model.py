@@ -9,7 +9,7 @@ from networks import weights_of
 from torch import Tensor
 
 from undertow.measurements.preparation.prepare import PAPER, WEAK, DataSet
-from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.integration import Driven, integrate
 from undertow.physics.motion import Array, Motion

@@ -9,7 +9,7 @@ from networks import weights_of
 from places import ROOT
 from torch import Tensor, nn
 
-from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.momentum_balance import mass_matrix, thruster_matrix
 from undertow.physics.vehicle import load_vehicle

@@ -5,7 +5,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import scaling_of

@@ -12,8 +12,8 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 from training_parts import HULL, parts_of
 
+from undertow.measurements.preparation.resampling import Standardisation
 from undertow.measurements.preparation.split import Split
-from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Array
 from undertow.residuals.models.base import VehicleModel

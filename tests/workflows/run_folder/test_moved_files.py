@@ -123,7 +123,7 @@ def test_places_of_what_is_not_read_are_refused(words: tuple[str, ...], match: s
 
 
 def test_several_logs_are_known_by_their_content(tmp_path: Path) -> None:
-    from undertow.measurements.collection import log_digests
+    from undertow.measurements.formats.registry import log_digests
 
     for name in "ab":
         (tmp_path / f"{name}.csv").write_text(f"t,u\n0,{ord(name)}\n", "utf-8")
@@ -142,7 +142,7 @@ def test_several_logs_are_known_by_their_content(tmp_path: Path) -> None:
 
 
 def test_a_map_is_found_and_checked_like_a_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from undertow.measurements.collection import log_digests
+    from undertow.measurements.formats.registry import log_digests
 
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")

@@ -107,11 +107,10 @@ def test_texts_flags_and_enumerations_are_read_in_every_spelling(tmp_path: Path)
     assert {"pwm_port", "pwm_stbd"} <= set(log.channels)
     assert not any("no JSON of MAVLink" in each for each in log.notes)
     rows = JsonTelemetry(Request())
-    assert rows.connect(1, "mavlink/1/1/HEARTBEAT")
-    take = rows.take(1)
-    assert take is not None
+    topic = rows.connect("mavlink/1/1/HEARTBEAT")
+    assert topic is not None
     for mode in ({"bits": 129}, "MAV_MODE_FLAG_SAFETY_ARMED | MAV_MODE_FLAG_CUSTOM_MODE_ENABLED"):
-        take(1, json.dumps({"message": {**heartbeat(0), "base_mode": mode}}).encode())
+        topic.take(1, json.dumps({"message": {**heartbeat(0), "base_mode": mode}}).encode())
     body, _ = rows.rows((1, 1, 0))
     assert body["base_mode"].tolist() == [129, 129]
     assert body["type"].tolist() == [11, 11]

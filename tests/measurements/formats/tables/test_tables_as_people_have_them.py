@@ -8,8 +8,7 @@ import pandas as pd
 import pytest
 from scipy.io import savemat
 
-from undertow.measurements.formats.base import read_head
-from undertow.measurements.formats.headers import TimeColumn, find_time
+from undertow.measurements.formats.base import TimeColumn, find_time, read_head
 from undertow.measurements.formats.registry import read_recording
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading

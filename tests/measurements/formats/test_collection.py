@@ -10,7 +10,7 @@ from dataflash_files import dataflash_of, write
 from round_trip import vehicle, world
 from verbs import done, inspected, strict
 
-from undertow.measurements.collection import find_logs
+from undertow.measurements.formats.registry import find_logs
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
 from undertow.workflows.inputs import read_inputs
