@@ -69,7 +69,7 @@ QuietOption = Annotated[
 
 
 def telling(verb: Callable[..., None]) -> Callable[..., None]:
-    """A verb that takes --quiet beside its own options, and knows when it began.
+    """A verb that takes --quiet beside its own options, knows when it began, and fails with one clear message.
 
     Where it has a parameter `reading`, the options of that stand in its place.
     """
@@ -88,10 +88,10 @@ def telling(verb: Callable[..., None]) -> Callable[..., None]:
     @wraps(verb)
     def told(*words: Any, quiet: bool = False, **options: Any) -> None:
         progress.begin(quiet)
-        if fields:
-            with failing_clearly():
+        with failing_clearly():
+            if fields:
                 options["reading"] = Reading(**{name: options.pop(name) for name in fields})
-        verb(*words, **options)
+            verb(*words, **options)
 
     vars(told)["__signature__"] = signature(verb).replace(parameters=parameters)
     told.__annotations__ = {one.name: one.annotation for one in parameters}
