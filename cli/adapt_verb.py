@@ -98,7 +98,7 @@ class _Screen:
         self.last: Update | None = None
 
     def begin(self, hours: float) -> None:
-        from ..reports.following_words import heading
+        from ..reports.hull_diary import heading
 
         begun = self._begun
         wider = "" if begun.widening == 1.0 else f", taken with {begun.widening:.3g} times its variance"
@@ -112,7 +112,7 @@ class _Screen:
 
     def tell(self, update: "Update") -> None:
         from ..physics.files import strict_json
-        from ..reports.following_words import alarm_sentence, followed_row, row, table_row
+        from ..reports.hull_diary import alarm_sentence, followed_row, row, table_row
 
         self.last, self._updates = update, self._updates + 1
         self._excited += update.excited
@@ -136,7 +136,7 @@ class _Screen:
 
     def write(self, boat: "Vehicle", out: Path | None, values: Path | None) -> None:
         from ..physics.files import on_top, write_text
-        from ..reports.following_words import table_heading
+        from ..reports.hull_diary import table_heading
 
         if self.last is None:
             return

@@ -47,7 +47,7 @@ def check(
     if as_json:
         print_json(found.to_dict())
     else:
-        from ..reports.terminal.audit_screen import audit_screen, headline
+        from ..reports.terminal.laws_and_effects_screen import audit_screen, headline
         from ..reports.terminal.layout import BAD, GOOD
 
         prose(headline(found), BAD if found.verdict == "fail" else GOOD)

@@ -63,7 +63,7 @@ def ci(
     if as_json:
         print_json(found.to_dict())
     else:
-        from ..reports.terminal.audit_screen import limits_table, verdict_text
+        from ..reports.terminal.laws_and_effects_screen import limits_table, verdict_text
         from ..reports.terminal.layout import BAD, GOOD
 
         warn(found.warnings, inputs.repairs)

@@ -29,7 +29,7 @@ def effects(
         if as_json:
             print_json(effect_cards())
             return
-        from ..reports.terminal.effects_screen import catalogue_table
+        from ..reports.terminal.laws_and_effects_screen import catalogue_table
 
         show(catalogue_table())
         return
@@ -40,7 +40,7 @@ def effects(
     if as_json:
         print_json(effect_cards((found,), boat.name))
         return
-    from ..reports.terminal.effects_screen import effect_card
+    from ..reports.terminal.laws_and_effects_screen import effect_card
 
     show(*effect_card(found, boat, vehicle))
 

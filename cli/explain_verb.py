@@ -20,7 +20,7 @@ def explain(
 ) -> None:
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
     from ..discovery.settings import DiscoverySettings
-    from ..reports.terminal.effects_screen import distilled_table
+    from ..reports.terminal.laws_and_effects_screen import distilled_table
     from ..workflows.check_and_explain import distil
 
     inputs = read_logs(logs, vehicle, reading)

@@ -87,7 +87,7 @@ def train(
     prose(" ".join(done.sentences))
     show(comparison_table(done.models, done.inputs.parts.judge))
     if done.distilled is not None:
-        from ..reports.terminal.effects_screen import distilled_table
+        from ..reports.terminal.laws_and_effects_screen import distilled_table
 
         show(distilled_table(done.distilled))
     say(f"Network: {out} (model.yaml, weights.safetensors{', distillation.json' * explain})")

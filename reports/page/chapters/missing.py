@@ -7,18 +7,8 @@ from ....discovery.findings import Advice
 from ....discovery.identifiability.rehearsal import Identifiability
 from ....physics.presentation import listing, percent, share_removed, unit_text, words
 from ....physics.vehicle import Vehicle
+from ... import sureness
 from ...run_contents import RunFolder
-from ...sureness import (
-    BACK,
-    COMES_BACK,
-    coefficient_rows,
-    comes_back,
-    file_numbers,
-    in_order,
-    odds,
-    sure_caption,
-    verdict_word,
-)
 from ...wording import effect_words, interval, risen, twins, typeset, within
 from ..figures.effect_figures import coefficients, convincing, excitation, force_drawings, ranked_effects
 from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
@@ -41,8 +31,8 @@ _ALIGNED = "llrllrrl"
 def missing_effects(run: RunFolder) -> Section:
     """The effects to add as sentences with equations, the ranking of all candidates, and terms without a name."""
     findings = run.findings
-    candidates, unnamed = in_order(findings.candidates), findings.unnamed
-    chosen = in_order(findings.added)
+    candidates, unnamed = sureness.in_order(findings.candidates), findings.unnamed
+    chosen = sureness.in_order(findings.added)
     horizon = hero(findings.steps, run.comparison.best.horizon).horizon
     cards = [_effect(item, run.nominal, risen(findings.steps, horizon, item)) for item in chosen]
     parts = [element("div", *cards, cls="columns")] * bool(chosen)
@@ -50,9 +40,10 @@ def missing_effects(run: RunFolder) -> Section:
     if candidates:
         colours = [text for verdict, text in _COLOURS if any(item.verdict == verdict for item in chosen)]
         key = f" Of the bars, {listing(colours)}." if colours else ""
-        caption = f"{BACK.capitalize()}: {COMES_BACK}. {sure_caption(candidates).capitalize()}.{key}"
+        sure = sureness.sure_caption(candidates).capitalize()
+        caption = f"{sureness.BACK.capitalize()}: {sureness.COMES_BACK}. {sure}.{key}"
         drawings.append(figure([ranked_effects(candidates)], caption))
-    rows = coefficient_rows(candidates, [item.effect for item in chosen], run.nominal, run.corrected)
+    rows = sureness.coefficient_rows(candidates, [item.effect for item in chosen], run.nominal, run.corrected)
     if rows:
         caption = (
             "From the nominal value (ring) to the corrected one (dot) with its 95 % interval (band). Each row has its "
@@ -68,8 +59,8 @@ def missing_effects(run: RunFolder) -> Section:
 
 
 def _effect(item: EffectFinding, nominal: Vehicle, worse: Sequence[str]) -> Html:
-    numbers, known, others = file_numbers(item, nominal), odds(item), twins(item)
-    begins = _BEGINS.get(item.verdict, verdict_word(item).capitalize())
+    numbers, known, others = sureness.file_numbers(item, nominal), sureness.odds(item), twins(item)
+    begins = _BEGINS.get(item.verdict, sureness.verdict_word(item).capitalize())
     return element(
         "div",
         element("h3", effect_words(item).capitalize()),
@@ -86,7 +77,7 @@ def _effect(item: EffectFinding, nominal: Vehicle, worse: Sequence[str]) -> Html
 
 def _worth(item: EffectFinding) -> str:
     """What comes back of the unseen error without an effect."""
-    if not (force := comes_back(item)):
+    if not (force := sureness.comes_back(item)):
         return ""
     rollout = None if item.claim is None else item.claim.worth.rollout
     ahead = "" if rollout is None else f", and {share_removed(rollout)} of that of predictions"
@@ -100,31 +91,35 @@ def _tried(candidates: Sequence[EffectFinding], nominal: Vehicle) -> list[Html]:
     parts = [effect_table(others, nominal)] * bool(others)
     if without:
         parts.append(details(f"{len(without)} effects without evidence", effect_table(without, nominal)))
-    return [*parts, element("p", f"{sure_caption(candidates).capitalize()}.", cls="facts")]
+    return [*parts, element("p", f"{sureness.sure_caption(candidates).capitalize()}.", cls="facts")]
 
 
 def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
     """Effects with their verdicts, values, 95 % intervals, and what each is worth, a row each."""
     rows = []
     for item in candidates:
-        numbers, verdict = file_numbers(item, nominal), item.verdict
+        numbers, verdict = sureness.file_numbers(item, nominal), item.verdict
         rows.append(
             (
                 effect_words(item),
                 element(
                     "span",
-                    verdict_word(item),
+                    sureness.verdict_word(item),
                     cls=f"tag {verdict}" if verdict != "no evidence" else "tag",
                 ),
-                odds(item),
+                sureness.odds(item),
                 lines(f"{one.symbol} = {one.amount()}" for one in numbers),
                 lines(interval(one.ci95) for one in numbers),
                 lines(one.filed() for one in numbers if any(each.filed() for each in numbers)),
-                comes_back(item),
+                sureness.comes_back(item),
                 lines(twins(item)),
             )
         )
-    head = (*("effect", "verdict", "sure", "value", "95 % interval", "in the file"), BACK, "not to be told from")
+    head = (
+        *("effect", "verdict", "sure", "value", "95 % interval", "in the file"),
+        sureness.BACK,
+        "not to be told from",
+    )
     filled = [k for k in range(len(head)) if any(row[k] for row in rows)]
     return table(
         [head[k] for k in filled], [[row[k] for k in filled] for row in rows], "".join(_ALIGNED[k] for k in filled)
@@ -250,7 +245,7 @@ _MOST_ADVICE = 3
 
 def in_numbers(run: RunFolder) -> Section | None:
     """The effects of the corrected model, each with its value, its 95 % interval and how sure it is."""
-    chosen, unnamed = in_order(run.findings.added), run.findings.unnamed
+    chosen, unnamed = sureness.in_order(run.findings.added), run.findings.unnamed
     parts: list[Html] = [effect_table(chosen[:_MOST_EFFECTS], run.nominal)] * bool(chosen)
     if len(chosen) > _MOST_EFFECTS:
         parts.append(element("p", f"{len(chosen) - _MOST_EFFECTS} more stand in the appendix.", cls="facts"))

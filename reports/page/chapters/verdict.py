@@ -7,22 +7,9 @@ from ....physics.presentation import percent, unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ...run_contents import RunFolder
 from ...wording import cut, risen, step_words, typeset
+from .. import outcome
 from ..figures.model_figures import step_bars
 from ..markup import Html, element, lines, paragraphs, render
-from ..outcome import (
-    Line,
-    also_likely,
-    also_worse,
-    answer,
-    cannot,
-    gets_worse,
-    hero,
-    outcome,
-    quiet_axes,
-    recommendation,
-    repeated,
-)
-from ..outcome import headline as verdict_in_words
 from .base import Chapter, Section
 
 ARROW = "\N{RIGHTWARDS ARROW}"
@@ -39,15 +26,15 @@ LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
 def headline(run: RunFolder, *, title: str = "h1") -> Html:
     """The verdict, below it why and what became of the error, in words and as big figures; then how sure that is."""
     findings, steps = run.findings, run.findings.steps
-    led = hero(steps, run.comparison.best.horizon)
-    answered = answer(findings, run.comparison, run.nominal)
-    worse = gets_worse(steps, run.comparison.best.horizon)
-    did = outcome(findings, run.comparison) if worse or not answered else ""
-    grown, probably = also_worse(findings, run.comparison), also_likely(findings)
+    led = outcome.hero(steps, run.comparison.best.horizon)
+    answered = outcome.answer(findings, run.comparison, run.nominal)
+    worse = outcome.gets_worse(steps, run.comparison.best.horizon)
+    did = outcome.outcome(findings, run.comparison) if worse or not answered else ""
+    grown, probably = outcome.also_worse(findings, run.comparison), outcome.also_likely(findings)
     became = " ".join(filter(None, (did, grown, probably) if worse else (probably, did, grown)))
-    weak = cannot(run.comparison, quiet_axes(findings))
-    sentences = list(filter(None, [repeated(findings)]))
-    best = recommendation(findings, run.comparison)
+    weak = outcome.cannot(run.comparison, outcome.quiet_axes(findings))
+    sentences = list(filter(None, [outcome.repeated(findings)]))
+    best = outcome.recommendation(findings, run.comparison)
     if best and not answered:
         sentences.append(unit_text(best))
     for place in findings.failures[: 0 if best else 1]:
@@ -71,7 +58,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     )
     return render(
         *paragraphs(map(unit_text, findings.warnings), "card warning"),
-        element(title, verdict_in_words(findings, run.comparison)),
+        element(title, outcome.headline(findings, run.comparison)),
         *paragraphs([weak], "warn"),
         *[element("dl", *(_line(line) for line in answered), cls="answer")] * bool(answered),
         *paragraphs([unit_text(" ".join(findings.reasons)), became], "lead"),
@@ -83,7 +70,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
 def falling_error(run: RunFolder) -> Section:
     """Rollout and acceleration errors after each added effect."""
     steps = run.findings.steps
-    horizon = hero(steps, run.comparison.best.horizon).horizon
+    horizon = outcome.hero(steps, run.comparison.best.horizon).horizon
     names = ["nominal model", *(cut(step_words(step), LONGEST_NAME) for step in steps[1:])]
 
     def rollout(axis: str) -> list[float]:
@@ -123,7 +110,7 @@ def legend(roles: Sequence[str] = ("measured", "before", "after"), after: str = 
     return element("div", *(element("span", element("i"), text, cls=role) for role, text in texts), cls="key")
 
 
-def _line(line: Line) -> Html:
+def _line(line: outcome.Line) -> Html:
     return render(element("dt", line.label), element("dd", unit_text(f"{line.text[:1].upper()}{line.text[1:]}")))
 
 
