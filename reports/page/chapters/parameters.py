@@ -12,7 +12,7 @@ from ....physics.momentum_balance import Balance, BalanceTerm, balances, factor_
 from ....physics.presentation import MINUS, listing, number, unit_text, words
 from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ...run_contents import RunFolder
-from ...sureness import coefficient_rows, vehicle_value
+from ...sureness import known_intervals, vehicle_value
 from ...wording import absorbed_sentence, energy_lines, energy_verdict, interval, trimmed
 from ..markup import Html, details, element, paragraphs, render, table
 from .base import Chapter, Section
@@ -22,7 +22,8 @@ Intervals = Mapping[str, tuple[float, float]]
 
 def equations(run: RunFolder) -> Section:
     """The momentum balance of the corrected vehicle, axis by axis, then what acts on thrust, water and memory."""
-    ends = intervals_of(run)
+    known = known_intervals(run.findings, run.nominal)
+    ends = {symbol: (low, high) for symbol, (low, high) in known.items() if low < high}
     cards = [_axis(line, run, ends) for line in balances(run.corrected)]
     changed = [symbol for symbol, value in run.corrected.values.items() if _moved(run, symbol, value)]
     removed = [
@@ -44,21 +45,8 @@ def equations(run: RunFolder) -> Section:
     )
 
 
-def intervals_of(run: RunFolder) -> dict[str, tuple[float, float]]:
-    """The 95 % interval of the value in the corrected vehicle, by symbol, for every number that was fitted."""
-    findings = run.findings
-    rows = coefficient_rows(findings.candidates, [c.effect for c in findings.added], run.nominal, run.corrected)
-    result = {row.symbol: row.interval for row in rows if row.interval[0] < row.interval[1]}
-    told = [(item.symbol, item.ci95) for item in findings.calibrated]
-    told += [(term.symbol or f"{term.axis}:{term.form}", term.ci95) for term in findings.unnamed]
-    for name, ends in told:
-        if ends is not None and ends.lower < ends.upper:
-            result.setdefault(name, (ends.lower, ends.upper))
-    return result
-
-
 def _axis(line: Balance, run: RunFolder, ends: Intervals) -> Html:
-    words = f"{line.axis.capitalize()} [{UNITS[line.axis]}]"
+    title = f"{line.axis.capitalize()} [{UNITS[line.axis]}]"
     inertia, force = (
         [_term(term, k == 0, run, ends) for k, term in enumerate(side)] for side in (line.inertia, line.force)
     )
@@ -67,7 +55,7 @@ def _axis(line: Balance, run: RunFolder, ends: Intervals) -> Html:
     )
     parts = [*inertia, equals, *(force or [nothing])]
     return render(
-        element("h3", words),
+        element("h3", title),
         element("div", *parts, cls="balance", attributes={"role": "math", "aria-label": spoken(line)}),
     )
 
