@@ -42,7 +42,7 @@ test: $(READY)
 
 # The workbench in a real browser: that of the machine, of Debian where there is none, or playwright's own.
 test-app: $(READY)
-	@$(BIN)/python -c 'from undertow.reports.page.pdf import find_browser as f; f()' 2>/dev/null \
+	@$(BIN)/python -c 'from undertow.workflows.report import find_browser as f; f()' 2>/dev/null \
 		|| { test "$$(id -u)" = 0 && command -v apt-get >/dev/null && apt-get install -y -qq chromium; } \
 		|| $(BIN)/python -m playwright install chromium
 	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest tests/app

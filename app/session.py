@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from ..workflows.workbench_facts import OWN_NUMBERS, Source, Trained, Way
-from .file_names import SESSION, FileNames, fleet_in
 from .shown import Shown
-from .steps import History, Step, same_commands
+from .steps import SESSION, FileNames, History, Step, fleet_in, same_commands
 from .worker import PrewarmedWorker
 from .worker_client import Observers, Training, WorkerClient
 

@@ -22,9 +22,8 @@ from ..physics.reading import parse_json, parse_yaml, read_text, reason
 from ..physics.vehicle import shipped_vehicles, vehicle_from_dict
 from ..workflows.run_folder.read import check_bounds
 from ..workflows.workbench_facts import Fit, Searched, Source
-from .file_names import SESSION, FileNames
 from .shown import Interval, Shown, View
-from .steps import Step
+from .steps import SESSION, FileNames, Step
 
 _ALIKE = 1e-6
 """Share by which a number may differ from the saved one: less than any log tells, and more than rounding."""

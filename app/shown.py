@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from ..workflows.workbench_facts import OWN_NUMBERS, Card, Fit, HullDiary, ModelChoice, Opened, Searched, Source
-from .file_names import FileNames
-from .steps import History, Step
+from .steps import FileNames, History, Step
 from .worker_client import Observers, WorkerClient
 
 Interval = tuple[float, float]

@@ -19,7 +19,7 @@ from ..physics.files import write_text, yaml_text
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..workflows.first_vehicle import Hull, check_wires, with_corrections, write_rewired
 from ..workflows.inputs import UNPROVEN, read_inputs
-from ..workflows.log_view import LogView
+from ..workflows.log_view import LogView, assumed_of, form_of
 from ..workflows.workbench_facts import (
     Card,
     Fit,
@@ -34,8 +34,7 @@ from ..workflows.workbench_facts import (
     Way,
     Wire,
 )
-from .file_names import FileNames
-from .vehicle_numbers import assumed_of, form_of
+from .steps import FileNames
 
 if TYPE_CHECKING:
     from ..workflows.log_view import TriedLog

@@ -29,7 +29,7 @@ from undertow.discovery.discover import find_missing
 from undertow.discovery.experiment.optimal_manoeuvre import Bounds, Driven, find_shortest
 from undertow.discovery.selection import select
 from undertow.discovery.settings import DiscoverySettings
-from undertow.exports.missions.base import Mission
+from undertow.exports.missions import Mission
 from undertow.physics.effects import EFFECTS
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
@@ -46,7 +46,7 @@ FAMILIES = ("hull", "coupling", "mass")
 """Families of the effects that are hidden: among these the study finds the pairs that gentle logs cannot tell apart."""
 ENOUGH = 0.8
 """Share of repeats that must tell, as the project's brief says."""
-PACKAGES = ("physics", "measurements", "discovery", "exports/missions", "workflows")
+PACKAGES = ("physics", "measurements", "discovery", "exports", "workflows")
 """Packages whose source decides the results."""
 FIRST = {"tuning": 1_980, "seen": 28_000, "reporting": 40_000}
 """First seed of each block, beside those of the study of hidden effects, which settings were chosen on. Rules of the

@@ -24,7 +24,7 @@ from measured import Figures
 from playwright.sync_api import Error, Page, sync_playwright
 from workbench import memory, processes, serving
 
-from undertow.reports.page.pdf import find_browser
+from undertow.workflows.report import find_browser
 
 WARM = 0.2
 """Share of the time before memory is compared: every library is loaded by then."""

@@ -28,7 +28,7 @@ import numpy as np
 from measured import Figures
 from playwright.sync_api import Page, sync_playwright
 
-from undertow.reports.page.pdf import find_browser
+from undertow.workflows.report import find_browser
 
 EFFECTS = ("Surge quadratic damping", "Yaw quadratic damping", "Munk moment", "Sway lift")
 """Spoken names of effects that every log here can be asked for."""

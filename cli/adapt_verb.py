@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..measurements.log_options import AS_GUESSED
-from .console import complain, failing_clearly, prose, say, tell_replaced
+from .console import complain, prose, say, tell_replaced
 from .options import ForceOption, JsonOption, SeedOption, UnrepairedReading, VehicleOption, VehicleOut, earlier_files
 
 if TYPE_CHECKING:
@@ -54,39 +54,38 @@ def adapt(
     as_json: JsonOption = False,
 ) -> None:
     """Follow what a boat's parameters are while its log is written, and say when one of them changes."""
-    with failing_clearly():
-        from ..discovery.calibration.change_watch import AlarmSettings
-        from ..physics.errors import LogError, RequestError
-        from ..physics.stage import collect_and_freeze
-        from ..physics.vehicle import load_vehicle
-        from ..workflows.follow_live import Begun, LiveSettings, Note, follow_live
+    from ..discovery.calibration.change_watch import AlarmSettings
+    from ..physics.errors import LogError, RequestError
+    from ..physics.stage import collect_and_freeze
+    from ..physics.vehicle import load_vehicle
+    from ..workflows.follow_live import Begun, LiveSettings, Note, follow_live
 
-        if not every > 0.0:
-            raise RequestError(f"adapt: expected --every above 0 s, got {every:g} s")
-        settings = LiveSettings(run_in, follow, idle, alarm=AlarmSettings(alarm_hours, seed=seed))
-        boat = load_vehicle(vehicle)
-        targets = (("--out", "adapt", out), ("--values", "adapt --values", values))
-        earlier = earlier_files(targets, (Path(log), vehicle, reading.channel_map, like), force=force)
-        screen: _Screen | None = None
-        stopped: KeyboardInterrupt | LogError | None = None
-        try:
-            for event in follow_live(log, boat, effect or (), reading, settings, like):
-                if isinstance(event, Note):
-                    complain(f"  {event.text}")
-                elif isinstance(event, Begun):
-                    screen = _Screen(event, every, as_json, values is not None)
-                    screen.begin(alarm_hours)
-                    collect_and_freeze()
-                elif screen is not None:
-                    screen.tell(event)
-        except (KeyboardInterrupt, LogError) as error:  # the ways in which a log that has no end is left, or ends badly
-            stopped = error
-        if screen is not None and screen.last is not None:
-            screen.write(boat, out, values)
-            tell_replaced(earlier)
-            screen.end(out, values)
-        if stopped is not None:
-            raise stopped
+    if not every > 0.0:
+        raise RequestError(f"adapt: expected --every above 0 s, got {every:g} s")
+    settings = LiveSettings(run_in, follow, idle, alarm=AlarmSettings(alarm_hours, seed=seed))
+    boat = load_vehicle(vehicle)
+    targets = (("--out", "adapt", out), ("--values", "adapt --values", values))
+    earlier = earlier_files(targets, (Path(log), vehicle, reading.channel_map, like), force=force)
+    screen: _Screen | None = None
+    stopped: KeyboardInterrupt | LogError | None = None
+    try:
+        for event in follow_live(log, boat, effect or (), reading, settings, like):
+            if isinstance(event, Note):
+                complain(f"  {event.text}")
+            elif isinstance(event, Begun):
+                screen = _Screen(event, every, as_json, values is not None)
+                screen.begin(alarm_hours)
+                collect_and_freeze()
+            elif screen is not None:
+                screen.tell(event)
+    except (KeyboardInterrupt, LogError) as error:  # the ways in which a log that has no end is left, or ends badly
+        stopped = error
+    if screen is not None and screen.last is not None:
+        screen.write(boat, out, values)
+        tell_replaced(earlier)
+        screen.end(out, values)
+    if stopped is not None:
+        raise stopped
 
 
 class _Screen:
@@ -99,7 +98,7 @@ class _Screen:
         self.last: Update | None = None
 
     def begin(self, hours: float) -> None:
-        from ..reports.following_words import heading
+        from ..reports.hull_diary import heading
 
         begun = self._begun
         wider = "" if begun.widening == 1.0 else f", taken with {begun.widening:.3g} times its variance"
@@ -113,7 +112,7 @@ class _Screen:
 
     def tell(self, update: "Update") -> None:
         from ..physics.files import strict_json
-        from ..reports.following_words import alarm_sentence, followed_row, row, table_row
+        from ..reports.hull_diary import alarm_sentence, followed_row, row, table_row
 
         self.last, self._updates = update, self._updates + 1
         self._excited += update.excited
@@ -137,7 +136,7 @@ class _Screen:
 
     def write(self, boat: "Vehicle", out: Path | None, values: Path | None) -> None:
         from ..physics.files import on_top, write_text
-        from ..reports.following_words import table_heading
+        from ..reports.hull_diary import table_heading
 
         if self.last is None:
             return

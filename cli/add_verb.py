@@ -9,7 +9,6 @@ import typer
 from ..measurements.log_options import AS_GUESSED
 from ..physics.effects import EFFECTS
 from .console import (
-    failing_clearly,
     print_json,
     progress,
     prose,
@@ -54,63 +53,62 @@ def add(
     as_json: JsonOption = False,
 ) -> None:
     """Add effects by name, refit, and print the error before and after."""
-    with failing_clearly():
-        from ..discovery.settings import DiscoverySettings
-        from ..physics.errors import RequestError
-        from ..workflows.discover_and_add import add as add_named
-        from ..workflows.run_folder.moved_files import Moved
-        from ..workflows.run_folder.read import read_run_inputs
+    from ..discovery.settings import DiscoverySettings
+    from ..physics.errors import RequestError
+    from ..workflows.discover_and_add import add as add_named
+    from ..workflows.run_folder.moved_files import Moved
+    from ..workflows.run_folder.read import read_run_inputs
 
-        if (run is None) == (vehicle is None):
-            raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
-        if run is None and log:
-            raise RequestError("add: --log says where a log of --run is now; with --vehicle, logs follow the effects")
-        read = (run, effects if run is None else (), vehicle, reading.channel_map, log)
-        earlier = earlier_files((("--out", "add", out),), read, force=force)
-        names, paths, nominal, searched, judge = effects, [], vehicle, None, None
-        if run is not None:
-            given = [word for word in effects if _is_log(word)]
-            options = (("--frame", reading.frame), ("--namespace", reading.namespace))
-            given += [name for name, value in options if value is not None] + ["--fix"] * reading.fix
-            if given:
-                raise RequestError(
-                    f"add: --run takes the logs, and how they are read, from the run; leave out {' '.join(given)}, "
-                    "or give --vehicle V in place of --run. Where they were moved, --log LOG and --map MAP say where to"
-                )
-            record = read_run_inputs(run, Moved(tuple(log or ()), reading.channel_map))
-            names, paths, nominal = effects, record.logs, record.vehicle
-            reading = replace(record.reading, as_is=reading.as_is or record.reading.as_is)
-            refit, searched = record.settings.refit if refit is None else refit, record.findings
-            judge = record.judge
-        else:
-            names, paths = _effects_then_logs(effects)
-        if not names:
-            raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
-        inputs = read_logs(paths, nominal, reading, judge)
-        found = add_named(names, inputs, DiscoverySettings(refit=refit), searched, progress=progress)
-        if out is not None:
-            found.discovery.corrected.save(out, by="add")
-        tell_replaced(earlier)
-        findings = found.findings
-        if as_json:
-            content = findings.to_dict()
-            wanted = {key: content[key] for key in ("warnings", "steps", "candidates", "unnamed")}
-            print_json({"schema": "undertow.added/1", **wanted})
-            return
-        from ..reports.page.outcome import also_worse
-        from ..reports.terminal.findings_screen import added_table, energy_text, unnamed_table
-        from ..reports.terminal.layout import UNSURE
+    if (run is None) == (vehicle is None):
+        raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
+    if run is None and log:
+        raise RequestError("add: --log says where a log of --run is now; with --vehicle, logs follow the effects")
+    read = (run, effects if run is None else (), vehicle, reading.channel_map, log)
+    earlier = earlier_files((("--out", "add", out),), read, force=force)
+    names, paths, nominal, searched, judge = effects, [], vehicle, None, None
+    if run is not None:
+        given = [word for word in effects if _is_log(word)]
+        options = (("--frame", reading.frame), ("--namespace", reading.namespace))
+        given += [name for name, value in options if value is not None] + ["--fix"] * reading.fix
+        if given:
+            raise RequestError(
+                f"add: --run takes the logs, and how they are read, from the run; leave out {' '.join(given)}, "
+                "or give --vehicle V in place of --run. Where they were moved, --log LOG and --map MAP say where to"
+            )
+        record = read_run_inputs(run, Moved(tuple(log or ()), reading.channel_map))
+        names, paths, nominal = effects, record.logs, record.vehicle
+        reading = replace(record.reading, as_is=reading.as_is or record.reading.as_is)
+        refit, searched = record.settings.refit if refit is None else refit, record.findings
+        judge = record.judge
+    else:
+        names, paths = _effects_then_logs(effects)
+    if not names:
+        raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
+    inputs = read_logs(paths, nominal, reading, judge)
+    found = add_named(names, inputs, DiscoverySettings(refit=refit), searched, progress=progress)
+    if out is not None:
+        found.discovery.corrected.save(out, by="add")
+    tell_replaced(earlier)
+    findings = found.findings
+    if as_json:
+        content = findings.to_dict()
+        wanted = {key: content[key] for key in ("warnings", "steps", "candidates", "unnamed")}
+        print_json({"schema": "undertow.added/1", **wanted})
+        return
+    from ..reports.page.outcome import also_worse
+    from ..reports.terminal.findings_screen import added_table, energy_text, unnamed_table
+    from ..reports.terminal.layout import UNSURE
 
-        say("")
-        warn(findings.warnings, found.inputs.repairs)
-        prose(" ".join([findings.headline, *findings.reasons]))
-        show_calibrated(findings)
-        tables = [added_table(findings.candidates, found.discovery.nominal)] if findings.candidates else []
-        show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
-        show_steps(findings.steps, findings.candidates, found.comparison)
-        prose(also_worse(findings, found.comparison), UNSURE)
-        show(energy_text(findings.passivity))
-        say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")
+    say("")
+    warn(findings.warnings, found.inputs.repairs)
+    prose(" ".join([findings.headline, *findings.reasons]))
+    show_calibrated(findings)
+    tables = [added_table(findings.candidates, found.discovery.nominal)] if findings.candidates else []
+    show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
+    show_steps(findings.steps, findings.candidates, found.comparison)
+    prose(also_worse(findings, found.comparison), UNSURE)
+    show(energy_text(findings.passivity))
+    say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")
 
 
 def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .console import failing_clearly, say
+from .console import say
 from .options import AsIsOption, FrameOption, MapOption
 
 
@@ -27,26 +27,25 @@ def app(
     as_is: AsIsOption = False,
 ) -> None:
     """Do the whole job with the mouse: see where the model fails, add what is missing, watch the error fall."""
-    with failing_clearly():
-        from importlib.util import find_spec
+    from importlib.util import find_spec
 
-        from ..physics.errors import RequestError
-        from ..physics.registry_members import how_to_install
+    from ..physics.errors import RequestError
+    from ..physics.registry_members import how_to_install
 
-        if find_spec("nicegui") is None:
-            raise RequestError(f"app: the workbench needs NiceGUI: {how_to_install('app')}")
-        from ..app import worker
+    if find_spec("nicegui") is None:
+        raise RequestError(f"app: the workbench needs NiceGUI: {how_to_install('app')}")
+    from ..app import worker
 
-        worker.prepare()  # what computes is loaded while the page is
-        from ..app.server import serve
-        from ..workflows.workbench_facts import Source
+    worker.prepare()  # what computes is loaded while the page is
+    from ..app.server import serve
+    from ..workflows.workbench_facts import Source
 
-        if vehicle is not None and not logs:
-            raise RequestError("app: a vehicle is given and no log; give the log, too, or open both on the page")
-        first = None
-        if logs:
-            paths = tuple(str(path.absolute()) for path in logs)
-            there = str(Path(vehicle).absolute()) if vehicle and Path(vehicle).exists() else (vehicle or "")
-            mapped = "" if channels is None else str(channels.absolute())
-            first = Source(paths, there, channel_map=mapped, frame=frame or "", as_is=as_is)
-        serve(first, host=host, port=port, browser=not no_browser, told=say)
+    if vehicle is not None and not logs:
+        raise RequestError("app: a vehicle is given and no log; give the log, too, or open both on the page")
+    first = None
+    if logs:
+        paths = tuple(str(path.absolute()) for path in logs)
+        there = str(Path(vehicle).absolute()) if vehicle and Path(vehicle).exists() else (vehicle or "")
+        mapped = "" if channels is None else str(channels.absolute())
+        first = Source(paths, there, channel_map=mapped, frame=frame or "", as_is=as_is)
+    serve(first, host=host, port=port, browser=not no_browser, told=say)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import AS_GUESSED
-from .console import failing_clearly, print_json, progress, prose, say, show, tell_replaced
+from .console import print_json, progress, prose, say, show, tell_replaced
 from .options import ForceOption, JsonOption, PlainReading, RunLogs, SeedOption, earlier_files
 
 
@@ -34,28 +34,25 @@ def check(
     as_json: JsonOption = False,
 ) -> None:
     """Judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
-    with failing_clearly():
-        from ..physics.files import write_json
-        from ..workflows.check_and_explain import check as judge
-        from ..workflows.run_folder.moved_files import Moved
+    from ..physics.files import write_json
+    from ..workflows.check_and_explain import check as judge
+    from ..workflows.run_folder.moved_files import Moved
 
-        earlier = earlier_files(
-            (("--out", "check", out),), (model, logs, log, vehicle, reading.channel_map), force=force
-        )
-        moved = Moved(tuple(log or ()), None if logs else reading.channel_map)
-        found = judge(model, logs or [], vehicle, reading, moved=moved, seed=seed, progress=progress)
+    earlier = earlier_files((("--out", "check", out),), (model, logs, log, vehicle, reading.channel_map), force=force)
+    moved = Moved(tuple(log or ()), None if logs else reading.channel_map)
+    found = judge(model, logs or [], vehicle, reading, moved=moved, seed=seed, progress=progress)
+    if out is not None:
+        write_json(out, found.to_dict())
+    tell_replaced(earlier)
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        from ..reports.terminal.laws_and_effects_screen import audit_screen, headline
+        from ..reports.terminal.layout import BAD, GOOD
+
+        prose(headline(found), BAD if found.verdict == "fail" else GOOD)
+        show(*audit_screen(found))
         if out is not None:
-            write_json(out, found.to_dict())
-        tell_replaced(earlier)
-        if as_json:
-            print_json(found.to_dict())
-        else:
-            from ..reports.terminal.audit_screen import audit_screen, headline
-            from ..reports.terminal.layout import BAD, GOOD
-
-            prose(headline(found), BAD if found.verdict == "fail" else GOOD)
-            show(*audit_screen(found))
-            if out is not None:
-                say(f"Audit: {out}")
+            say(f"Audit: {out}")
     if found.verdict == "fail":
         raise typer.Exit(1)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import AS_GUESSED
-from .console import failing_clearly, print_json, prose, say, show, tell_replaced, warn
+from .console import print_json, prose, say, show, tell_replaced, warn
 from .options import ForceOption, JsonOption, Logs, ReadingOptions, VehicleOption, earlier_files, named, read_logs
 
 
@@ -30,45 +30,44 @@ def ci(
     as_json: JsonOption = False,
 ) -> None:
     """Judge a vehicle as it is by limits of its errors on logs; exit code 1 when it breaks one."""
-    with failing_clearly():
-        from ..comparison.error_limits import WRITTEN_BY, load_limits
-        from ..physics.errors import RequestError
-        from ..physics.presentation import percent
-        from ..workflows.compare import MARGIN, first_limits
-        from ..workflows.compare import ci as judge
+    from ..comparison.error_limits import WRITTEN_BY, load_limits
+    from ..physics.errors import RequestError
+    from ..physics.presentation import percent
+    from ..workflows.compare import MARGIN, first_limits
+    from ..workflows.compare import ci as judge
 
-        if (limits is None) == (write is None):
-            raise RequestError(
-                "ci: expected either --limits FILE to judge by, or --write-limits FILE to write first limits"
-            )
-        if margin is not None and write is None:
-            raise RequestError("ci: --margin belongs to --write-limits; leave it out, or edit the limits file")
-        if as_json and write is not None:
-            raise RequestError("ci: --write-limits judges nothing that --json could print; leave one of them out")
-        earlier = earlier_files(
-            (("--write-limits", WRITTEN_BY, write),), (logs, vehicle, limits, model, reading.channel_map), force=force
+    if (limits is None) == (write is None):
+        raise RequestError(
+            "ci: expected either --limits FILE to judge by, or --write-limits FILE to write first limits"
         )
-        wanted = None if limits is None else load_limits(limits)  # before the logs, which take long
-        inputs = read_logs(logs, vehicle, reading, "all")
-        if wanted is None:
-            share = MARGIN if margin is None else margin
-            made = first_limits(inputs, share, model)
-            judged = inputs.vehicle.name if model is None else model
-            made.save(write or "", f"errors of {judged} on {inputs.log_names}, and {percent(share)} more")
-            tell_replaced(earlier)
-            warn(inputs.warnings, inputs.repairs)
-            say(f"Limits: {write}. Look at them, then:")
-            say(f"  undertow ci {named(logs)} --vehicle {vehicle} --limits {write}")
-            return
-        found = judge(inputs, wanted, model)
-        if as_json:
-            print_json(found.to_dict())
-        else:
-            from ..reports.terminal.audit_screen import limits_table, verdict_text
-            from ..reports.terminal.layout import BAD, GOOD
+    if margin is not None and write is None:
+        raise RequestError("ci: --margin belongs to --write-limits; leave it out, or edit the limits file")
+    if as_json and write is not None:
+        raise RequestError("ci: --write-limits judges nothing that --json could print; leave one of them out")
+    earlier = earlier_files(
+        (("--write-limits", WRITTEN_BY, write),), (logs, vehicle, limits, model, reading.channel_map), force=force
+    )
+    wanted = None if limits is None else load_limits(limits)  # before the logs, which take long
+    inputs = read_logs(logs, vehicle, reading, "all")
+    if wanted is None:
+        share = MARGIN if margin is None else margin
+        made = first_limits(inputs, share, model)
+        judged = inputs.vehicle.name if model is None else model
+        made.save(write or "", f"errors of {judged} on {inputs.log_names}, and {percent(share)} more")
+        tell_replaced(earlier)
+        warn(inputs.warnings, inputs.repairs)
+        say(f"Limits: {write}. Look at them, then:")
+        say(f"  undertow ci {named(logs)} --vehicle {vehicle} --limits {write}")
+        return
+    found = judge(inputs, wanted, model)
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        from ..reports.terminal.laws_and_effects_screen import limits_table, verdict_text
+        from ..reports.terminal.layout import BAD, GOOD
 
-            warn(found.warnings, inputs.repairs)
-            prose(verdict_text(found), GOOD if found.verdict == "holds" else BAD)
-            show(limits_table(found))
+        warn(found.warnings, inputs.repairs)
+        prose(verdict_text(found), GOOD if found.verdict == "holds" else BAD)
+        show(limits_table(found))
     if found.verdict == "broken":
         raise typer.Exit(1)

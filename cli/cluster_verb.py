@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .console import failing_clearly, say
+from .console import say
 
 _HOUR = 3600.0
 """Seconds of a sleep, from which a signal wakes."""
@@ -17,11 +17,10 @@ def cluster(
     ] = None,
 ) -> None:
     """Start a Dask cluster on this machine alone, and say where; it ends with Ctrl-C."""
-    with failing_clearly():
-        from ..fleet.workers import local_cluster
+    from ..fleet.workers import local_cluster
 
-        with local_cluster(workers) as address:
-            say(f"{address}")
-            say(f"  undertow fleet LOG... --vehicle V --out FOLDER --scheduler {address}")
-            while True:
-                time.sleep(_HOUR)
+    with local_cluster(workers) as address:
+        say(f"{address}")
+        say(f"  undertow fleet LOG... --vehicle V --out FOLDER --scheduler {address}")
+        while True:
+            time.sleep(_HOUR)

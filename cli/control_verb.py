@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .console import failing_clearly, print_json, progress, say, show, tell_replaced
+from .console import print_json, progress, say, show, tell_replaced
 from .options import ForceOption, JsonOption, SeedOption
 
 
@@ -37,26 +37,25 @@ def control(
     as_json: JsonOption = False,
 ) -> None:
     """Steer the true boat along tracks with each model, and with the truth itself."""
-    with failing_clearly():
-        from ..physics.worlds.hidden_effects import parse_effects
-        from ..reports.terminal.comparison_screen import control_tables
-        from ..steering.closed_loop import Surroundings
-        from ..workflows.control import Trial, check_figure
-        from ..workflows.control import control as steer
+    from ..physics.worlds.hidden_effects import parse_effects
+    from ..reports.terminal.comparison_screen import control_tables
+    from ..steering.closed_loop import Surroundings
+    from ..workflows.control import Trial, check_figure
+    from ..workflows.control import control as steer
 
-        earlier = [] if out is None else check_figure(out, (models, true), force=force)
-        around = Surroundings().calm if calm else Surroundings()
-        trial = Trial(tuple(track or ("square",)), controller, around, seed)
-        done = steer(models, true, parse_effects(effect or []), trial, progress=progress)
-        if out is not None:
-            done.draw(out, force=force)
-        tell_replaced(earlier)
-        if as_json:
-            print_json(done.record.to_dict())
-            return
-        say("")
-        hidden = ", ".join(done.record.hidden) or "nothing"
-        say(f"True boat: {done.record.vehicle}; beside its file it has: {hidden}")
-        show(control_tables(done.record))
-        if out is not None:
-            say(f"Figure: {out}")
+    earlier = [] if out is None else check_figure(out, (models, true), force=force)
+    around = Surroundings().calm if calm else Surroundings()
+    trial = Trial(tuple(track or ("square",)), controller, around, seed)
+    done = steer(models, true, parse_effects(effect or []), trial, progress=progress)
+    if out is not None:
+        done.draw(out, force=force)
+    tell_replaced(earlier)
+    if as_json:
+        print_json(done.record.to_dict())
+        return
+    say("")
+    hidden = ", ".join(done.record.hidden) or "nothing"
+    say(f"True boat: {done.record.vehicle}; beside its file it has: {hidden}")
+    show(control_tables(done.record))
+    if out is not None:
+        say(f"Figure: {out}")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import AS_GUESSED
-from .console import failing_clearly, say
+from .console import say
 from .discover_verb import Telling, tell_discovery
 from .options import ForceOption, check_folder, logs_in_steps
 
@@ -19,14 +19,13 @@ def demo(
     """Tell the whole story on a log recorded from a Gazebo BlueBoat."""
     from importlib import resources
 
-    with failing_clearly():
-        folder = resources.files("undertow") / "data"
-        with (
-            resources.as_file(folder / "gazebo_blueboat.csv.gz") as log,
-            resources.as_file(folder / "demo.yaml") as car,
-        ):
-            check, read = partial(_check, out, force), partial(logs_in_steps, [log], str(car), AS_GUESSED, None)
-            tell_discovery(out, check, read, Telling(True, force, "short"), seed=0)
+    folder = resources.files("undertow") / "data"
+    with (
+        resources.as_file(folder / "gazebo_blueboat.csv.gz") as log,
+        resources.as_file(folder / "demo.yaml") as car,
+    ):
+        check, read = partial(_check, out, force), partial(logs_in_steps, [log], str(car), AS_GUESSED, None)
+        tell_discovery(out, check, read, Telling(True, force, "short"), seed=0)
 
 
 def _check(out: Path, force: bool) -> None:

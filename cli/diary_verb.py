@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .console import failing_clearly, print_json, prose, say, tell_replaced
+from .console import print_json, prose, say, tell_replaced
 from .options import ForceOption, JsonOption, SeedOption, earlier_files
 
 
@@ -20,27 +20,26 @@ def diary(
     as_json: JsonOption = False,
 ) -> None:
     """Say how each hull of a fleet changes: what, since when, and how sure; and draw its days."""
-    with failing_clearly():
-        from ..fleet.diary import diary_of
-        from ..fleet.hull_changes import WatchSettings
-        from ..fleet.parameter_estimates import read_fleet
-        from ..physics.files import write_text
-        from ..reports.hull_diary import boat_sentences, caution, in_telling_order, verdict
+    from ..fleet.diary import diary_of
+    from ..fleet.hull_changes import WatchSettings
+    from ..fleet.parameter_estimates import read_fleet
+    from ..physics.files import write_text
+    from ..reports.hull_diary import boat_sentences, caution, in_telling_order, verdict
 
-        settings = WatchSettings(budget, seed)
-        earlier = earlier_files((("--out", "diary", out),), (fleet,), force=force)
-        facts = diary_of(read_fleet(fleet), fleet.absolute().name, settings)
-        if out is not None:
-            from ..reports.page.page import diary_page
+    settings = WatchSettings(budget, seed)
+    earlier = earlier_files((("--out", "diary", out),), (fleet,), force=force)
+    facts = diary_of(read_fleet(fleet), fleet.absolute().name, settings)
+    if out is not None:
+        from ..reports.page.page import diary_page
 
-            write_text(out, diary_page(facts))
-        tell_replaced(earlier)
-        if as_json:
-            print_json(facts.to_dict())
-            return
-        prose(verdict(facts))
-        for boat in in_telling_order(facts.boats):
-            prose(f"{boat.boat}: {boat_sentences(boat)}")
-        prose(caution(facts))
-        if out is not None:
-            say(f"{out}")
+        write_text(out, diary_page(facts))
+    tell_replaced(earlier)
+    if as_json:
+        print_json(facts.to_dict())
+        return
+    prose(verdict(facts))
+    for boat in in_telling_order(facts.boats):
+        prose(f"{boat.boat}: {boat_sentences(boat)}")
+    prose(caution(facts))
+    if out is not None:
+        say(f"{out}")

@@ -11,7 +11,7 @@ import typer
 from ..measurements.log_options import AS_GUESSED
 from ..physics.errors import RequestError
 from ..physics.stage import freeze_loaded_objects
-from .console import failing_clearly, print_json, progress, prose, say, show, show_calibrated, show_steps, warn
+from .console import print_json, progress, prose, say, show, show_calibrated, show_steps, warn
 from .init_verb import offered
 from .options import ForceOption, JsonOption, Logs, ReadingOptions, SeedOption, check_folder, logs_in_steps
 
@@ -50,21 +50,20 @@ def discover(
     as_json: JsonOption = False,
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
-    with failing_clearly():
-        if judge not in ("folds", "test"):
-            raise RequestError(f"--split {judge}: expected folds, or test to keep the last part of each log aside")
-        if vehicle is None:
-            vehicle, channels = offered(logs, replace(reading, as_is=False, fix=False), out)
-            reading = replace(reading, channel_map=channels)
-        check = partial(check_folder, out, (logs, vehicle, reading.channel_map), report=not no_report, force=force)
-        read = partial(logs_in_steps, logs, vehicle, reading, judge)
-        text = "json" if as_json else "whole"
-        if residual is not None:
-            from ..workflows.whole_answer import check_kind
+    if judge not in ("folds", "test"):
+        raise RequestError(f"--split {judge}: expected folds, or test to keep the last part of each log aside")
+    if vehicle is None:
+        vehicle, channels = offered(logs, replace(reading, as_is=False, fix=False), out)
+        reading = replace(reading, channel_map=channels)
+    check = partial(check_folder, out, (logs, vehicle, reading.channel_map), report=not no_report, force=force)
+    read = partial(logs_in_steps, logs, vehicle, reading, judge)
+    text = "json" if as_json else "whole"
+    if residual is not None:
+        from ..workflows.whole_answer import check_kind
 
-            check_kind(residual)
-        how = Telling(not no_report, force, text)
-        tell_discovery(out, check, read, how, seed=seed, refit=refit, residual=residual)
+        check_kind(residual)
+    how = Telling(not no_report, force, text)
+    tell_discovery(out, check, read, how, seed=seed, refit=refit, residual=residual)
 
 
 class Telling(NamedTuple):

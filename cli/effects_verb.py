@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..physics.effects import EFFECTS, Effect
-from .console import failing_clearly, print_json, show
+from .console import print_json, show
 from .options import JsonOption
 
 if TYPE_CHECKING:
@@ -23,27 +23,26 @@ def effects(
     as_json: JsonOption = False,
 ) -> None:
     """Show the catalogue of effects, or one: its force, unit, typical size, where it shows, what it is taken for."""
-    with failing_clearly():
-        from ..physics.vehicle import load_vehicle
+    from ..physics.vehicle import load_vehicle
 
-        if name is None:
-            if as_json:
-                print_json(effect_cards())
-                return
-            from ..reports.terminal.effects_screen import catalogue_table
-
-            show(catalogue_table())
-            return
-        from ..physics.worlds.signatures import signatures
-
-        boat = load_vehicle(vehicle)
-        (found,) = signatures(boat, (_effect_meant(name),))
+    if name is None:
         if as_json:
-            print_json(effect_cards((found,), boat.name))
+            print_json(effect_cards())
             return
-        from ..reports.terminal.effects_screen import effect_card
+        from ..reports.terminal.laws_and_effects_screen import catalogue_table
 
-        show(*effect_card(found, boat, vehicle))
+        show(catalogue_table())
+        return
+    from ..physics.worlds.signatures import signatures
+
+    boat = load_vehicle(vehicle)
+    (found,) = signatures(boat, (_effect_meant(name),))
+    if as_json:
+        print_json(effect_cards((found,), boat.name))
+        return
+    from ..reports.terminal.laws_and_effects_screen import effect_card
+
+    show(*effect_card(found, boat, vehicle))
 
 
 def _effect_meant(name: str) -> str:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .console import failing_clearly, prose, say, tell_replaced
+from .console import prose, say, tell_replaced
 from .options import ForceOption, earlier_files
 
 
@@ -31,18 +31,17 @@ def export(
     force: ForceOption = False,
 ) -> None:
     """Write a model in the format of another tool, with its envelope, audit, intervals and sources inside."""
-    with failing_clearly():
-        from ..exports.formats.base import chosen
-        from ..workflows.export import export as write
-        from ..workflows.export import named_after
+    from ..exports.formats.base import chosen
+    from ..workflows.export import export as write
+    from ..workflows.export import named_after
 
-        target = out or named_after(model, to)
-        earlier = earlier_files((("--out", "export", target),), (model,), force=force)
-        done = write(model, to, target, chosen(time_step, gz, added_mass), force=force)
-        tell_replaced(earlier)
-        say(f"{to}: {', '.join(map(str, done.files))}")
-        if done.facts.found:
-            prose(f"Found: {done.facts.found}")
-        prose(f"Audit: {done.facts.audit[0]} {done.facts.envelope_sentence}")
-        for each in done.facts.left_out:
-            prose(f"Not expressed: {each}")
+    target = out or named_after(model, to)
+    earlier = earlier_files((("--out", "export", target),), (model,), force=force)
+    done = write(model, to, target, chosen(time_step, gz, added_mass), force=force)
+    tell_replaced(earlier)
+    say(f"{to}: {', '.join(map(str, done.files))}")
+    if done.facts.found:
+        prose(f"Found: {done.facts.found}")
+    prose(f"Audit: {done.facts.audit[0]} {done.facts.envelope_sentence}")
+    for each in done.facts.left_out:
+        prose(f"Not expressed: {each}")

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import AS_GUESSED
-from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_replaced, warn
+from .console import print_json, progress, prose, say, show, show_steps, tell_replaced, warn
 from .options import (
     ForceOption,
     JsonOption,
@@ -34,24 +34,23 @@ def fit(
     as_json: JsonOption = False,
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
-    with failing_clearly():
-        from ..discovery.settings import DiscoverySettings
-        from ..reports.terminal import findings_screen as terminal
-        from ..workflows.fit import fit as calibrate
+    from ..discovery.settings import DiscoverySettings
+    from ..reports.terminal import findings_screen as terminal
+    from ..workflows.fit import fit as calibrate
 
-        earlier = earlier_files((("--out", "fit", out),), (logs, vehicle, reading.channel_map), force=force)
-        inputs = read_logs(logs, vehicle, reading)
-        done = calibrate(inputs, one_by_one(free), one_by_one(hold), DiscoverySettings(seed=seed), progress=progress)
-        if out is not None:
-            done.vehicle.save(out, by="fit")
-        tell_replaced(earlier)
-        if as_json:
-            print_json(done.to_dict())
-            return
-        say("")
-        warn(done.inputs.warnings, done.inputs.repairs)
-        prose(" ".join(done.sentences))
-        show(terminal.calibrated_table(done.calibration.parameters), terminal.not_calibrated_list(done.left))
-        show_steps(done.steps)
-        show(terminal.energy_text(done.calibration.lawful.passivity))
-        say("Nothing is written without --out." if out is None else f"Calibrated vehicle: {out}")
+    earlier = earlier_files((("--out", "fit", out),), (logs, vehicle, reading.channel_map), force=force)
+    inputs = read_logs(logs, vehicle, reading)
+    done = calibrate(inputs, one_by_one(free), one_by_one(hold), DiscoverySettings(seed=seed), progress=progress)
+    if out is not None:
+        done.vehicle.save(out, by="fit")
+    tell_replaced(earlier)
+    if as_json:
+        print_json(done.to_dict())
+        return
+    say("")
+    warn(done.inputs.warnings, done.inputs.repairs)
+    prose(" ".join(done.sentences))
+    show(terminal.calibrated_table(done.calibration.parameters), terminal.not_calibrated_list(done.left))
+    show_steps(done.steps)
+    show(terminal.energy_text(done.calibration.lawful.passivity))
+    say("Nothing is written without --out." if out is None else f"Calibrated vehicle: {out}")

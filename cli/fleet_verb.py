@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..measurements.log_options import AS_GUESSED
-from .console import complain, failing_clearly, print_json, progress, say
+from .console import complain, print_json, progress, say
 from .options import ForceOption, JsonOption, UnrepairedReading, VehicleOption, one_by_one
 
 if TYPE_CHECKING:
@@ -40,38 +40,37 @@ def fleet(
 
     Exit code 1 when a log could not be read: it is named, and the data set is made of the others.
     """
-    with failing_clearly():
-        from ..fleet.build_fleet import build_fleet
-        from ..fleet.workers import Engine
-        from ..physics.presentation import listing
+    from ..fleet.build_fleet import build_fleet
+    from ..fleet.workers import Engine
+    from ..physics.presentation import listing
 
-        built = build_fleet(
-            logs,
-            vehicle,
-            out,
-            reading,
-            follow=one_by_one(follow),
-            engine=Engine(workers, scheduler),
-            progress=progress,
-            force=force,
+    built = build_fleet(
+        logs,
+        vehicle,
+        out,
+        reading,
+        follow=one_by_one(follow),
+        engine=Engine(workers, scheduler),
+        progress=progress,
+        force=force,
+    )
+    if as_json:
+        print_json(
+            {
+                **built.index.to_dict(),
+                "read": built.read,
+                "kept": built.kept,
+                "skipped_now": [one.to_dict() for one in built.skipped],
+            }
         )
-        if as_json:
-            print_json(
-                {
-                    **built.index.to_dict(),
-                    "read": built.read,
-                    "kept": built.kept,
-                    "skipped_now": [one.to_dict() for one in built.skipped],
-                }
-            )
-        else:
-            index = built.index
-            say(f"{out}: {size_of(index)}")
-            say(f"In this call: {built.read} read, {built.kept} there already, {len(built.skipped)} skipped.")
-            if mixed := index.of_several_vehicles:
-                say(f"Logs of {listing(mixed)} were read with vehicles that differ: give all of them again for one.")
-        for one in built.skipped:
-            complain(f"  skipped {one.log}: {one.problem}")
+    else:
+        index = built.index
+        say(f"{out}: {size_of(index)}")
+        say(f"In this call: {built.read} read, {built.kept} there already, {len(built.skipped)} skipped.")
+        if mixed := index.of_several_vehicles:
+            say(f"Logs of {listing(mixed)} were read with vehicles that differ: give all of them again for one.")
+    for one in built.skipped:
+        complain(f"  skipped {one.log}: {one.problem}")
     if built.skipped:
         raise typer.Exit(1)
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import AS_GUESSED, Reading
-from .console import failing_clearly, progress, prose, say, show, tell_replaced
+from .console import progress, prose, say, show, tell_replaced
 from .options import ForceOption, Logs, UnrepairedReading, earlier_files, named
 
 _VEHICLE, _CHANNELS = Path("vehicle.yaml"), Path("channels.yaml")
@@ -42,25 +42,24 @@ def init(
     force: ForceOption = False,
 ) -> None:
     """Make a vehicle file and a channel map of a log, every number with its source."""
-    with failing_clearly():
-        from ..reports.terminal.inspection_screen import init_screen
-        from ..reports.terminal.layout import UNSURE
-        from ..workflows.inspect_and_init import Hull
-        from ..workflows.inspect_and_init import init as draft_of
+    from ..reports.terminal.inspection_screen import init_screen
+    from ..reports.terminal.layout import UNSURE
+    from ..workflows.inspect_and_init import Hull
+    from ..workflows.inspect_and_init import init as draft_of
 
-        targets = (("--out", "init", out), ("--channels", "init --channels", channels_out))
-        earlier = earlier_files(targets, (logs, like, reading.channel_map), force=force)
-        given = {"length": length, "mass": mass, "spacing": spacing, "thrust": thrust}
-        if like is None and _on_a_terminal():
-            given = {name: _ask(name) if value is None else value for name, value in given.items()}
-        draft = draft_of(logs, Hull(**given), like, reading, progress=progress)
-        draft.write(out, channels_out)
-        tell_replaced(earlier)
-        show(*init_screen(draft.vehicle, draft.thrusters, draft.to_look_at))
-        if draft.unsettled:
-            prose(f"Settle first: {draft.unsettled}", UNSURE)
-        say(f"Vehicle: {out}; channel map: {channels_out}. Look at both, then:")
-        say(f"  undertow discover {named(logs)} --vehicle {out} --map {channels_out} --out run")
+    targets = (("--out", "init", out), ("--channels", "init --channels", channels_out))
+    earlier = earlier_files(targets, (logs, like, reading.channel_map), force=force)
+    given = {"length": length, "mass": mass, "spacing": spacing, "thrust": thrust}
+    if like is None and _on_a_terminal():
+        given = {name: _ask(name) if value is None else value for name, value in given.items()}
+    draft = draft_of(logs, Hull(**given), like, reading, progress=progress)
+    draft.write(out, channels_out)
+    tell_replaced(earlier)
+    show(*init_screen(draft.vehicle, draft.thrusters, draft.to_look_at))
+    if draft.unsettled:
+        prose(f"Settle first: {draft.unsettled}", UNSURE)
+    say(f"Vehicle: {out}; channel map: {channels_out}. Look at both, then:")
+    say(f"  undertow discover {named(logs)} --vehicle {out} --map {channels_out} --out run")
 
 
 def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import AS_GUESSED
-from .console import failing_clearly, print_json, progress, say, say_lines, show, tell_replaced
+from .console import print_json, progress, say, say_lines, show, tell_replaced
 from .options import ForceOption, JsonOption, PlainReading, earlier_files
 
 
@@ -29,45 +29,44 @@ def inspect(
 
     Exit code 1 for a log with a defect, or one that cannot be used; with --fix, where the repaired log has one.
     """
-    with failing_clearly():
-        from ..measurements.channels.channel_map import map_text
-        from ..measurements.inspection import Inspections
-        from ..physics.errors import LogError
-        from ..physics.files import on_top, write_text
-        from ..physics.vehicle import load_vehicle
-        from ..workflows.inspect_and_init import look_over
+    from ..measurements.channels.channel_map import map_text
+    from ..measurements.inspection import Inspections
+    from ..physics.errors import LogError
+    from ..physics.files import on_top, write_text
+    from ..physics.vehicle import load_vehicle
+    from ..workflows.inspect_and_init import look_over
 
-        earlier = earlier_files(
-            (("--map-out", "inspect --map-out", map_out), ("--fix", "inspect --fix", fix)),
-            (logs, vehicle, reading.channel_map),
-            force=force,
-        )
-        model = None if vehicle is None else load_vehicle(vehicle)
-        try:
-            found, read = look_over(logs, model, reading, fix=fix, progress=progress)
-        except LogError as error:
-            if map_out is not None and error.mends:
-                write_text(map_out, on_top("inspect --map-out", error.mends))
-                raise LogError(f"{error.typed} {map_out} begins with that line.") from error
-            raise
-        mends = {} if isinstance(found, Inspections) else found.mends
-        entries = {**mends, **read.entries, **mends}
-        if map_out is not None:
-            write_text(map_out, on_top("inspect --map-out", map_text(entries, read.unused)))
-        tell_replaced(earlier)
-        several = isinstance(found, Inspections)
-        if as_json:
-            print_json(found.to_dict())
+    earlier = earlier_files(
+        (("--map-out", "inspect --map-out", map_out), ("--fix", "inspect --fix", fix)),
+        (logs, vehicle, reading.channel_map),
+        force=force,
+    )
+    model = None if vehicle is None else load_vehicle(vehicle)
+    try:
+        found, read = look_over(logs, model, reading, fix=fix, progress=progress)
+    except LogError as error:
+        if map_out is not None and error.mends:
+            write_text(map_out, on_top("inspect --map-out", error.mends))
+            raise LogError(f"{error.typed} {map_out} begins with that line.") from error
+        raise
+    mends = {} if isinstance(found, Inspections) else found.mends
+    entries = {**mends, **read.entries, **mends}
+    if map_out is not None:
+        write_text(map_out, on_top("inspect --map-out", map_text(entries, read.unused)))
+    tell_replaced(earlier)
+    several = isinstance(found, Inspections)
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        from ..reports.terminal.inspection_screen import fixed_text, inspection_screen, inspections_screen
+
+        if several:
+            show(inspections_screen(found))
         else:
-            from ..reports.terminal.inspection_screen import fixed_text, inspection_screen, inspections_screen
-
-            if several:
-                show(inspections_screen(found))
-            else:
-                show(inspection_screen(found, model), fixed_text(found))
-            mended = f", mended in {', '.join(mends)}" if mends else ""
-            say(f"The channel map in use{f' for {read.name}' * several}{mended}; edit it, and give it back with --map:")
-            say_lines(f"\n{map_text(entries)}")
-        usable = found.fixed.usable if not several and found.fixed is not None else found.usable
-        if not usable:
-            raise typer.Exit(1)
+            show(inspection_screen(found, model), fixed_text(found))
+        mended = f", mended in {', '.join(mends)}" if mends else ""
+        say(f"The channel map in use{f' for {read.name}' * several}{mended}; edit it, and give it back with --map:")
+        say_lines(f"\n{map_text(entries)}")
+    usable = found.fixed.usable if not several and found.fixed is not None else found.usable
+    if not usable:
+        raise typer.Exit(1)

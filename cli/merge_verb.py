@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .console import failing_clearly, say
+from .console import say
 from .fleet_verb import FleetOut, size_of
 from .options import ForceOption
 
@@ -16,8 +16,7 @@ def merge(
     force: ForceOption = False,
 ) -> None:
     """Join fleets in one folder; a log that is in several is there once."""
-    with failing_clearly():
-        from ..fleet.fleet_folder import merge_fleets
+    from ..fleet.fleet_folder import merge_fleets
 
-        merged = merge_fleets(fleets, out, force=force)
-        say(f"{out}: {size_of(merged)}")
+    merged = merge_fleets(fleets, out, force=force)
+    say(f"{out}: {size_of(merged)}")

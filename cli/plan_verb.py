@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .console import failing_clearly, print_json, progress, prose, say
+from .console import print_json, progress, prose, say
 from .options import ForceOption, JsonOption, MapOption, RunLogs
 
 
@@ -30,33 +30,32 @@ def plan(
     as_json: JsonOption = False,
 ) -> None:
     """Find the shortest manoeuvre that tells look-alikes apart, and write it as a mission."""
-    with failing_clearly():
-        from ..discovery.experiment.optimal_manoeuvre import Bounds
-        from ..workflows.plan import check_mission_target, place_at, write_plan
-        from ..workflows.plan import plan as planned
-        from ..workflows.run_folder.moved_files import Moved
+    from ..discovery.experiment.optimal_manoeuvre import Bounds
+    from ..workflows.plan import check_mission_target, place_at, write_plan
+    from ..workflows.plan import plan as planned
+    from ..workflows.run_folder.moved_files import Moved
 
-        bounds = Bounds(float("inf") if speed is None else speed, space, thrust / 100.0, seconds)
-        place = None if at is None else place_at(at)
-        if out is not None:
-            check_mission_target(out, (run,), force=force)
-        moved = Moved(tuple(log or ()), channels)
-        found = planned(run, effects or (), bounds, place=place, heading=heading, moved=moved, progress=progress)
-        if found is None:
-            say("Nothing is open: the log tells all that was asked. Name effects to have a manoeuvre for them.")
-            return
-        tells = found.manoeuvre.tells
-        if out is not None and tells:
-            write_plan(found, out, force=force)
-        if as_json:
-            print_json(found.record.to_dict())
-            return
-        say("")
-        for sentence in found.sentences:
-            prose(sentence)
-        if out is None or not tells:
-            say("Nothing is written without --out." if out is None else "Nothing is written: it would not tell.")
-            return
-        say(f"Mission: {', '.join(str(out / name) for name in found.files)}")
-        if found.mission.place is None:
-            say("No waypoint file: give --at LAT,LON for one.")
+    bounds = Bounds(float("inf") if speed is None else speed, space, thrust / 100.0, seconds)
+    place = None if at is None else place_at(at)
+    if out is not None:
+        check_mission_target(out, (run,), force=force)
+    moved = Moved(tuple(log or ()), channels)
+    found = planned(run, effects or (), bounds, place=place, heading=heading, moved=moved, progress=progress)
+    if found is None:
+        say("Nothing is open: the log tells all that was asked. Name effects to have a manoeuvre for them.")
+        return
+    tells = found.manoeuvre.tells
+    if out is not None and tells:
+        write_plan(found, out, force=force)
+    if as_json:
+        print_json(found.record.to_dict())
+        return
+    say("")
+    for sentence in found.sentences:
+        prose(sentence)
+    if out is None or not tells:
+        say("Nothing is written without --out." if out is None else "Nothing is written: it would not tell.")
+        return
+    say(f"Mission: {', '.join(str(out / name) for name in found.files)}")
+    if found.mission.place is None:
+        say("No waypoint file: give --at LAT,LON for one.")

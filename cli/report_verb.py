@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .console import failing_clearly, progress, say
+from .console import progress, say
 from .options import ForceOption, RunLogs
 
 
@@ -32,12 +32,11 @@ def report(
     force: ForceOption = False,
 ) -> None:
     """Write the HTML page of run folders, one page of several, and PDF."""
-    with failing_clearly():
-        from ..workflows.report import report as report_runs
-        from ..workflows.run_folder.moved_files import Moved
+    from ..workflows.report import report as report_runs
+    from ..workflows.run_folder.moved_files import Moved
 
-        moved = Moved(tuple(log or ()), channels)
-        models = model or []
-        done = report_runs(runs, models=models, pdf=pdf, out=out, moved=moved, force=force, progress=progress)
-        for path in done:
-            say(f"{path}")
+    moved = Moved(tuple(log or ()), channels)
+    models = model or []
+    done = report_runs(runs, models=models, pdf=pdf, out=out, moved=moved, force=force, progress=progress)
+    for path in done:
+        say(f"{path}")

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..physics.effects import EFFECTS
-from .console import failing_clearly, say, tell_replaced
+from .console import say, tell_replaced
 from .options import ForceOption, SeedOption, VehicleOption, earlier_files
 
 
@@ -40,23 +40,22 @@ def simulate(
     seed: SeedOption = 0,
 ) -> None:
     """Write the log of a world with hidden effects."""
-    with failing_clearly():
-        from ..measurements.quality.checks.excitation import excitation_of
-        from ..physics.vehicle import load_vehicle
-        from ..physics.worlds.hidden_effects import parse_effects
-        from ..physics.worlds.world import check_ending, simulate_world
+    from ..measurements.quality.checks.excitation import excitation_of
+    from ..physics.vehicle import load_vehicle
+    from ..physics.worlds.hidden_effects import parse_effects
+    from ..physics.worlds.world import check_ending, simulate_world
 
-        earlier = earlier_files((("--out", "simulate", out),), (vehicle,), force=force)
-        check_ending(out)
-        hidden = parse_effects(effect or [])
-        nominal = load_vehicle(vehicle)
-        world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)
-        world.write(out)
-        tell_replaced(earlier)
-        before = {symbol: nominal.value(symbol) for symbol in world.vehicle.values}
-        changed = [f"{s} {before[s]:g} -> {v:g}" for s, v in world.vehicle.values.items() if v != before[s]]
-        listed = ", ".join(changed) or "nothing"
-        say(f"{out}: {duration:g} s, {programme} manoeuvres, {noise} sensors, seed {seed}; hidden: {listed}")
-        left_out = [] if programme == "gentle" else excitation_of([world.truth]).sentences
-        for sentence in left_out:
-            say(f"{sentence} A longer --duration, or another --seed, has more manoeuvres in it.")
+    earlier = earlier_files((("--out", "simulate", out),), (vehicle,), force=force)
+    check_ending(out)
+    hidden = parse_effects(effect or [])
+    nominal = load_vehicle(vehicle)
+    world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)
+    world.write(out)
+    tell_replaced(earlier)
+    before = {symbol: nominal.value(symbol) for symbol in world.vehicle.values}
+    changed = [f"{s} {before[s]:g} -> {v:g}" for s, v in world.vehicle.values.items() if v != before[s]]
+    listed = ", ".join(changed) or "nothing"
+    say(f"{out}: {duration:g} s, {programme} manoeuvres, {noise} sensors, seed {seed}; hidden: {listed}")
+    left_out = [] if programme == "gentle" else excitation_of([world.truth]).sentences
+    for sentence in left_out:
+        say(f"{sentence} A longer --duration, or another --seed, has more manoeuvres in it.")

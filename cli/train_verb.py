@@ -11,7 +11,7 @@ import typer
 from ..measurements.log_options import AS_GUESSED
 from ..physics.errors import RequestError
 from ..residuals.training.training_settings import Augmentation, TrainingSettings
-from .console import failing_clearly, interrupted, print_json, progress, prose, say, show, warn
+from .console import interrupted, print_json, progress, prose, say, show, warn
 from .options import ForceOption, JsonOption, Logs, ReadingOptions, SeedOption, VehicleOption, read_logs
 
 
@@ -59,43 +59,38 @@ def train(
     as_json: JsonOption = False,
 ) -> None:
     """Train a network that corrects the vehicle model, or stands in its place."""
-    with failing_clearly():
-        from ..workflows import train as trained
+    from ..workflows import train as trained
 
-        trained.check_folder(out, resume, (logs, vehicle, reading.channel_map), force=force)
-        given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
-        settings = settings_with(set_ or [], seed=seed, device=device, **given)
-        choice = trained.choice_of(start, residual, parsed_options(option or []), pure=pure, heading=heading)
-        inputs = read_logs(logs, vehicle, reading)
-        try:
-            done = trained.train(
-                inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=progress
-            )
-        except trained.NothingToLearnError as end:
-            print_json({"schema": trained.TRAIN_SCHEMA, "network": None, "why": str(end)}) if as_json else prose(
-                str(end)
-            )
-            return
-        except KeyboardInterrupt as error:
-            kept = (out / trained.CHECKPOINT).exists()
-            how = f"the same command with --resume goes on from {out}" if kept else "no epoch was done, nothing is kept"
-            interrupted(error, how)
-        if explain:
-            done = trained.explained(done, out, progress=progress)
-        if as_json:
-            print_json(done.to_dict())
-            return
-        from ..reports.terminal.comparison_screen import comparison_table
+    trained.check_folder(out, resume, (logs, vehicle, reading.channel_map), force=force)
+    given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
+    settings = settings_with(set_ or [], seed=seed, device=device, **given)
+    choice = trained.choice_of(start, residual, parsed_options(option or []), pure=pure, heading=heading)
+    inputs = read_logs(logs, vehicle, reading)
+    try:
+        done = trained.train(inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=progress)
+    except trained.NothingToLearnError as end:
+        print_json({"schema": trained.TRAIN_SCHEMA, "network": None, "why": str(end)}) if as_json else prose(str(end))
+        return
+    except KeyboardInterrupt as error:
+        kept = (out / trained.CHECKPOINT).exists()
+        how = f"the same command with --resume goes on from {out}" if kept else "no epoch was done, nothing is kept"
+        interrupted(error, how)
+    if explain:
+        done = trained.explained(done, out, progress=progress)
+    if as_json:
+        print_json(done.to_dict())
+        return
+    from ..reports.terminal.comparison_screen import comparison_table
 
-        say("")
-        warn(done.inputs.warnings, done.inputs.repairs)
-        prose(" ".join(done.sentences))
-        show(comparison_table(done.models, done.inputs.parts.judge))
-        if done.distilled is not None:
-            from ..reports.terminal.effects_screen import distilled_table
+    say("")
+    warn(done.inputs.warnings, done.inputs.repairs)
+    prose(" ".join(done.sentences))
+    show(comparison_table(done.models, done.inputs.parts.judge))
+    if done.distilled is not None:
+        from ..reports.terminal.laws_and_effects_screen import distilled_table
 
-            show(distilled_table(done.distilled))
-        say(f"Network: {out} (model.yaml, weights.safetensors{', distillation.json' * explain})")
+        show(distilled_table(done.distilled))
+    say(f"Network: {out} (model.yaml, weights.safetensors{', distillation.json' * explain})")
 
 
 _FOR_EXAMPLE = {"--option": "units=64", "--set": "learning_rate=0.001"}

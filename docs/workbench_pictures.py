@@ -14,7 +14,7 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
-from undertow.reports.page.pdf import find_browser
+from undertow.workflows.report import find_browser
 
 PATIENCE = 120_000
 """Milliseconds that the search may take."""

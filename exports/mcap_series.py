@@ -96,31 +96,10 @@ def measured_schema(channels: Sequence[str]) -> Schema:
     )
 
 
-_TEXT: Schema = {"type": "string"}
-_TIME = _object(
-    "time",
-    {"sec": {"type": "integer", "minimum": 0}, "nsec": {"type": "integer", "minimum": 0, "maximum": 999_999_999}},
-)
-_VECTOR = _numbers("foxglove.Vector3", {"x": "east [m]", "y": "north [m]", "z": "up [m]"})
-_QUATERNION = _numbers("foxglove.Quaternion", dict.fromkeys("xyzw", "of the turn from the frame's axes"))
-_POSE = _object("foxglove.Pose", {"position": _VECTOR, "orientation": _QUATERNION})
-
 SCHEMAS: dict[str, Schema] = {
     "undertow.Predicted": _numbers("undertow.Predicted", STATE | RATES),
     "undertow.Force": _numbers("undertow.Force", _FORCE),
-    "foxglove.PoseInFrame": _object("foxglove.PoseInFrame", {"timestamp": _TIME, "frame_id": _TEXT, "pose": _POSE}),
-    "foxglove.PosesInFrame": _object(
-        "foxglove.PosesInFrame", {"timestamp": _TIME, "frame_id": _TEXT, "poses": {"type": "array", "items": _POSE}}
-    ),
-    "foxglove.FrameTransform": _object(
-        "foxglove.FrameTransform",
-        {
-            "timestamp": _TIME,
-            "parent_frame_id": _TEXT,
-            "child_frame_id": _TEXT,
-            "transform": _object("foxglove.Transform", {"translation": _VECTOR, "rotation": _QUATERNION}),
-        },
-    ),
+    **json.loads(Path(__file__).with_name("foxglove_schemas.json").read_text("utf-8")),
 }
 """By name, all but that of what was measured, which depends on the commands."""
 

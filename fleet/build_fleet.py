@@ -22,21 +22,7 @@ from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.progress import SHOWN, Pace, showing
 from ..workflows.compress import in_pieces
 from ..workflows.inputs import read_motions
-from .fleet_folder import (
-    FACTORS,
-    FleetIndex,
-    FleetLog,
-    SkippedLog,
-    check_fleet_target,
-    clear_factors,
-    existing_index,
-    factors_path,
-    has_factors,
-    index_of,
-    iso,
-    read_hull_factors,
-    write_index,
-)
+from . import fleet_folder
 from .hull_factors import HullFactors, HullFactorsAbout, hull_factors, settings_of, to_bytes
 from .log_sources import LogSource, fetched, find_sources, is_url
 from .workers import Engine, WorkerLost, mapped
@@ -113,7 +99,7 @@ def _factors_of(task: LogTask, path: Path) -> LogAnswer:
     if sha256 is None:
         raise LogError(f"{path}: no such log, or it cannot be opened")
     key = key_of(sha256, task)
-    if has_factors(Path(task.kept), key):
+    if fleet_folder.has_factors(Path(task.kept), key):
         return LogAnswer(sha256, key)
     log, motions = read_motions(path, task.vehicle, task.reading)
     start = log.start_ns / 1e9 if log.start_ns else float("nan")
@@ -139,10 +125,10 @@ class FleetBuilt:
     skipped : logs of this call that could not be read, or count already, and why
     """
 
-    index: FleetIndex
+    index: fleet_folder.FleetIndex
     read: int
     kept: int
-    skipped: tuple[SkippedLog, ...]
+    skipped: tuple[fleet_folder.SkippedLog, ...]
 
 
 @showing
@@ -195,16 +181,18 @@ def build_fleet(
         for symbol in follow:
             one.parameter(symbol)
     folder = Path(out)
-    check_fleet_target(folder, [s.place for s in sources], force=force)
-    (folder / FACTORS).mkdir(parents=True, exist_ok=True)
+    fleet_folder.check_fleet_target(folder, [s.place for s in sources], force=force)
+    (folder / fleet_folder.FACTORS).mkdir(parents=True, exist_ok=True)
     with hold_folder(folder, "writes"):
-        earlier = existing_index(folder)
-        write_index(folder, earlier)  # so that an interrupted call leaves a fleet, which another goes on with
+        earlier = fleet_folder.existing_index(folder)
+        fleet_folder.write_index(
+            folder, earlier
+        )  # so that an interrupted call leaves a fleet, which another goes on with
         at = str(folder.resolve())
         tasks = [LogTask(s.place, vehicles[s.vehicle], tuple(follow), reading, at) for s in sources]
         built = _built(folder, earlier, sources, tasks, engine or Engine(), progress)
-        write_index(folder, built.index)
-        clear_factors(folder, built.index)
+        fleet_folder.write_index(folder, built.index)
+        fleet_folder.clear_factors(folder, built.index)
     if not built.index.logs:
         first = built.skipped[0]
         raise RequestError(f"expected at least one log that can be read, got {len(built.skipped)} that cannot; "
@@ -214,15 +202,15 @@ def build_fleet(
 
 def _built(
     folder: Path,
-    earlier: FleetIndex,
+    earlier: fleet_folder.FleetIndex,
     sources: Sequence[LogSource],
     tasks: Sequence[LogTask],
     engine: Engine,
     progress: Say | None,
 ) -> FleetBuilt:
     known = {log.log: log for log in earlier.logs}
-    found: dict[str, FleetLog] = {}
-    skipped: list[SkippedLog] = []
+    found: dict[str, fleet_folder.FleetLog] = {}
+    skipped: list[fleet_folder.SkippedLog] = []
     left: list[int] = []
     for number, (source, task) in enumerate(zip(sources, tasks, strict=True)):
         log = known.get(source.place)
@@ -230,17 +218,17 @@ def _built(
             found[source.place] = log.but(boat=source.boat, notes=source.notes)
         else:
             left.append(number)
-    before = {path.stem for path in (folder / FACTORS).glob("*.npz")}
+    before = {path.stem for path in (folder / fleet_folder.FACTORS).glob("*.npz")}
     made: set[str] = set()
     pace = Pace(progress, "logs")
     for done, (at, answer) in enumerate(mapped(factors_of, [tasks[n] for n in left], engine), start=1):
         source, task = sources[left[at]], tasks[left[at]]
         told = answer if isinstance(answer, LogAnswer) else LogAnswer(problem=_lost(answer))
         if told.content is not None:
-            write_bytes(factors_path(folder, told.key), told.content)
+            write_bytes(fleet_folder.factors_path(folder, told.key), told.content)
             made.add(told.key)
         log = _log_of(folder, source, task, told)
-        if isinstance(log, SkippedLog):
+        if isinstance(log, fleet_folder.SkippedLog):
             skipped.append(log.but(problem=f"{log.problem}{_STAYS}") if source.place in known else log)
         else:
             found[source.place] = log
@@ -250,14 +238,18 @@ def _built(
     digests = {log.sha256 for log in found.values()}
     # Of the same bytes, a log of earlier calls has moved where it is there no more; else it is the one that counts.
     still = [log for log in others if log.sha256 in digests and os.path.exists(log.log)]
-    once: dict[str, FleetLog] = {}
+    once: dict[str, fleet_folder.FleetLog] = {}
     for log in sorted([*found.values(), *still], key=lambda log: log.log):
         first = once.setdefault(log.sha256, log)
         if first is not log:
-            skipped.append(SkippedLog(log=log.log, boat=log.boat, problem=f"it has the same bytes as {first.log}"))
+            skipped.append(
+                fleet_folder.SkippedLog(log=log.log, boat=log.boat, problem=f"it has the same bytes as {first.log}")
+            )
     there = [log for log in earlier.skipped if is_url(log.log) or os.path.exists(log.log)]
     waiting = [log for log in there if log.log not in now]
-    index = index_of([*once.values(), *(log for log in others if log.sha256 not in digests)], [*skipped, *waiting])
+    index = fleet_folder.index_of(
+        [*once.values(), *(log for log in others if log.sha256 not in digests)], [*skipped, *waiting]
+    )
     given = [log.factors for log in once.values() if log.log in now]
     read = sum(key in made or key not in before for key in given)  # of equal bytes one is read, or both at a time
     return FleetBuilt(index, read, len(given) - read, tuple(sorted(skipped, key=lambda one: one.log)))
@@ -267,23 +259,25 @@ def _lost(answer: WorkerLost | LogAnswer) -> str:
     return f"{answer}; it may need more memory than a worker has: give fewer workers, or read it alone"
 
 
-def _unchanged(folder: Path, log: FleetLog, source: LogSource, task: LogTask) -> bool:
+def _unchanged(folder: Path, log: fleet_folder.FleetLog, source: LogSource, task: LogTask) -> bool:
     """True when a log is as it was, as far as size, time and what is asked tell, and its factors are there."""
     same = source.version == log.version != "" and _begins(source) == log.begins
-    return same and key_of(log.sha256, task) == log.factors and has_factors(folder, log.factors)
+    return same and key_of(log.sha256, task) == log.factors and fleet_folder.has_factors(folder, log.factors)
 
 
-def _log_of(folder: Path, source: LogSource, task: LogTask, answer: LogAnswer) -> FleetLog | SkippedLog:
+def _log_of(
+    folder: Path, source: LogSource, task: LogTask, answer: LogAnswer
+) -> fleet_folder.FleetLog | fleet_folder.SkippedLog:
     """The row of the index, from the factors that are kept by now."""
     problem = answer.problem
     if not problem:
-        factors = read_hull_factors(folder, answer.key)
+        factors = fleet_folder.read_hull_factors(folder, answer.key)
         time = middle(source, factors)
         if math.isfinite(time):
-            return FleetLog(
+            return fleet_folder.FleetLog(
                 log=source.place,
                 boat=source.boat,
-                time=iso(time),
+                time=fleet_folder.iso(time),
                 hours=float(factors.hours.sum()),
                 factors=answer.key,
                 sha256=answer.sha256,
@@ -296,7 +290,7 @@ def _log_of(folder: Path, source: LogSource, task: LogTask, answer: LogAnswer) -
             "neither the log, nor its name, nor a manifest says of which day it is; write a manifest with the columns "
             "log and day"
         )
-    return SkippedLog(log=source.place, boat=source.boat, problem=problem)
+    return fleet_folder.SkippedLog(log=source.place, boat=source.boat, problem=problem)
 
 
 def middle(source: LogSource, factors: HullFactors) -> float:
@@ -319,4 +313,4 @@ def middle(source: LogSource, factors: HullFactors) -> float:
 
 
 def _begins(source: LogSource) -> str:
-    return "" if source.begins is None else iso(source.begins)
+    return "" if source.begins is None else fleet_folder.iso(source.begins)

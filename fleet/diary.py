@@ -11,18 +11,7 @@ from ..measurements.statistics.blocks import CI
 from ..physics.effects import EFFECTS
 from ..physics.errors import RequestError, expect
 from ..physics.motion import Array
-from ..reports.hull_diary import (
-    Band,
-    BoatParameter,
-    BoatRecord,
-    ChangeRecord,
-    DiaryFacts,
-    DiaryRow,
-    FleetParameter,
-    Moved,
-    OddDayRecord,
-    Visible,
-)
+from ..reports import hull_diary
 from .boat_days import BoatDays, DayScatter, Part, Pooled, boat_days, day_scatter, levels, odd, part_of, pool, scales
 from .causes import HullChange, changes, rays, stories
 from .hull_changes import OddDay, WatchSettings, alarms, calibrate_scatter, odd_day, taken_back, watched
@@ -69,7 +58,7 @@ NINE_OF_TEN = 1.28
 """Deviations above its threshold at which a change is seen nine times in ten."""
 
 
-def diary_of(fleet: Fleet, name: str = "fleet", settings: WatchSettings | None = None) -> DiaryFacts:
+def diary_of(fleet: Fleet, name: str = "fleet", settings: WatchSettings | None = None) -> hull_diary.DiaryFacts:
     """The diary of a fleet.
 
     Parameters
@@ -98,13 +87,13 @@ def diary_of(fleet: Fleet, name: str = "fleet", settings: WatchSettings | None =
     differs = odd(np.column_stack([one.chance for one in pooled]))
     logs = Counter(estimate.boat for estimate in fleet.estimates)
     units = {p.symbol: p.unit for effect in EFFECTS for p in effect.parameters} | {"mass": "kg"}
-    return DiaryFacts(
+    return hull_diary.DiaryFacts(
         fleet=name,
         budget=settings.budget,
         widening=seen.widening,
         missing=fleet.missing,
         parameters=tuple(
-            FleetParameter(
+            hull_diary.FleetParameter(
                 name=parameter,
                 unit=units.get(parameter, ""),
                 nominal=float(fleet.nominal[k]),
@@ -114,7 +103,7 @@ def diary_of(fleet: Fleet, name: str = "fleet", settings: WatchSettings | None =
             for k, (parameter, one) in enumerate(zip(fleet.parameters, pooled, strict=True))
         ),
         boats=tuple(
-            BoatRecord(
+            hull_diary.BoatRecord(
                 boat=boat.boat,
                 logs=logs[boat.boat],
                 days=boat.time.size,
@@ -139,17 +128,17 @@ def _since(boat: BoatDays, changes: Sequence[HullChange], odd: Sequence[int]) ->
     return boat.of([k for k in range(min(row, boat.time.size - 1), boat.time.size) if k not in odd] or [-1])
 
 
-def _odd_day(boat: BoatDays, odd: OddDay, parameters: Sequence[str]) -> OddDayRecord:
+def _odd_day(boat: BoatDays, odd: OddDay, parameters: Sequence[str]) -> hull_diary.OddDayRecord:
     """An odd day, by the parameter that tells it best."""
     k = int(np.argmax(np.where(boat.known[odd.row], np.abs(odd.change) / odd.deviation, 0.0)))
     share = _about(float(odd.change[k]), CI * float(odd.deviation[k]))
-    moved = Moved(parameter=parameters[k], part=part_of(parameters[k]).value, share=share)
-    return OddDayRecord(day=_date(boat.time[odd.row]), moved=moved)
+    moved = hull_diary.Moved(parameter=parameters[k], part=part_of(parameters[k]).value, share=share)
+    return hull_diary.OddDayRecord(day=_date(boat.time[odd.row]), moved=moved)
 
 
-def _change(boat: BoatDays, change: HullChange, parameters: Sequence[str]) -> ChangeRecord:
+def _change(boat: BoatDays, change: HullChange, parameters: Sequence[str]) -> hull_diary.ChangeRecord:
     low, high = change.between
-    return ChangeRecord(
+    return hull_diary.ChangeRecord(
         causes=change.causes,
         thrusters=change.thrusters,
         alarm=_date(boat.time[change.alarm]),
@@ -159,7 +148,7 @@ def _change(boat: BoatDays, change: HullChange, parameters: Sequence[str]) -> Ch
         goes_on=change.slope,
         days=change.days,
         moved=tuple(
-            Moved(parameter=p, part=part_of(p).value, share=_about(float(moved), CI * float(deviation)))
+            hull_diary.Moved(parameter=p, part=part_of(p).value, share=_about(float(moved), CI * float(deviation)))
             for p, moved, deviation, known in zip(
                 parameters, change.change, change.deviation, np.atleast_1d(boat.known.any(axis=0)), strict=True
             )
@@ -176,7 +165,7 @@ def _parameters(
     pooled: Sequence[Pooled],
     differs: np.ndarray,
     seen: FleetChanges,
-) -> tuple[BoatParameter, ...]:
+) -> tuple[hull_diary.BoatParameter, ...]:
     dates = [_date(time) for time in boat.time]
     scatter = np.diag(seen.scatter.of(boat.boat))
     found = []
@@ -184,18 +173,18 @@ def _parameters(
         half = CI * np.sqrt(boat.covariance[:, k, k] + scatter[k])
         low, high = pooled[k].own_interval[index]
         rows = (
-            DiaryRow(day=day, seen=_band(value, (value - wide, value + wide), scale[k]))
+            hull_diary.DiaryRow(day=day, seen=_band(value, (value - wide, value + wide), scale[k]))
             for day, value, wide, known in zip(dates, boat.values[:, k], half, boat.known[:, k], strict=True)
             if known
         )
         own = _band(pooled[k].own[index], (low, high), scale[k])
-        found.append(BoatParameter(name=name, own=own, differs=bool(differs[index, k]), rows=tuple(rows)))
+        found.append(hull_diary.BoatParameter(name=name, own=own, differs=bool(differs[index, k]), rows=tuple(rows)))
     return tuple(found)
 
 
 def _visible(
     boat: BoatDays, seen: FleetChanges, parameters: Sequence[str], settings: WatchSettings
-) -> tuple[Visible, ...]:
+) -> tuple[hull_diary.Visible, ...]:
     """What a week of logged days would have shown nine times in ten, the best seen parameter of each part."""
     if boat.time.size < WEEK + 1:
         return ()
@@ -211,16 +200,16 @@ def _visible(
         size = float(needed / np.sqrt(before * after / (before + after)))
         (part,) = parts
         least[part] = min(size, least.get(part, np.inf))
-    return tuple(Visible(part=part.value, share=size) for part, size in least.items())
+    return tuple(hull_diary.Visible(part=part.value, share=size) for part, size in least.items())
 
 
-def _band(value: float, ends: tuple[float, float], scale: float) -> Band:
+def _band(value: float, ends: tuple[float, float], scale: float) -> hull_diary.Band:
     low, high = sorted((float(ends[0] * scale), float(ends[1] * scale)))
-    return Band(value=float(value * scale), low=low, high=high)
+    return hull_diary.Band(value=float(value * scale), low=low, high=high)
 
 
-def _about(value: float, half: float) -> Band:
-    return Band(value=value, low=value - half, high=value + half)
+def _about(value: float, half: float) -> hull_diary.Band:
+    return hull_diary.Band(value=value, low=value - half, high=value + half)
 
 
 def _date(time: float) -> str:

@@ -192,17 +192,19 @@ def coefficient_rows(
 ) -> list[CoefficientRow]:
     """The coefficients of some effects; an interval of an added amount is shifted by the nominal value."""
     rows = []
-    for candidate in candidates:
-        if candidate.effect not in names:
-            continue
-        effect = BY_NAME.get(candidate.effect)
-        for term in candidate.terms:
-            symbol, value = term.symbol, term.value
-            low, high = term.ci95 or (np.nan, np.nan)
-            before, after = vehicle_value(nominal, symbol), vehicle_value(corrected, symbol)
-            shift = before if effect is not None and effect.added else 0.0
-            after = after if np.isfinite(after) else value + shift
-            interval = (low + shift, high + shift) if np.isfinite([low, high]).all() else (after, after)
-            if np.isfinite([before, after]).all():
-                rows.append(CoefficientRow(symbol, term.unit, before, after, interval))
+    for one in (one for item in candidates if item.effect in names for one in file_numbers(item, nominal)):
+        before, after = (vehicle_value(vehicle, one.symbol) for vehicle in (nominal, corrected))
+        after = after if np.isfinite(after) else one.value
+        ends = one.ci95 if one.ci95 and np.isfinite(one.ci95).all() else (after, after)
+        if np.isfinite([before, after]).all():
+            rows.append(CoefficientRow(one.symbol, one.unit, before, after, ends))
     return rows
+
+
+def known_intervals(findings: Findings, nominal: Vehicle) -> dict[str, tuple[float, float]]:
+    """95 % intervals of what was found or calibrated, by symbol: of whole values, as the vehicle file has them."""
+    found = {one.symbol: one.ci95 for one in findings.calibrated}
+    found |= {term.symbol or f"{term.axis}:{term.form}": term.ci95 for term in findings.unnamed}
+    known = {symbol: (ends.lower, ends.upper) for symbol, ends in found.items() if ends is not None}
+    added = [one for effect in findings.added for one in file_numbers(effect, nominal)]
+    return known | {one.symbol: one.ci95 for one in added if one.ci95 is not None}

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from ..comparison.facts import AuditRecord, Comparison
 from ..comparison.models_by_name import MODEL_CURE, load_model
-from ..discovery.findings import Findings
 from ..exports.formats.base import Choices, Given, format_named
 from ..exports.known_facts import KnownFacts, KnownNumber
 from ..measurements.prepared_logs import PathLike
@@ -21,8 +20,8 @@ from ..physics.momentum_balance import amount, values_of
 from ..physics.presentation import Card, number
 from ..physics.reading import Plain, read_bytes
 from ..physics.sources import ALL
-from ..physics.vehicle import Vehicle, load_vehicle
-from ..reports.sureness import file_numbers, source_marks
+from ..physics.vehicle import load_vehicle
+from ..reports.sureness import known_intervals, source_marks
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel
 from .check_and_explain import check
@@ -143,7 +142,7 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
     if run is not None and {"model.yaml", "findings.json"} <= own:
         findings = read_findings(read_bytes(run / "findings.json"), run / "findings.json")
         nominal = load_vehicle(run / "nominal.yaml") if "nominal.yaml" in own else model.vehicle
-        intervals, sure, said = _intervals(findings, nominal), source_marks(findings), [findings.headline]
+        intervals, sure, said = known_intervals(findings, nominal), source_marks(findings), [findings.headline]
     if run is not None and {"model.yaml", "comparison.json"} <= own:
         said.append(read_record(read_bytes(run / "comparison.json"), Comparison, run / "comparison.json").best.sentence)
     if run is not None and {"model.yaml", "audit.json"} <= own:
@@ -170,15 +169,6 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
         notes=(*notes, *_learnt(model)),
         found=one_line(" ".join(said)),
     )
-
-
-def _intervals(findings: Findings, nominal: Vehicle) -> dict[str, tuple[float, float]]:
-    """95 % intervals of what was found or calibrated, by symbol: of whole values, as the vehicle file has them."""
-    found = {one.symbol: one.ci95 for one in findings.calibrated}
-    found |= {f"{term.axis}:{term.form}": term.ci95 for term in findings.unnamed}
-    known = {symbol: (each.lower, each.upper) for symbol, each in found.items() if each is not None}
-    added = [one for effect in findings.added for one in file_numbers(effect, nominal)]
-    return known | {one.symbol: one.ci95 for one in added if one.ci95 is not None}
 
 
 def _numbers(

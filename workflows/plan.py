@@ -16,7 +16,7 @@ from ..discovery.experiment.optimal_manoeuvre import LEAST_SECONDS, Bounds, Driv
 from ..discovery.experiment.separation import MOST_RIVALS, OpenQuestion, open_question
 from ..discovery.kept_effects import SearchResult
 from ..discovery.sensor_error_search import search_with_sensor_errors
-from ..exports.missions.base import Mission, MissionFormat, Place, mission_formats
+from ..exports.missions import MISSION_FORMATS, Mission, MissionFormat, Place
 from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError, shown
@@ -95,7 +95,7 @@ class PlanRecord(Record):
 
 def forms_of(mission: Mission) -> tuple[MissionFormat, ...]:
     """The formats in which a mission can be written: without a place, all but the waypoints."""
-    return tuple(form for form in mission_formats() if mission.place is not None or not form.needs_place)
+    return tuple(form for form in MISSION_FORMATS if mission.place is not None or not form.needs_place)
 
 
 def check_mission_target(out: PathLike, reads: Sequence[PathLike], *, force: bool = False) -> Path:
@@ -107,7 +107,7 @@ def check_mission_target(out: PathLike, reads: Sequence[PathLike], *, force: boo
     reads : files that the verb reads
     force : write over what another made; never over what is read
     """
-    names = {form.name for form in mission_formats()} | {RECORD}
+    names = {form.name for form in MISSION_FORMATS} | {RECORD}
     check_target_folder("--out", Path(out), names, own_mission, reads, force=force)
     return Path(out)
 

@@ -1,6 +1,12 @@
-"""The verb `report`: the page of each run or comparison, one page of several runs, models on demand, and PDF."""
+"""The verb `report`: the page of each run or comparison, one page of several runs, models on demand, and PDF.
+
+A PDF is printed by a browser that is there already; only this file starts one.
+"""
 
 import os
+import shutil
+import subprocess
+import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,28 +14,109 @@ from pathlib import Path
 from ..comparison.facts import Comparison
 from ..measurements.prepared_logs import PathLike
 from ..physics.errors import RequestError, expect
-from ..physics.files import write_json, write_text
+from ..physics.files import at_end, write_bytes, write_json, write_text
 from ..physics.folders import check_folder, identity, link, lock_settled, replace_folder
 from ..physics.stage import Say
 from ..reports.page.page import fleet_page
-from ..reports.page.pdf import find_browser, print_pdf
 from ..reports.terminal.progress import SHOWN, showing
+from .run_folder import run_files
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_comparison, read_run
-from .run_folder.run_files import (
-    PAGE,
-    PDF,
-    RECORD,
-    RUN_FILES,
-    Kind,
-    check_targets,
-    is_comparison,
-    own_report,
-    refused,
-    reseal,
-    same_place,
-)
 from .run_folder.write import page_of, write_page
+
+VERB = "report --pdf"
+VARIABLE = "CHROME"
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge", "microsoft-edge")
+PLACES = (
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+    r"C:\Program Files\Google\Chrome\Application\chrome.exe",
+    r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
+)
+SECONDS = 90.0
+"""Time that a browser gets [s]: it prints in seconds, but its first start on a slow machine takes longer."""
+HINT = (
+    f"install Chromium, Chrome or Edge, or name one in the environment variable {VARIABLE} (or run 'playwright install "
+    "chromium' after 'pip install playwright'); or open the HTML page in any browser and print it"
+)
+
+
+def find_browser() -> Path:
+    """A browser of the Chromium family: of the variable CHROME, on PATH, at its usual place, or playwright's own.
+
+    Raises
+    ------
+    RequestError
+        when there is none, or the variable names what is not there.
+    """
+    named = os.environ.get(VARIABLE)
+    if named:
+        found = shutil.which(named)
+        if found is None:
+            raise RequestError(f"{VARIABLE}={named}: expected a browser that can be run, found none there; {HINT}")
+        return Path(found)
+    for name in (*NAMES, *PLACES):
+        found = shutil.which(name)
+        if found is not None:
+            return Path(found)
+    own = _of_playwright()
+    if own is None:
+        raise RequestError(f"--pdf needs a browser and found none; {HINT}")
+    return own
+
+
+def print_pdf(page: Path, target: Path, browser: Path) -> Path:
+    """Print an HTML page to a PDF file, with the page's own print style.
+
+    Parameters
+    ----------
+    page, target : the HTML file, and the PDF file to write, which is replaced
+    browser : of the Chromium family
+
+    Raises
+    ------
+    RequestError
+        when the browser fails, takes too long, or writes no PDF; the target is then untouched.
+    """
+    with tempfile.TemporaryDirectory(prefix="undertow-pdf-", ignore_cleanup_errors=True) as scratch:
+        written = Path(scratch, "page.pdf")
+        words = [
+            str(browser),
+            "--headless",
+            "--disable-gpu",
+            "--no-first-run",
+            "--no-default-browser-check",
+            "--disable-extensions",
+            "--no-pdf-header-footer",
+            f"--user-data-dir={Path(scratch, 'profile')}",
+            f"--print-to-pdf={written}",
+            page.absolute().as_uri(),
+        ]
+        if getattr(os, "geteuid", lambda: 1)() == 0:
+            words.insert(1, "--no-sandbox")  # Chromium does not start for root with it; the page has no script
+        try:
+            run = subprocess.run(words, capture_output=True, text=True, errors="replace", timeout=SECONDS, check=False)
+        except subprocess.TimeoutExpired:
+            raise RequestError(f"{browser} did not print {page} within {SECONDS:.0f} s; {HINT}") from None
+        except OSError as error:
+            raise RequestError(f"{browser} cannot be started ({error.strerror or error}); {HINT}") from None
+        content = written.read_bytes() if written.is_file() else b""
+        if not content.startswith(b"%PDF"):
+            told = (run.stderr.strip().splitlines() or ["it said nothing"])[-1]
+            raise RequestError(f"{browser} wrote no PDF of {page} (exit code {run.returncode}: {told}); {HINT}")
+    return write_bytes(target, at_end(VERB, content, b"% ", b""))
+
+
+def _of_playwright() -> Path | None:
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        return None
+    with sync_playwright() as driver:
+        path = Path(driver.chromium.executable_path)
+    return path if path.is_file() else None
+
 
 FLEET = Path("report.html")
 COMPARISON = "comparison.json"
@@ -74,15 +161,17 @@ def report(
     for run in given:
         expect("report: runs", run, (str, os.PathLike), "undertow.write_run(RUN, FOLDER) writes one, with its page")
     folders = [Path(run) for run in given]
-    twice = sorted({str(folder) for k, folder in enumerate(folders) if any(same_place(folder, o) for o in folders[:k])})
+    twice = sorted(
+        {str(folder) for k, folder in enumerate(folders) if any(run_files.same_place(folder, o) for o in folders[:k])}
+    )
     if twice:
         raise RequestError(f"report: {', '.join(twice)} is given twice; give each run once")
     target = None if out is None and len(folders) == 1 else Path(out or FLEET)
     browser = find_browser() if pdf else None
-    new = [PAGE, *[PDF] * pdf, *[COMPARISON, RECORD] * bool(models)]
+    new = [run_files.PAGE, *[run_files.PDF] * pdf, *[COMPARISON, run_files.RECORD] * bool(models)]
     seen = {folder: identity(folder) for folder in folders}
     for folder in folders:
-        compared = is_comparison(folder)
+        compared = run_files.is_comparison(folder)
         if compared and (models or len(folders) > 1):
             raise RequestError(
                 f"{folder} holds a comparison, not a run: expected it alone and without --model; 'undertow compare' "
@@ -90,27 +179,27 @@ def report(
             )
         read = read_comparison if compared else read_run
         read(folder)
-        with refused(f"into {folder}"):
-            check_folder(folder, new, own_report, force=force)
+        with run_files.refused(f"into {folder}"):
+            check_folder(folder, new, run_files.own_report, force=force)
     if target is not None:
         if target.suffix.lower() not in (".html", ".htm"):
             raise RequestError(f"--out {target}: expected a name that ends in .html; --pdf writes the PDF beside it")
         printed = target.with_suffix(".pdf") if pdf else None
-        files = (("--out", Kind.PAGE, target), ("--pdf", Kind.PDF, printed))
-        check_targets(files, (folders, models, moved.logs, moved.channel_map), force=force)
+        files = (("--out", run_files.Kind.PAGE, target), ("--pdf", run_files.Kind.PDF, printed))
+        run_files.check_targets(files, (folders, models, moved.logs, moved.channel_map), force=force)
     found = _compared(folders, models, moved, progress)
     for folder in folders:
         if folder in found or browser is not None:
             _replace(folder, seen[folder], found.get(folder), browser, force)
         else:
             _rewrite(folder)
-    pages = [folder / PAGE for folder in folders]
+    pages = [folder / run_files.PAGE for folder in folders]
     if target is not None:
         if len(folders) > 1:
             text = fleet_page([read_run(folder) for folder in folders], target.absolute().parent)
         else:
             text = pages[0].read_text("utf-8")
-        with refused(str(target)):
+        with run_files.refused(str(target)):
             pages.append(write_text(target, text))
     if browser is None:
         return pages
@@ -121,13 +210,13 @@ def report(
 
 def _rewrite(folder: Path) -> None:
     """Write the page of a run anew; once more where another process has replaced the run meanwhile."""
-    with refused(f"into {folder}"):
+    with run_files.refused(f"into {folder}"):
         while True:
             seen = identity(folder)
             text = page_of(folder)
             with lock_settled(folder):
                 if identity(folder) == seen:
-                    write_text(folder / PAGE, text)
+                    write_text(folder / run_files.PAGE, text)
                     return
 
 
@@ -143,23 +232,23 @@ def _replace(
     """
 
     def build(work: Path) -> list[str]:
-        new = [PAGE]
-        for name in RUN_FILES:
+        new = [run_files.PAGE]
+        for name in run_files.RUN_FILES:
             if (folder / name).is_file():
                 link(folder / name, work / name)
         if identity(folder) != seen:
             raise RequestError(f"another process has replaced {folder} meanwhile; call report again")
         if comparison is not None:
             write_json(work / COMPARISON, comparison.to_dict())
-            new += [COMPARISON, *[RECORD] * reseal(work, [COMPARISON])]
+            new += [COMPARISON, *[run_files.RECORD] * run_files.reseal(work, [COMPARISON])]
         write_page(work)
         if browser is not None:
-            print_pdf(work / PAGE, work / PDF, browser)
-            new.append(PDF)
+            print_pdf(work / run_files.PAGE, work / run_files.PDF, browser)
+            new.append(run_files.PDF)
         return new
 
-    with refused(f"into {folder}"):
-        replace_folder(folder, build, own_report, force=force)
+    with run_files.refused(f"into {folder}"):
+        replace_folder(folder, build, run_files.own_report, force=force)
 
 
 def _compared(

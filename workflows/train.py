@@ -21,8 +21,7 @@ from ..physics.forces import at_beginning
 from ..physics.presentation import percent
 from ..physics.reading import Plain
 from ..physics.stage import Say, Stage
-from ..reports.terminal.progress import SHOWN, epoch_lines, showing
-from ..reports.training_words import (
+from ..reports.model_words import (
     broken_laws,
     kinds_in_words,
     none_holds_elsewhere,
@@ -32,6 +31,7 @@ from ..reports.training_words import (
     what_laws_took,
     why_declined,
 )
+from ..reports.terminal.progress import SHOWN, epoch_lines, showing
 from ..residuals.learnable_residual import LearnableResidual, measure_learnable_residual
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, load_network, own_network, save_network

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from nicegui import ui
 
-from ...reports.band_words import band_words, held_words
+from ...reports.model_words import band_words, held_words
 from ...workflows.workbench_facts import Fit, Opened
 from ..plots.error_map import AXES, Cells, ErrorMap, Sorted, common_command, sort_rows
 from ..plots.time_plots import Line, Panel, TimePlots, Track

@@ -10,8 +10,8 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from ...physics.errors import one_line
 from ...workflows.workbench_facts import Source
-from ..closed_to_strangers import MOST_UPLOADED
 from ..session import Session
+from ..steps import MOST_UPLOADED
 from .words import button, dialog, line, redrawn
 
 _THINGS = {

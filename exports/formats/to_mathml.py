@@ -10,26 +10,14 @@ from pathlib import Path
 from ...physics.momentum_balance import Balance, BalanceTerm, balances
 from ...physics.presentation import MINUS, unit_text
 from ...physics.vehicle import Vehicle
+from .. import known_facts
 from ..elements import Html, element, escaped, product, render, symbol, table
-from ..known_facts import (
-    CONVENTIONS,
-    UNITS,
-    WIDE,
-    KnownFacts,
-    KnownNumber,
-    exact,
-    filled,
-    judged,
-    letters,
-    thrust_curve,
-    within_factors,
-)
 from .base import Export, Given
 
 
 def number(value: float) -> Html:
     """A number without its sign, to twelve digits."""
-    mantissa, exponent = exact(abs(value))
+    mantissa, exponent = known_facts.exact(abs(value))
     if not exponent:
         return element("mn", mantissa)
     power = [element("mo", MINUS)] * (exponent < 0) + [element("mn", str(abs(exponent)))]
@@ -50,8 +38,8 @@ def equation(line: Balance) -> Html:
     """The balance of an axis, some terms in a line."""
     left = element("mrow", *(term(one, k == 0) for k, one in enumerate(line.inertia)))
     parts = [term(one, k == 0) for k, one in enumerate(line.force)] or [element("mn", "0")]
-    lines = [element("mrow", *parts[k : k + WIDE]) for k in range(0, len(parts), WIDE)]
-    unit = element("mtext", f"[{UNITS[line.axis]}]")
+    lines = [element("mrow", *parts[k : k + known_facts.WIDE]) for k in range(0, len(parts), known_facts.WIDE)]
+    unit = element("mtext", f"[{known_facts.UNITS[line.axis]}]")
     rows = []
     for k, each in enumerate(lines):
         begin, end = ((left, element("mo", "=")), (unit,)) if k == 0 else (("", ""), ("",))
@@ -69,27 +57,27 @@ def _inline(name: str) -> Html:
     return element("math", symbol(name), attributes=_NAMESPACE)
 
 
-def _row(one: KnownNumber) -> tuple[str, str, str, str]:
+def _row(one: known_facts.KnownNumber) -> tuple[str, str, str, str]:
     named = _inline(one.symbol) if ":" not in one.symbol else one.symbol
     return named, unit_text(one.amount), one.interval, one.remark
 
 
-def page(vehicle: Vehicle, facts: KnownFacts) -> str:
+def page(vehicle: Vehicle, facts: known_facts.KnownFacts) -> str:
     """The page: letters, equations, envelope and audit, then the numbers."""
-    within = within_factors(vehicle)
-    notes = [*facts.notes, *map(thrust_curve, vehicle.thrusters)]
+    within = known_facts.within_factors(vehicle)
+    notes = [*facts.notes, *map(known_facts.thrust_curve, vehicle.thrusters)]
     body = element(
-        *("body", element("h1", facts.name), element("p", letters(vehicle))),
+        *("body", element("h1", facts.name), element("p", known_facts.letters(vehicle))),
         *([element("p", within)] if within else []),
         *(element("div", equation(line), cls="scroll") for line in balances(vehicle)),
-        element("p", judged(facts)),
+        element("p", known_facts.judged(facts)),
         element("h2", "Numbers"),
         table(("symbol", "value", "95 % interval", "source"), [_row(one) for one in facts.numbers], "llll"),
         element("ul", *(element("li", note) for note in notes)),
         element("h2", "About this file"),
-        *(element("p", line) for line in (facts.origin, CONVENTIONS)),
+        *(element("p", line) for line in (facts.origin, known_facts.CONVENTIONS)),
     )
-    return filled(Path(__file__).with_name("equations.html.in"), title=escaped(facts.name), body=body)
+    return known_facts.filled(Path(__file__).with_name("equations.html.in"), title=escaped(facts.name), body=body)
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:

@@ -12,9 +12,9 @@ from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, share_removed, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ROLLOUT_UNITS
+from ..run_contents import difference
 from ..sureness import file_numbers, in_order, named, odds, with_odds
 from ..wording import CALIBRATED, LEAD, effect_words, pick_horizon, twins
-from .rivals import difference
 
 _LEVEL = 0.01
 """Share by which an error must change to be called changed; `residuals.paired` asks for as much."""

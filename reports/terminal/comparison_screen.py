@@ -14,28 +14,15 @@ from ...physics.motion import AXES
 from ...physics.presentation import number, percent, share_removed, unit_text, words
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, RolloutRecord
 from ...steering.closed_loop import PERFECT, ControlRecord, Tracking
-from ..band_words import held_words
+from ..model_words import held_words
 from ..page.outcome import cannot
 from ..wording import INTERVAL_HOLDS, held_shares, judged_rows
-from .layout import (
-    BAD,
-    FOUND,
-    GOOD,
-    Fitting,
-    Prose,
-    bullets,
-    glossary,
-    number_columns,
-    plain_table,
-    section,
-    stacked,
-    word_columns,
-)
+from . import layout
 
 MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell": "?"}
 FITTED_HERE = "*"
 """The mark of a model that was fitted to rows that are judged."""
-_STYLES = {"better": GOOD, "worse": BAD}
+_STYLES = {"better": layout.GOOD, "worse": layout.BAD}
 _ROLLED = (*AXES, "position")
 
 Marks = Mapping[tuple[str, str, str | None, str], str]
@@ -46,13 +33,13 @@ def best_text(found: Comparison) -> RenderableType | None:
     """Which model to trust, why, and what it cannot do; None where nothing says so."""
     if not found.best.sentence:
         return None
-    weak = [Prose(told, BAD)] if (told := cannot(found)) else []
-    return stacked([Prose(found.best.sentence, style=f"bold {trust_style(found)}"), *weak])
+    weak = [layout.Prose(told, layout.BAD)] if (told := cannot(found)) else []
+    return layout.stacked([layout.Prose(found.best.sentence, style=f"bold {trust_style(found)}"), *weak])
 
 
 def trust_style(found: Comparison) -> str:
     """Good where a model is to be trusted, bad where none is."""
-    return GOOD if found.best.model else BAD
+    return layout.GOOD if found.best.model else layout.BAD
 
 
 def comparison_table(
@@ -71,13 +58,13 @@ def comparison_table(
     verdicts = {(d.model, d.quantity, d.horizon, d.axis): d.verdict for d in differences if d.against == first}
     legend = _legend(set(verdicts.values()), first, any(model.fitted_here for model in models))
     tables = [
-        Fitting([_accelerations(models, where, verdicts, mae) for mae in (True, False)]),
+        layout.Fitting([_accelerations(models, where, verdicts, mae) for mae in (True, False)]),
         _predictions(models, where, verdicts),
         _beside(models),
         *([_intervals(models)] if any(model.interval for model in models) else []),
-        *(Prose(told) for model in models if (told := held_words(model.held, model.name))),
+        *(layout.Prose(told) for model in models if (told := held_words(model.held, model.name))),
     ]
-    return stacked([legend, *tables] if legend else tables)
+    return layout.stacked([legend, *tables] if legend else tables)
 
 
 def notes_list(comparison: Comparison) -> RenderableType | None:
@@ -85,7 +72,7 @@ def notes_list(comparison: Comparison) -> RenderableType | None:
     names, notes = tuple(model.name for model in comparison.models), comparison.notes
     # A note may begin with the name of a model, which keeps its letters.
     texts = [f"{note if note.startswith(names) else note[:1].upper() + note[1:]}." for note in notes]
-    return section("Notes", bullets(texts)) if notes else None
+    return layout.section("Notes", layout.bullets(texts)) if notes else None
 
 
 def _legend(told: set[str], first: str, fitted: bool) -> RenderableType | None:
@@ -99,7 +86,7 @@ def _legend(told: set[str], first: str, fitted: bool) -> RenderableType | None:
     marks = [f"{MARKS[verdict]} {text}" for verdict, text in meaning.items() if verdict in told]
     texts = [f"Marks beside numbers: {'; '.join(marks)}."] * bool(marks)
     texts += [f"{FITTED_HERE} beside a name: fitted to rows that are judged, its errors are too small."] * fitted
-    return Prose(" ".join(texts)) if texts else None
+    return layout.Prose(" ".join(texts)) if texts else None
 
 
 def _name(model: ComparedModel) -> Text:
@@ -110,7 +97,7 @@ def _accelerations(models: Sequence[ComparedModel], where: str, verdicts: Marks,
     errors = ("RMSE", "MAE") if mae else ("RMSE",)
     heads = [f"{axis}\n{error}\n{unit_text(ACCELERATION_UNITS[axis])}" for error in errors for axis in AXES]
     heads += [f"{axis}\nR²" for axis in AXES]
-    table = plain_table(f"Acceleration on {where}", columns=[_model_column(), *number_columns(*heads)])
+    table = layout.plain_table(f"Acceleration on {where}", columns=[_model_column(), *layout.number_columns(*heads)])
     for model in models:
         found, name = model.acceleration, model.name
         cells = [_marked(found.rmse.of(axis), verdicts.get((name, "acceleration", None, axis))) for axis in AXES]
@@ -123,8 +110,8 @@ def _predictions(models: Sequence[ComparedModel], where: str, verdicts: Marks) -
     horizons = sorted({key for model in models for key in model.rollout}, key=float)
     lost = any(error.diverged for model in models for error in model.rollout.values())
     heads = [f"{axis}\n{ROLLOUT_UNITS[axis]}" for axis in _ROLLED] + ["diverged"] * lost
-    columns = [*number_columns("ahead"), _model_column(), *number_columns(*heads)]
-    table = plain_table(f"Predictions on {where}: root mean square errors", columns=columns)
+    columns = [*layout.number_columns("ahead"), _model_column(), *layout.number_columns(*heads)]
+    table = layout.plain_table(f"Predictions on {where}: root mean square errors", columns=columns)
     for horizon in horizons:
         for k, model in enumerate(models):
             error = model.rollout.get(horizon) or RolloutRecord()
@@ -145,8 +132,8 @@ def _beside(models: Sequence[ComparedModel]) -> Table:
     )
     heads = ["numbers\nfitted", *["to fit\ns", "to evaluate\ns"] * timed]
     heads += [f"{axis}\noutside" for axis in AXES] * beyond
-    columns = [_model_column(), *word_columns("laws of\na hull"), *number_columns(*heads)]
-    table = plain_table("Laws, size and range", caption * beyond, columns)
+    columns = [_model_column(), *layout.word_columns("laws of\na hull"), *layout.number_columns(*heads)]
+    table = layout.plain_table("Laws, size and range", caption * beyond, columns)
     for model, domain in zip(models, domains, strict=True):
         cells = [Text(model.audit, style=_STYLES["worse"] if model.audit == "fail" else "")]
         cells += [Text(number(model.parameters))]
@@ -160,8 +147,8 @@ def _beside(models: Sequence[ComparedModel]) -> Table:
 
 def _intervals(models: Sequence[ComparedModel]) -> Table:
     """What the intervals of networks hold of the judged rows; vehicles have none."""
-    columns = [_model_column(), *number_columns("holds", "holds\nbeyond")]
-    table = plain_table("Intervals", INTERVAL_HOLDS, columns)
+    columns = [_model_column(), *layout.number_columns("holds", "holds\nbeyond")]
+    table = layout.plain_table("Intervals", INTERVAL_HOLDS, columns)
     for model in models:
         if model.interval:
             sides = (model.interval.inside, model.interval.outside)
@@ -204,7 +191,7 @@ def failures_table(places: Sequence[FailingPlace], whose: str = "") -> Renderabl
 
     What removes the error stands in a column of its own where there is room, else below the place.
     """
-    return Fitting([_failures_in(places, whose, beside) for beside in (True, False)])
+    return layout.Fitting([_failures_in(places, whose, beside) for beside in (True, False)])
 
 
 def structure_list(structure: Sequence[Structure]) -> RenderableType | None:
@@ -214,7 +201,9 @@ def structure_list(structure: Sequence[Structure]) -> RenderableType | None:
     first = structure[0]
     looks = (first.frequency, first.lag, first.heading, first.drift)
     pairs = [(axis, unit_text(told[axis].sentence)) for axis in AXES for told in looks if told[axis].verdict in _NEWS]
-    return section(f"What the error of the {first.model} model is like", glossary(pairs)) if pairs else None
+    return (
+        layout.section(f"What the error of the {first.model} model is like", layout.glossary(pairs)) if pairs else None
+    )
 
 
 def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Table:
@@ -225,10 +214,10 @@ def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Ta
     if any(one.share_removed > 1.0 for place in places for one in place.removed_by):
         caption += " More than all: others, alone, would add to it."
     caption = caption if places else "The error is spread evenly: no regime stands out."
-    columns = [*word_columns("model"), Column("where"), *word_columns("axis")]
-    columns += number_columns("share of\nerror", "share of\ntime", "error\nthere")
-    columns += word_columns(*["removed by"] * (known and beside))
-    table = plain_table(title, " ".join(filter(None, (whose, caption))), columns)
+    columns = [*layout.word_columns("model"), Column("where"), *layout.word_columns("axis")]
+    columns += layout.number_columns("share of\nerror", "share of\ntime", "error\nthere")
+    columns += layout.word_columns(*["removed by"] * (known and beside))
+    table = layout.plain_table(title, " ".join(filter(None, (whose, caption))), columns)
     table.show_header = bool(places)
     for place in places:
         removed = [f"{words(one.effect)} {share_removed(one.share_removed)}" for one in place.removed_by]
@@ -237,7 +226,7 @@ def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Ta
             below.append(f"removed by: {place.unlinked}")
         table.add_row(
             Text(place.model),
-            Group(*map(Prose, [place.where, *below])),
+            Group(*map(layout.Prose, [place.where, *below])),
             Text(place.axis),
             percent(place.share_of_error),
             percent(place.share_of_rows, blank=""),
@@ -263,18 +252,18 @@ def control_tables(record: ControlRecord) -> RenderableType:
         "off lane: share of the time farther from the point than it moves in a second. step: median of the "
         f"controller's processor time. The model called {PERFECT} is the true boat itself."
     )
-    return stacked([*(_table(record, track) for track in tracks), Prose(legend, "dim")])
+    return layout.stacked([*(_table(record, track) for track in tracks), layout.Prose(legend, "dim")])
 
 
 def _table(record: ControlRecord, track: str) -> RenderableType:
     rows = [result for result in record.results if result.track == track]
     heads = ("error [m]", f"against {rows[0].model}", "effort", "off lane", "at limit", "step [ms]", "failures")
-    columns = [*word_columns("model"), *(Column(head, justify="right") for head in heads)]
-    table = plain_table(f"{track}, {record.controller} ({record.speed:.2f} m/s)", columns=columns)
+    columns = [*layout.word_columns("model"), *(Column(head, justify="right") for head in heads)]
+    table = layout.plain_table(f"{track}, {record.controller} ({record.speed:.2f} m/s)", columns=columns)
     for place, row in enumerate(rows):
         figures = row.merit
         table.add_row(
-            Text(row.model, style=FOUND if row.model == PERFECT else ""),
+            Text(row.model, style=layout.FOUND if row.model == PERFECT else ""),
             f"{figures.rmse:.3f}",
             _against(row) if place else "",
             f"{figures.effort:.2f}",
@@ -288,11 +277,13 @@ def _table(record: ControlRecord, track: str) -> RenderableType:
 
 def _against(row: Tracking) -> Text:
     share = row.against_first
-    style = GOOD if share < -_MATTERS else BAD if share > _MATTERS else ""
+    style = layout.GOOD if share < -_MATTERS else layout.BAD if share > _MATTERS else ""
     return Text(f"{100.0 * share:+.0f} %", style=style)
 
 
 def _failures(row: Tracking) -> Text:
     if row.merit.lost:
-        return Text("lost", style=BAD)
-    return Text(str(row.merit.unsolved) if row.merit.unsolved else "none", style=BAD if row.merit.unsolved else "")
+        return Text("lost", style=layout.BAD)
+    return Text(
+        str(row.merit.unsolved) if row.merit.unsolved else "none", style=layout.BAD if row.merit.unsolved else ""
+    )

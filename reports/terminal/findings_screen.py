@@ -15,62 +15,24 @@ from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, unit_text, words
 from ...physics.vehicle import Vehicle
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
+from .. import sureness, wording
 from ..page.outcome import gets_worse, opening_parts
-from ..sureness import (
-    BACK,
-    COMES_BACK,
-    SURE_IN_SHORT,
-    FileNumber,
-    comes_back,
-    file_numbers,
-    in_order,
-    odds,
-    sure_caption,
-    verdict_word,
-)
-from ..wording import (
-    CALIBRATED,
-    LEAD,
-    OWN_NUMBERS,
-    absorbed_sentence,
-    effect_words,
-    energy_lines,
-    energy_verdict,
-    interval,
-    pick_horizon,
-    risen,
-    step_words,
-    twins,
-    within,
-)
+from . import layout
 from .comparison_screen import trust_style
-from .layout import (
-    ASIDE,
-    BAD,
-    FOUND,
-    GOOD,
-    LIKELY,
-    UNSURE,
-    Fitting,
-    Prose,
-    bullets,
-    glossary,
-    number_columns,
-    plain_table,
-    section,
-    stacked,
-    text_columns,
-    word_columns,
-)
 
 VERDICT_STYLES = {
-    "missing": FOUND,
-    "likely": LIKELY,
-    "possible": UNSURE,
-    "cannot tell": UNSURE,
-    "no evidence": ASIDE,
+    "missing": layout.FOUND,
+    "likely": layout.LIKELY,
+    "possible": layout.UNSURE,
+    "cannot tell": layout.UNSURE,
+    "no evidence": layout.ASIDE,
 }
-HEADLINE_STYLES = {"missing": FOUND, "likely": LIKELY, "nothing missing": GOOD, "undecided": UNSURE}
+HEADLINE_STYLES = {
+    "missing": layout.FOUND,
+    "likely": layout.LIKELY,
+    "nothing missing": layout.GOOD,
+    "undecided": layout.UNSURE,
+}
 
 _GAPS = ((" ", " "), ("\n", " "), ("\n", "\n"))
 """What parts the words of a table of effects, from wide to narrow; see `_effects_in`."""
@@ -80,18 +42,18 @@ _WORSE = 1.05
 """Share of the error before from which it is said to be larger: less may be chance on one part of a log."""
 
 
-def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) -> list[Prose]:
+def opening_lines(findings: Findings, comparison: Comparison, nominal: Vehicle) -> list[layout.Prose]:
     """How the terminal begins, in the colours of what is said: see `page.outcome.opening_parts`."""
     parts = opening_parts(findings, comparison, nominal)
     opens = findings.verdict == "nothing missing" and any(part == "answer" for part, _ in parts)
     styles = {
         "headline": HEADLINE_STYLES["undecided" if opens else findings.verdict],
-        "done": BAD if gets_worse(findings.steps, comparison.best.horizon) else GOOD,
-        "grown": UNSURE,
-        "cannot": BAD,
+        "done": layout.BAD if gets_worse(findings.steps, comparison.best.horizon) else layout.GOOD,
+        "grown": layout.UNSURE,
+        "cannot": layout.BAD,
         "trust": trust_style(comparison),
     }
-    return [Prose(text, styles.get(part, "")) for part, text in parts]
+    return [layout.Prose(text, styles.get(part, "")) for part, text in parts]
 
 
 def steps_table(
@@ -109,24 +71,26 @@ def steps_table(
     """
     deciding = comparison.best.horizon if comparison else ""
     horizon = _horizon(steps, deciding)
-    alone = [m for m in comparison.models if m.name == CALIBRATED and horizon in m.rollout] if comparison else []
-    calibrated = any(step.added == CALIBRATED for step in steps)
+    alone = (
+        [m for m in comparison.models if m.name == wording.CALIBRATED and horizon in m.rollout] if comparison else []
+    )
+    calibrated = any(step.added == wording.CALIBRATED for step in steps)
     accelerations = [f"{axis}\nacc.\n{unit_text(ACCELERATION_UNITS[axis])}" for axis in AXES]
     rolled = [f"{axis.replace('position', 'pos.')}\n{horizon} s\n{ROLLOUT_UNITS[axis]}" for axis in (*AXES, "position")]
     first = Column("model" if calibrated else "effect added", min_width=12)
     title = f"Error on held-out data: acceleration (acc.) and {horizon} s predictions"
-    table = plain_table(title, columns=[first, *number_columns(*accelerations, *rolled)])
+    table = layout.plain_table(title, columns=[first, *layout.number_columns(*accelerations, *rolled)])
     names = _names(candidates)
     for index, step in enumerate(steps):
         added = step.added
-        style = (BAD if gets_worse(steps, deciding) else GOOD) if index == len(steps) - 1 > 0 else ""
-        named = step_words(step) if step.thruster else f"+ {names.get(str(added), words(str(added)))}"
-        label = OWN_NUMBERS if added == CALIBRATED else named if added else "nominal model"
+        style = (layout.BAD if gets_worse(steps, deciding) else layout.GOOD) if index == len(steps) - 1 > 0 else ""
+        named = wording.step_words(step) if step.thruster else f"+ {names.get(str(added), words(str(added)))}"
+        label = wording.OWN_NUMBERS if added == wording.CALIBRATED else named if added else "nominal model"
         table.add_row(
             Text(label, overflow="fold"), *_errors(step.acceleration_rmse, step.rollout(horizon)), style=style
         )
     for model in alone:
-        table.add_row(_ALONE, *_errors(model.acceleration.rmse, model.rollout[horizon]), style=ASIDE)
+        table.add_row(_ALONE, *_errors(model.acceleration.rmse, model.rollout[horizon]), style=layout.ASIDE)
     return table
 
 
@@ -150,7 +114,7 @@ def remaining_error(steps: Sequence[Step], deciding: str = "") -> str:
     worse = [axis for axis, ratio in ratios.items() if ratio > _WORSE]
     larger = f" Larger than before: {listing(worse)}." if worse else ""
     text = f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{larger}"
-    return " ".join([text, *risen(steps, horizon)])
+    return " ".join([text, *wording.risen(steps, horizon)])
 
 
 def candidates_table(
@@ -165,22 +129,26 @@ def candidates_table(
     """
     rest = len(candidates) - most
     more = f"; and {rest} more in findings.json" if rest > 0 else ""
-    caption = SURE_IN_SHORT if short else _caption(candidates)
-    return _effects("Effects, surest first", in_order(candidates)[:most], nominal, f"{caption}{more}")
+    caption = sureness.SURE_IN_SHORT if short else _caption(candidates)
+    return _effects("Effects, surest first", sureness.in_order(candidates)[:most], nominal, f"{caption}{more}")
 
 
 def added_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> RenderableType:
     """The effects that a person added by name, with their fitted values; see `candidates_table`."""
-    return _effects("Effects added, fitted together", in_order(candidates), nominal, _caption(candidates))
+    return _effects("Effects added, fitted together", sureness.in_order(candidates), nominal, _caption(candidates))
 
 
 def unnamed_table(terms: Sequence[FittedTerm]) -> Table:
     """Terms that no effect of the catalogue stands for: axis, monomial, value, 95 % interval, how often selected."""
-    columns = [*word_columns("axis"), *text_columns("form"), *word_columns("value", "95 % interval")]
-    columns += number_columns("selected in")
-    table = plain_table("Terms without a name", "a term here is a hint, not a cause", columns)
+    columns = [
+        *layout.word_columns("axis"),
+        *layout.text_columns("form"),
+        *layout.word_columns("value", "95 % interval"),
+    ]
+    columns += layout.number_columns("selected in")
+    table = layout.plain_table("Terms without a name", "a term here is a hint, not a cause", columns)
     for term in terms:
-        value = f"{within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip()
+        value = f"{wording.within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip()
         cells = (term.axis, term.form, value, _interval(term.ci95), percent(term.inclusion, blank=""))
         table.add_row(*map(Text, cells))
     return table
@@ -188,23 +156,25 @@ def unnamed_table(terms: Sequence[FittedTerm]) -> Table:
 
 def calibrated_table(rows: Sequence[Calibrated]) -> RenderableType:
     """Parameters before and after calibration with 95 % intervals; the unit is the first to go where it is narrow."""
-    return Fitting([_calibrated_in(rows, units) for units in (True, False)])
+    return layout.Fitting([_calibrated_in(rows, units) for units in (True, False)])
 
 
 def not_calibrated_list(left: Sequence[NotCalibrated], absorbed: Sequence[str] = ()) -> RenderableType | None:
     """Parameters that were to be calibrated and stay as they were, with the reason, and effects that took no part."""
     pairs = [(item.symbol, item.why) for item in left]
-    parts: list[RenderableType] = [section("Left as they were", glossary(pairs))] if pairs else []
+    parts: list[RenderableType] = [layout.section("Left as they were", layout.glossary(pairs))] if pairs else []
     if absorbed:
-        parts.append(Prose(absorbed_sentence(absorbed)))
-    return stacked(parts) if parts else None
+        parts.append(layout.Prose(wording.absorbed_sentence(absorbed)))
+    return layout.stacked(parts) if parts else None
 
 
 def energy_text(passivity: Passivity | None) -> RenderableType | None:
     """How the law of dissipation stands in the corrected model: verdict, price, binding corner, proof."""
     if passivity is None:
         return None
-    return section(f"Energy: {energy_verdict(passivity)}", Prose(" ".join(energy_lines(passivity))))
+    return layout.section(
+        f"Energy: {wording.energy_verdict(passivity)}", layout.Prose(" ".join(wording.energy_lines(passivity)))
+    )
 
 
 def missing_in_words(findings: Findings, nominal: Vehicle) -> RenderableType | None:
@@ -213,22 +183,22 @@ def missing_in_words(findings: Findings, nominal: Vehicle) -> RenderableType | N
     Of a number that the vehicle file has, what is wrong with it stands first.
     """
     pairs = []
-    for item in in_order(findings.added):
-        wrong = [f"{one.told(minus='-')}." for one in file_numbers(item, nominal) if one.filed()]
+    for item in sureness.in_order(findings.added):
+        wrong = [f"{one.told(minus='-')}." for one in sureness.file_numbers(item, nominal) if one.filed()]
         if told := " ".join([*wrong, unit_text(item.sentence)]).strip():
-            pairs.append((effect_words(item), told))
-    return section("What the corrected model adds, in words", glossary(pairs)) if pairs else None
+            pairs.append((wording.effect_words(item), told))
+    return layout.section("What the corrected model adds, in words", layout.glossary(pairs)) if pairs else None
 
 
 def sensors_list(sensors: Sequence[SensorError]) -> RenderableType | None:
     """What the sensors and their record do wrong, in sentences; None where they do nothing."""
     told = [sensor.sentence for sensor in sensors if sensor.verdict != "no evidence"]
-    return section("What the log does wrong", bullets(told)) if told else None
+    return layout.section("What the log does wrong", layout.bullets(told)) if told else None
 
 
 def not_judged(candidates: Sequence[EffectFinding]) -> str:
     """The effects that this log cannot show, as a sentence; empty when there are none."""
-    names = list(dict.fromkeys(effect_words(item) for item in candidates if item.cannot_tell))
+    names = list(dict.fromkeys(wording.effect_words(item) for item in candidates if item.cannot_tell))
     return f"Could not be judged in this log: {listing(names)}." if names else ""
 
 
@@ -238,17 +208,17 @@ def advice_list(advice: Sequence[Advice]) -> RenderableType | None:
     for item in advice:
         reasons.setdefault(item.manoeuvre, []).append(item.why)
     lines = [f"{manoeuvre}: {'; '.join(dict.fromkeys(why))}" for manoeuvre, why in reasons.items()]
-    return section("What to record next", bullets(lines)) if lines else None
+    return layout.section("What to record next", layout.bullets(lines)) if lines else None
 
 
 def _caption(candidates: Sequence[EffectFinding]) -> str:
     """What the columns of a table of effects are."""
-    return f"{sure_caption(candidates)}; {BACK}: {COMES_BACK}"
+    return f"{sureness.sure_caption(candidates)}; {sureness.BACK}: {sureness.COMES_BACK}"
 
 
 def _effects(title: str, candidates: Sequence[EffectFinding], nominal: Vehicle, caption: str) -> RenderableType:
     """Effects with values: each interval beside its value where there is room, or else below it."""
-    return Fitting([_effects_in(candidates, nominal, (title, caption), *gaps) for gaps in _GAPS])
+    return layout.Fitting([_effects_in(candidates, nominal, (title, caption), *gaps) for gaps in _GAPS])
 
 
 def _effects_in(
@@ -261,29 +231,29 @@ def _effects_in(
     told : its title and its caption
     gap, gap_in_heading : what stands between a value and its interval, and between two words of the last heading
     """
-    worth = number_columns(f"comes{gap_in_heading}back\nwithout{gap_in_heading}it")
-    columns = [Column("effect", min_width=14), *word_columns("verdict"), *number_columns("sure")]
-    table = plain_table(*told, [*columns, *text_columns("value (95 %)"), *worth])
+    worth = layout.number_columns(f"comes{gap_in_heading}back\nwithout{gap_in_heading}it")
+    columns = [Column("effect", min_width=14), *layout.word_columns("verdict"), *layout.number_columns("sure")]
+    table = layout.plain_table(*told, [*columns, *layout.text_columns("value (95 %)"), *worth])
     for item in candidates:
-        verdict, others = verdict_word(item), twins(item)
-        numbers = file_numbers(item, nominal) if verdict != "no evidence" else ()
-        effect = effect_words(item) + (f"\n(or {', '.join(others)})" if others else "")
+        verdict, others = sureness.verdict_word(item), wording.twins(item)
+        numbers = sureness.file_numbers(item, nominal) if verdict != "no evidence" else ()
+        effect = wording.effect_words(item) + (f"\n(or {', '.join(others)})" if others else "")
         table.add_row(
             Text(effect),
             Text(verdict, style=VERDICT_STYLES.get(verdict, "")),
-            odds(item),
+            sureness.odds(item),
             Text("\n".join(_value(one, gap) for one in numbers)),
-            comes_back(item),
+            sureness.comes_back(item),
         )
     return table
 
 
 def _calibrated_in(rows: Sequence[Calibrated], units: bool) -> Table:
     held = any(row.held_by_law for row in rows)
-    columns = [*word_columns("parameter"), *number_columns("before", "after")]
-    columns += word_columns("95 % interval", *["unit"] * units)
+    columns = [*layout.word_columns("parameter"), *layout.number_columns("before", "after")]
+    columns += layout.word_columns("95 % interval", *["unit"] * units)
     caption = "* held by the law of dissipation; the interval is the log's own" * held
-    table = plain_table("Calibrated parameters", caption, columns)
+    table = layout.plain_table("Calibrated parameters", caption, columns)
     for row in rows:
         mark, limit = "*" if row.held_by_law else "", "at its limit" if row.at_limit else ""
         cells = [row.symbol, number(row.before, 4), _after(row) + mark, limit or _interval(row.ci95)]
@@ -294,26 +264,26 @@ def _calibrated_in(rows: Sequence[Calibrated], units: bool) -> Table:
 def _after(row: Calibrated) -> str:
     """A calibrated value, to the decimals of its interval unless a limit or a law holds it."""
     known = None if row.at_limit or row.held_by_law else row.ci95
-    return within(row.after, known, minus="-") if known else number(row.after, 4)
+    return wording.within(row.after, known, minus="-") if known else number(row.after, 4)
 
 
 def _names(candidates: Sequence[EffectFinding]) -> dict[str, str]:
     """Effects in words, with the thruster where only one is meant."""
     found: dict[str, list[str]] = {}
     for item in candidates:
-        found.setdefault(item.effect, []).append(effect_words(item))
+        found.setdefault(item.effect, []).append(wording.effect_words(item))
     return {effect: names[0] if len(names) == 1 else words(effect) for effect, names in found.items()}
 
 
 def _horizon(steps: Sequence[Step], deciding: str) -> str:
-    return pick_horizon([key for step in steps for key in step.rollout_rmse], deciding or LEAD)
+    return wording.pick_horizon([key for step in steps for key in step.rollout_rmse], deciding or wording.LEAD)
 
 
 def _interval(ends: Interval | tuple[float, float] | None) -> str:
-    return interval(ends, minus="-", blank="")
+    return wording.interval(ends, minus="-", blank="")
 
 
-def _value(one: FileNumber, gap: str) -> str:
+def _value(one: sureness.FileNumber, gap: str) -> str:
     """A number with its interval, and below it what the vehicle file says."""
     ends = _interval(one.ci95)
     filed = f"\nthe file says {one.filed(minus='-')}" if one.filed() else ""

@@ -14,8 +14,8 @@ from verbs import done
 
 import undertow
 from undertow.app import worker
-from undertow.app.file_names import FileNames
 from undertow.app.shown import OnLog
+from undertow.app.steps import FileNames
 from undertow.app.views import words as says
 from undertow.app.worker_service import WorkerService
 from undertow.workflows.log_view import UNSEEN

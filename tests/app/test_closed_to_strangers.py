@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from undertow.app.closed_to_strangers import COOKIE, ClosedToStrangers
+from undertow.app.server import COOKIE, ClosedToStrangers
 
 HOST = "127.0.0.1:8423"
 

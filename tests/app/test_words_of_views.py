@@ -9,15 +9,14 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the workbench needs nicegui: pip install '.[app]'")
 
-from undertow.app.file_names import FileNames
 from undertow.app.shown import OnLog, Shown
-from undertow.app.steps import History, Step
-from undertow.app.vehicle_numbers import assumed_of, form_of
+from undertow.app.steps import FileNames, History, Step
 from undertow.app.views.hero import worst
 from undertow.app.views.words import headline, how_well, in_a_line, leans_on, search_sentence, stair_name
 from undertow.app.worker_client import Observers, Work, WorkerClient
 from undertow.physics.vehicle import load_vehicle, shipped_vehicles
 from undertow.workflows.first_vehicle import with_corrections
+from undertow.workflows.log_view import assumed_of, form_of
 from undertow.workflows.workbench_facts import Assumed, Check, Fit, ModelChoice, Opened, Searched, Source, Value
 
 DRAG, LIFT = "surge_quadratic_damping", "sway_lift"

@@ -19,7 +19,7 @@ from places import ROOT, crowding
 from verbs import done
 
 from undertow.physics.errors import RequestError
-from undertow.reports.page.pdf import find_browser
+from undertow.workflows.report import find_browser
 
 pytest.importorskip("nicegui", reason="the workbench needs nicegui: pip install '.[app]'")
 driver = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser: pip install '.[dev]'")

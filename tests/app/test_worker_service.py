@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from verbs import done
 
-from undertow.app.file_names import FileNames
+from undertow.app.steps import FileNames
 from undertow.app.views.side_by_side import _beside
 from undertow.app.worker_service import WorkerService
 from undertow.physics.errors import RequestError

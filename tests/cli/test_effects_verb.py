@@ -4,7 +4,7 @@ import numpy as np
 from verbs import call, done, strict
 
 from undertow.physics.effects import EFFECTS
-from undertow.reports.terminal.effects_screen import blocks
+from undertow.reports.terminal.laws_and_effects_screen import blocks
 
 
 def test_the_list_has_every_effect_with_its_symbols() -> None:

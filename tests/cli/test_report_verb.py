@@ -19,7 +19,7 @@ from undertow.physics.errors import RequestError
 from undertow.physics.files import remark
 from undertow.reports.page.fleet import Relation, SharedNumber, shared_numbers
 from undertow.reports.page.page import fleet_page
-from undertow.reports.page.pdf import find_browser, print_pdf
+from undertow.workflows.report import find_browser, print_pdf
 from undertow.workflows.run_folder.moved_files import command, versions
 from undertow.workflows.run_folder.read import read_run
 
@@ -256,8 +256,8 @@ def test_without_a_browser_the_hint_says_how_to_get_one(fleet, monkeypatch):
     refused("report", "one", "--pdf", match="CHROME=no-such-browser: expected a browser.*install Chromium")
     monkeypatch.delenv("CHROME")
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr("undertow.reports.page.pdf.PLACES", ())
-    monkeypatch.setattr("undertow.reports.page.pdf._of_playwright", lambda: None)
+    monkeypatch.setattr("undertow.workflows.report.PLACES", ())
+    monkeypatch.setattr("undertow.workflows.report._of_playwright", lambda: None)
     refused("report", "one", "--pdf", match="needs a browser and found none; install Chromium.*CHROME")
 
 
@@ -279,7 +279,7 @@ def test_a_browser_is_asked_for_every_page(fleet, monkeypatch):
     [("echo no display >&2; exit 3", r"wrote no PDF of .* \(exit code 3: no display\)"), ("sleep 5", "within 1 s")],
 )
 def test_a_browser_that_fails_is_told(tmp_path, monkeypatch, script, match):
-    monkeypatch.setattr("undertow.reports.page.pdf.SECONDS", 0.5 if "sleep" in script else 9.0)
+    monkeypatch.setattr("undertow.workflows.report.SECONDS", 0.5 if "sleep" in script else 9.0)
     (tmp_path / "old.pdf").write_bytes(b"%PDF old")
     with pytest.raises(RequestError, match=match.replace("within 1 s", "within 0 s")):
         print_pdf(tmp_path / "page.html", tmp_path / "old.pdf", fake_browser(tmp_path, script))

@@ -300,7 +300,7 @@ def test_epochs_beyond_the_last_are_those_at_states_against_the_laws() -> None:
 
 
 def test_what_the_laws_took_and_cost_is_told(place: Path) -> None:
-    from undertow.reports.training_words import what_laws_took
+    from undertow.reports.model_words import what_laws_took
     from undertow.residuals.training.trained import Trained
 
     model = load_network(place / "M")

@@ -14,7 +14,7 @@ from undertow.measurements.preparation.split import Fold
 from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.reports.band_words import held_words
+from undertow.reports.model_words import held_words
 from undertow.residuals.models.band_record import QUANTITIES, PredictionBand
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.series import LEAST_LEVEL, ROOM, half_widths, held_predictions, prediction_band, restarted

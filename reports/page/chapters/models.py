@@ -7,22 +7,10 @@ from ....comparison.facts import Amount, AuditRecord, ComparedModel, Comparison,
 from ....physics.motion import AXES
 from ....physics.presentation import listing, unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
-from ...run_contents import RunFolder
-from ...wording import (
-    INTERVAL_HOLDS,
-    OWN_NUMBERS,
-    STATE_UNITS,
-    goodness,
-    held_shares,
-    interval,
-    judged_rows,
-    range_words,
-    typeset,
-    within,
-)
+from ... import wording
+from ...run_contents import MARKS, RunFolder, difference, hero_horizon, laws_of, mark, reference_of, rivals
 from ..figures.model_figures import trust
 from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
-from ..rivals import MARKS, difference, hero_horizon, laws_of, mark, reference_of, rivals
 from .base import Chapter, Section
 
 KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than the reference (the 95 % interval of the
@@ -30,7 +18,7 @@ KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than
  these rows, which is not to say equal, {MARKS["too short to tell"]} too short to tell.""".replace("\n", "")
 MEANING = {
     "calibrated": "the nominal model with its own numbers fitted as 'undertow fit' does, with no effect beside them; "
-    f"the step '{OWN_NUMBERS}' has the numbers of the corrected model",
+    f"the step '{wording.OWN_NUMBERS}' has the numbers of the corrected model",
     "zero acceleration": "body velocities stay as they are",
     "hold velocity": "velocity over ground and turn rate stay as they are",
 }
@@ -67,7 +55,7 @@ def models(comparison: Comparison, audit: AuditRecord | None = None, *, short_of
 def _tables(comparison: Comparison) -> list[Html]:
     models = comparison.models
     base = _table_reference(comparison)
-    notes = [f"Errors on {judged_rows(comparison.split)}, root mean square unless said otherwise."]
+    notes = [f"Errors on {wording.judged_rows(comparison.split)}, root mean square unless said otherwise."]
     if comparison.differences:
         notes.append(f"{KEY} The reference is the {base} model.")
     notes += [f"{name}: {text}." for name, text in MEANING.items() if any(m.name == name for m in models)]
@@ -114,7 +102,7 @@ def _rollouts(comparison: Comparison, base: str) -> Html:
 def _rolled(comparison: Comparison, model: ComparedModel, base: str, seconds: str, axis: str) -> str:
     """An error of predictions over a horizon, with its mark."""
     errors = model.rollout.get(seconds) or RolloutRecord()
-    value = typeset(errors.of(axis), blank="diverged" if errors.diverged else "n/a")
+    value = wording.typeset(errors.of(axis), blank="diverged" if errors.diverged else "n/a")
     return _marked(value, difference(comparison.differences, model.name, base, "rollout", axis, seconds))
 
 
@@ -128,8 +116,8 @@ def _accelerations(comparison: Comparison, base: str) -> Html:
     for model in models:
         score = model.acceleration
         told = [difference(comparison.differences, model.name, base, "acceleration", axis) for axis in AXES]
-        rmse = [_marked(typeset(score.rmse.of(axis)), item) for axis, item in zip(AXES, told, strict=True)]
-        row = [model.name, *rmse, *(goodness(score.r2.of(axis)) for axis in AXES)]
+        rmse = [_marked(wording.typeset(score.rmse.of(axis)), item) for axis, item in zip(AXES, told, strict=True)]
+        row = [model.name, *rmse, *(wording.goodness(score.r2.of(axis)) for axis in AXES)]
         rows.append(row + [_domain(model, axis) for axis in AXES] * domain)
     return render(table(head, rows), *paragraphs([_domain_note(models)]))
 
@@ -138,7 +126,7 @@ def _domain(model: ComparedModel, axis: str) -> str:
     """The error outside of what the training part spans, beside that inside."""
     known = model.domain or Domain()
     errors = (math.nan if side.rmse is None else side.rmse.of(axis) for side in (known.outside, known.inside))
-    return " / ".join(typeset(error, blank="none") for error in errors)
+    return " / ".join(wording.typeset(error, blank="none") for error in errors)
 
 
 def _domain_note(models: Sequence[ComparedModel]) -> str:
@@ -170,21 +158,21 @@ def _costs(models: Sequence[ComparedModel]) -> Html:
         (
             model.name,
             model.kind,
-            typeset(model.parameters),
-            *(held_shares(getattr(told[k], side, None)) for side in sides),
-            *(typeset(taken[k], blank="not recorded") for taken in times.values()),
+            wording.typeset(model.parameters),
+            *(wording.held_shares(getattr(told[k], side, None)) for side in sides),
+            *(wording.typeset(taken[k], blank="not recorded") for taken in times.values()),
             model.audit,
         )
         for k, model in enumerate(models)
     ]
-    intervals = [f"interval holds, {'within' if side == 'inside' else 'beyond'}" for side in sides]
+    intervals = [f"interval holds, {'wording.within' if side == 'inside' else 'beyond'}" for side in sides]
     found = table(("model", "kind", "fitted values", *intervals, *times, "laws"), rows, "ll")
-    note = f"{INTERVAL_HOLDS[0].upper()}{INTERVAL_HOLDS[1:]}."
+    note = f"{wording.INTERVAL_HOLDS[0].upper()}{wording.INTERVAL_HOLDS[1:]}."
     return render(found, *paragraphs([note] * bool(sides)))
 
 
 def _mean_errors(models: Sequence[ComparedModel]) -> Html:
-    rows = [(model.name, *(typeset(model.acceleration.mae.of(axis)) for axis in AXES)) for model in models]
+    rows = [(model.name, *(wording.typeset(model.acceleration.mae.of(axis)) for axis in AXES)) for model in models]
     return table(("model", *(f"{axis} [{unit_text(ACCELERATION_UNITS[axis])}]" for axis in AXES)), rows)
 
 
@@ -197,10 +185,10 @@ def _differences(differences: Sequence[PairedRecord]) -> list[Html]:
                 item.model,
                 item.against,
                 f"{item.quantity}, {item.axis}{seconds}",
-                f"{within(item.difference, item.ci95)} {unit_text(item.unit)}",
-                interval(item.ci95),
+                f"{wording.within(item.difference, item.ci95)} {unit_text(item.unit)}",
+                wording.interval(item.ci95),
                 item.verdict,
-                typeset(item.blocks, blank=""),
+                wording.typeset(item.blocks, blank=""),
             )
         )
     head = ("model", "against", "error", "difference", "95 % interval", "verdict", "blocks")
@@ -231,7 +219,7 @@ def laws(run: RunFolder) -> Section | None:
     judged = {name: told for name, told in judged.items() if told}
     if not judged:
         return None
-    units = {**STATE_UNITS, **({} if audit is None else audit.units)}
+    units = {**wording.STATE_UNITS, **({} if audit is None else audit.units)}
     broken = [
         (name, law.law, _amount(law.worst), _words(law, units))
         for name, told in judged.items()
@@ -292,20 +280,20 @@ def _amount(found: Amount | None) -> str:
     """A number with its unit; nothing where there is none."""
     if found is None or found.value is None:
         return ""
-    return f"{typeset(found.value, 2)} {unit_text(found.unit)}".rstrip()
+    return f"{wording.typeset(found.value, 2)} {unit_text(found.unit)}".rstrip()
 
 
 def _words(law: RulingRecord, units: Mapping[str, str]) -> Html:
     """The sentence, and under it the state of the worst value."""
     state = [
-        f"{name} {typeset(amount, 2)} {unit_text(units.get(name, ''))}".strip()
+        f"{name} {wording.typeset(amount, 2)} {unit_text(units.get(name, ''))}".strip()
         for name, amount in ({} if law.worst is None else law.worst.at).items()
     ]
     return render(law.sentence, *[element("small", f"at {', '.join(state)}")] * bool(state))
 
 
 def _asked(audit: AuditRecord) -> str:
-    return f"Asked for {range_words(audit.envelope, audit.units)}: {audit.envelope_from}."
+    return f"Asked for {wording.range_words(audit.envelope, audit.units)}: {audit.envelope_from}."
 
 
 MODELS = Chapter(50, lambda run: Section(TITLE, models(run.comparison, run.audit)))

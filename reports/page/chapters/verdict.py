@@ -1,28 +1,21 @@
-"""The first sections of the report page: the verdict, and the error falling step by step."""
+"""The first chapters of the report page: the verdict, the error falling step by step, what is missing and to record."""
 
 from collections.abc import Sequence
 
+from ....discovery.effect_findings import EffectFinding, FittedTerm
+from ....discovery.findings import Advice
+from ....discovery.identifiability.rehearsal import Identifiability
 from ....physics.motion import AXES
-from ....physics.presentation import percent, unit_text
+from ....physics.presentation import listing, percent, share_removed, unit_text, words
+from ....physics.vehicle import Vehicle
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
+from ... import sureness
 from ...run_contents import RunFolder
-from ...wording import cut, risen, step_words, typeset
+from ...wording import cut, effect_words, interval, risen, step_words, twins, typeset, within
+from .. import outcome
+from ..figures.effect_figures import coefficients, convincing, excitation, force_drawings, ranked_effects
 from ..figures.model_figures import step_bars
-from ..markup import Html, element, lines, paragraphs, render
-from ..outcome import (
-    Line,
-    also_likely,
-    also_worse,
-    answer,
-    cannot,
-    gets_worse,
-    hero,
-    outcome,
-    quiet_axes,
-    recommendation,
-    repeated,
-)
-from ..outcome import headline as verdict_in_words
+from ..markup import Html, details, element, figure, folded, lines, paragraphs, render, table
 from .base import Chapter, Section
 
 ARROW = "\N{RIGHTWARDS ARROW}"
@@ -39,15 +32,15 @@ LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
 def headline(run: RunFolder, *, title: str = "h1") -> Html:
     """The verdict, below it why and what became of the error, in words and as big figures; then how sure that is."""
     findings, steps = run.findings, run.findings.steps
-    led = hero(steps, run.comparison.best.horizon)
-    answered = answer(findings, run.comparison, run.nominal)
-    worse = gets_worse(steps, run.comparison.best.horizon)
-    did = outcome(findings, run.comparison) if worse or not answered else ""
-    grown, probably = also_worse(findings, run.comparison), also_likely(findings)
+    led = outcome.hero(steps, run.comparison.best.horizon)
+    answered = outcome.answer(findings, run.comparison, run.nominal)
+    worse = outcome.gets_worse(steps, run.comparison.best.horizon)
+    did = outcome.outcome(findings, run.comparison) if worse or not answered else ""
+    grown, probably = outcome.also_worse(findings, run.comparison), outcome.also_likely(findings)
     became = " ".join(filter(None, (did, grown, probably) if worse else (probably, did, grown)))
-    weak = cannot(run.comparison, quiet_axes(findings))
-    sentences = list(filter(None, [repeated(findings)]))
-    best = recommendation(findings, run.comparison)
+    weak = outcome.cannot(run.comparison, outcome.quiet_axes(findings))
+    sentences = list(filter(None, [outcome.repeated(findings)]))
+    best = outcome.recommendation(findings, run.comparison)
     if best and not answered:
         sentences.append(unit_text(best))
     for place in findings.failures[: 0 if best else 1]:
@@ -71,7 +64,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     )
     return render(
         *paragraphs(map(unit_text, findings.warnings), "card warning"),
-        element(title, verdict_in_words(findings, run.comparison)),
+        element(title, outcome.headline(findings, run.comparison)),
         *paragraphs([weak], "warn"),
         *[element("dl", *(_line(line) for line in answered), cls="answer")] * bool(answered),
         *paragraphs([unit_text(" ".join(findings.reasons)), became], "lead"),
@@ -83,7 +76,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
 def falling_error(run: RunFolder) -> Section:
     """Rollout and acceleration errors after each added effect."""
     steps = run.findings.steps
-    horizon = hero(steps, run.comparison.best.horizon).horizon
+    horizon = outcome.hero(steps, run.comparison.best.horizon).horizon
     names = ["nominal model", *(cut(step_words(step), LONGEST_NAME) for step in steps[1:])]
 
     def rollout(axis: str) -> list[float]:
@@ -123,7 +116,7 @@ def legend(roles: Sequence[str] = ("measured", "before", "after"), after: str = 
     return element("div", *(element("span", element("i"), text, cls=role) for role, text in texts), cls="key")
 
 
-def _line(line: Line) -> Html:
+def _line(line: outcome.Line) -> Html:
     return render(element("dt", line.label), element("dd", unit_text(f"{line.text[:1].upper()}{line.text[1:]}")))
 
 
@@ -133,3 +126,260 @@ def _big(value: float, unit: str, cls: str, label: str) -> Html:
 
 HEADLINE = Chapter(10, lambda run: Section("", headline(run)))
 FALLING_ERROR = Chapter(20, falling_error)
+
+
+_COLOURS = (
+    ("missing", "strong blue ones are missing"),
+    ("likely", "faint blue ones are likely"),
+    ("possible", "those with a rim alone are possible and stand in the corrected model"),
+)
+"""What the colours of the ranking mean."""
+_BEGINS = {"missing": "The model is missing this", "likely": "Probably missing", "possible": "Possible"}
+"""How the line begins that says how sure a card is."""
+
+_ALIGNED = "llrllrrl"
+"""Columns of the table of effects, to the left or to the right."""
+
+
+def missing_effects(run: RunFolder) -> Section:
+    """The effects to add as sentences with equations, the ranking of all candidates, and terms without a name."""
+    findings = run.findings
+    candidates, unnamed = sureness.in_order(findings.candidates), findings.unnamed
+    chosen = sureness.in_order(findings.added)
+    horizon = outcome.hero(findings.steps, run.comparison.best.horizon).horizon
+    cards = [_effect(item, run.nominal, risen(findings.steps, horizon, item)) for item in chosen]
+    parts = [element("div", *cards, cls="columns")] * bool(chosen)
+    drawings = []
+    if candidates:
+        colours = [text for verdict, text in _COLOURS if any(item.verdict == verdict for item in chosen)]
+        key = f" Of the bars, {listing(colours)}." if colours else ""
+        sure = sureness.sure_caption(candidates).capitalize()
+        caption = f"{sureness.BACK.capitalize()}: {sureness.COMES_BACK}. {sure}.{key}"
+        drawings.append(figure([ranked_effects(candidates)], caption))
+    rows = sureness.coefficient_rows(candidates, [item.effect for item in chosen], run.nominal, run.corrected)
+    if rows:
+        caption = (
+            "From the nominal value (ring) to the corrected one (dot) with its 95 % interval (band). Each row has its "
+            "own scale; the line is zero."
+        )
+        drawings.append(figure([coefficients(rows)], caption))
+    parts.append(element("div", *drawings, cls="columns"))
+    if candidates:
+        parts.append(folded("Every effect that was tried, surest first", *_tried(candidates, run.nominal)))
+    if unnamed:
+        parts.append(element("div", *unnamed_terms(unnamed), cls="card"))
+    return Section(outcome.section_title(findings, run.comparison), render(*parts))
+
+
+def _effect(item: EffectFinding, nominal: Vehicle, worse: Sequence[str]) -> Html:
+    numbers, known, others = sureness.file_numbers(item, nominal), sureness.odds(item), twins(item)
+    begins = _BEGINS.get(item.verdict, sureness.verdict_word(item).capitalize())
+    return element(
+        "div",
+        element("h3", effect_words(item).capitalize()),
+        element("p", element("span", f"{begins}: {known}" if known else begins, cls=f"tag {item.verdict}")),
+        *(element("p", element("b", f"{one.told()}.")) for one in numbers if one.filed()),
+        element("p", unit_text(item.sentence)),
+        *[element("div", item.equation, cls="equation")] * bool(item.equation),
+        *(element("div", element("b", one.told())) for one in numbers if not one.filed()),
+        *paragraphs([_worth(item)]),
+        *paragraphs([*worse, f"This log cannot tell it from {listing(others)}." * bool(others)], "warn"),
+        cls=f"card effect {item.verdict}".replace(" evidence", ""),
+    )
+
+
+def _worth(item: EffectFinding) -> str:
+    """What comes back of the unseen error without an effect."""
+    if not (force := sureness.comes_back(item)):
+        return ""
+    rollout = None if item.claim is None else item.claim.worth.rollout
+    ahead = "" if rollout is None else f", and {share_removed(rollout)} of that of predictions"
+    return f"Left out alone, {force} of an axis's squared force error on unseen rows comes back{ahead}."
+
+
+def _tried(candidates: Sequence[EffectFinding], nominal: Vehicle) -> list[Html]:
+    """What has evidence, or cannot be judged; then what has none, folded away."""
+    without = [item for item in candidates if item.verdict == "no evidence"]
+    others = [item for item in candidates if item.verdict != "no evidence"]
+    parts = [effect_table(others, nominal)] * bool(others)
+    if without:
+        parts.append(details(f"{len(without)} effects without evidence", effect_table(without, nominal)))
+    return [*parts, element("p", f"{sureness.sure_caption(candidates).capitalize()}.", cls="facts")]
+
+
+def effect_table(candidates: Sequence[EffectFinding], nominal: Vehicle) -> Html:
+    """Effects with their verdicts, values, 95 % intervals, and what each is worth, a row each."""
+    rows = []
+    for item in candidates:
+        numbers, verdict = sureness.file_numbers(item, nominal), item.verdict
+        rows.append(
+            (
+                effect_words(item),
+                element(
+                    "span",
+                    sureness.verdict_word(item),
+                    cls=f"tag {verdict}" if verdict != "no evidence" else "tag",
+                ),
+                sureness.odds(item),
+                lines(f"{one.symbol} = {one.amount()}" for one in numbers),
+                lines(interval(one.ci95) for one in numbers),
+                lines(one.filed() for one in numbers if any(each.filed() for each in numbers)),
+                sureness.comes_back(item),
+                lines(twins(item)),
+            )
+        )
+    head = (
+        *("effect", "verdict", "sure", "value", "95 % interval", "in the file"),
+        sureness.BACK,
+        "not to be told from",
+    )
+    filled = [k for k in range(len(head)) if any(row[k] for row in rows)]
+    return table(
+        [head[k] for k in filled], [[row[k] for k in filled] for row in rows], "".join(_ALIGNED[k] for k in filled)
+    )
+
+
+def unnamed_terms(terms: Sequence[FittedTerm]) -> list[Html]:
+    """The terms without a name as a table under its title."""
+    body = [
+        (
+            term.axis,
+            term.form,
+            within(term.value, term.ci95),
+            interval(term.ci95),
+            percent(term.inclusion, blank=""),
+        )
+        for term in terms
+    ]
+    note = "What no named effect explains, as the fewest monomials that do. A term here is a hint, not a cause. "
+    note += "The last column says in how many of a hundred draws of parts of the log it is selected."
+    return [
+        element("h3", "Terms without a name"),
+        element("p", note, cls="facts"),
+        table(("axis", "form", "value [SI]", "95 % interval", "selected in"), body, "llrrr"),
+    ]
+
+
+def what_convinces(run: RunFolder) -> Section | None:
+    """The force that the nominal model lacks over what it depends on, and what was added, axis by axis."""
+    found = convincing(run.findings, run.series, run.nominal)
+    if not found:
+        return None
+    caption = (
+        "Grey: the measured force less that of the nominal model, a dot a row; discs: its means. Line: what was added "
+        "to the model, averaged over the same rows. Where the line runs through the discs, the model has what it "
+        "lacked. Each is drawn over the signal over which that is seen best; what depends on several scatters."
+    )
+    title = "The force that is missing" if run.findings.missing else "The force that the nominal model lacks"
+    return Section(title, figure(force_drawings(found), caption, cls="three"))
+
+
+def identified(run: RunFolder) -> Section | None:
+    """Effects that look alike in this log, those that leave no trace, and how far each is excited."""
+    told = run.findings.identifiability
+    if told is None:
+        return None
+    decided = [
+        item.effect for item in run.findings.candidates if item.verdict == "missing" and not item.indistinguishable_from
+    ]
+    facts = element("div", *_facts(told, decided), cls="card")
+    drawing = [
+        figure(
+            [excitation(told.excitation)],
+            "Force that a plausible amount of each effect would make in this log, as a share of the force at work "
+            "on its axis. An effect with a short bar can hide in this log, however large it may be elsewhere.",
+            cls="one",
+        )
+    ] * bool(told.excitation)
+    return Section("What this log can tell", element("div", facts, *drawing, cls="columns"))
+
+
+def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
+    """Sentences on what cannot be told apart or seen; one that says all is well where none is needed.
+
+    Parameters
+    ----------
+    decided : effects that are missing for sure, with none that does as well in their place
+    """
+    texts = []
+    for group in told.groups:
+        chosen = [name for name in group if name.split("[")[0] in decided]
+        alike = f"{_names(group).capitalize()} move alike in this log"
+        if chosen and len(chosen) < len(group):
+            verb = "fits" if len(chosen) == 1 else "fit"
+            texts.append(
+                f"{alike}, but not so much that they could not be told apart: {_names(chosen)} {verb} held-out data "
+                "clearly better than any of the others alone. A mixture may fit as well, so a part of the value may "
+                "be theirs."
+            )
+        else:
+            texts.append(f"{alike}; a mixture of them may fit as well as one.")
+    if told.noise_limited:
+        texts.append(f"Hardly more than sensor noise: {_names(told.noise_limited)}.")
+    if told.dormant:
+        texts.append(f"Never excited, so neither found nor excluded: {_names(told.dormant)}.")
+    if told.absorbed:
+        texts.append(f"No trace beside what the calibration explains: {_names(told.absorbed)}.")
+    if told.quiet_axes:
+        axes = listing(told.quiet_axes)
+        texts.append(f"Hardly moves beyond sensor noise: {axes}. Little can be said of its effects.")
+    if not texts:
+        texts.append("Every effect of the catalogue that the log's channels allow is excited and can be told apart.")
+    parts = [element("h3", "Alike, hidden, or never excited"), element("ul", *(element("li", text) for text in texts))]
+    if told.condition is None:
+        return parts
+    condition = (
+        f"Condition number of all effects together: {typeset(told.condition, 2)} (1 is ideal; in the thousands, some "
+        "mixtures of effects cannot be told apart)."
+    )
+    return [*parts, *paragraphs([condition])]
+
+
+def _names(names: Sequence[str]) -> str:
+    return listing([words(name) for name in names])
+
+
+def advised(items: Sequence[Advice]) -> Html:
+    """Manoeuvres and what each would tell, as a list."""
+    return element("ul", *(element("li", element("b", item.manoeuvre), f": {item.why}") for item in items))
+
+
+def record_next(run: RunFolder) -> Section | None:
+    """The manoeuvres that would settle what the log leaves open."""
+    advice = run.findings.advice
+    return Section("What to record next", element("div", advised(advice), cls="card")) if advice else None
+
+
+_MOST_EFFECTS = 8
+"""Effects in the table: with the picture and the errors below it, so many leave the summary on two pages."""
+_MOST_ADVICE = 3
+"""Manoeuvres below the errors, surest use first: an hour on the water has no more."""
+
+
+def in_numbers(run: RunFolder) -> Section | None:
+    """The effects of the corrected model, each with its value, its 95 % interval and how sure it is."""
+    chosen, unnamed = sureness.in_order(run.findings.added), run.findings.unnamed
+    parts: list[Html] = [effect_table(chosen[:_MOST_EFFECTS], run.nominal)] * bool(chosen)
+    if len(chosen) > _MOST_EFFECTS:
+        parts.append(element("p", f"{len(chosen) - _MOST_EFFECTS} more stand in the appendix.", cls="facts"))
+    parts += unnamed_terms(unnamed[:_MOST_EFFECTS]) if unnamed else []
+    return _on_paper(outcome.section_title(run.findings, run.comparison), parts)
+
+
+def next_on_paper(run: RunFolder) -> Section | None:
+    """The manoeuvres that would settle what the log leaves open."""
+    advice = run.findings.advice[:_MOST_ADVICE]
+    return _on_paper("What to record next", [advised(advice)] * bool(advice))
+
+
+def _on_paper(title: str, parts: list[Html]) -> Section | None:
+    return Section("", render(element("h2", title), *parts), "paper") if parts else None
+
+
+IN_NUMBERS = Chapter(12, in_numbers)
+WHAT_CONVINCES = Chapter(15, what_convinces)
+RECORD_NEXT = Chapter(24, next_on_paper)
+APPENDIX = Chapter(26, lambda run: Section("", element("h1", "Appendix"), "paper appendix"))
+MISSING_EFFECTS = Chapter(30, missing_effects)
+ADVISED = Chapter(35, record_next, folded=True)
+IDENTIFIED = Chapter(130, identified, folded=True)

@@ -14,7 +14,7 @@ from ....physics.motion import AXES
 from ....physics.presentation import NARROW, percent, share_removed, unit_text, words
 from ....residuals.scores import ACCELERATION_UNITS
 from ....residuals.series import SeriesTable
-from ...band_words import band_words, held_words
+from ...model_words import band_words, held_words
 from ...run_contents import RunFolder
 from ...wording import goodness, models_sentence, ordinal, typeset
 from ..figures.error_figures import (

@@ -10,17 +10,7 @@ from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num, nu
 from matplotlib.ticker import MaxNLocator
 
 from ....physics.presentation import MINUS, number, unit_text
-from ...hull_diary import (
-    BoatParameter,
-    BoatRecord,
-    ChangeRecord,
-    DiaryFacts,
-    FleetParameter,
-    causes_words,
-    plain,
-    signed,
-    telling,
-)
+from ... import hull_diary
 from ...wording import cut, interval
 from ..fleet import Relation, SharedNumber
 from ..markup import Html, element
@@ -36,7 +26,7 @@ WIDE, TALL, _LEFT = 330, 168, 46
 """Size of the drawing of a parameter, and the left edge of its axis [px]."""
 
 
-def strip(diary: DiaryFacts, boats: Sequence[BoatRecord]) -> Html:
+def strip(diary: hull_diary.DiaryFacts, boats: Sequence[hull_diary.BoatRecord]) -> Html:
     """A line a boat: a tick for each day that it logged, a bar since a change, its cause, and the day of the alarm."""
     height = LINE * len(boats) + FOOT
     with canvas(WIDTH, height) as figure:
@@ -61,7 +51,7 @@ def strip(diary: DiaryFacts, boats: Sequence[BoatRecord]) -> Html:
         return drawn(figure, f"the days of {len(diary.boats)} boats and what changed")
 
 
-def _bar(axes: Axes, row: int, change: ChangeRecord, end: float) -> None:
+def _bar(axes: Axes, row: int, change: hull_diary.ChangeRecord, end: float) -> None:
     first = _at(change.first)
     axes.plot([_at(change.earliest), _at(change.latest)], [row, row], color=ROLES["before"], lw=2.5, alpha=0.55)
     axes.fill_between([first, max(end, first + 0.5)], row - 0.3, row + 0.3, color=ROLES["before"], alpha=0.25, lw=0)
@@ -69,13 +59,13 @@ def _bar(axes: Axes, row: int, change: ChangeRecord, end: float) -> None:
     axes.plot(_at(change.alarm), row, "o", color=ROLES["before"], ms=5.5)
 
 
-def _names(axes: Axes, row: int, changes: Sequence[ChangeRecord], ends: tuple[float, float]) -> None:
+def _names(axes: Axes, row: int, changes: Sequence[hull_diary.ChangeRecord], ends: tuple[float, float]) -> None:
     """The names and sizes of changes, on whichever side of their marks there is room; the latest first."""
     beside: Look = {**BESIDE, "size": 10.5}
     box = {"boxstyle": "square,pad=0.15", "facecolor": ROLES["surface"], "edgecolor": "none", "alpha": 0.85}
     taken: list[tuple[float, float]] = []
     for change in reversed(changes):
-        text = f"{causes_words(change)} {signed(telling(change).share.value)}"
+        text = f"{hull_diary.causes_words(change)} {hull_diary.signed(hull_diary.telling(change).share.value)}"
         wide = _LETTER * (len(text) + 2) * (ends[1] - ends[0]) / (WIDTH - LEFT - RIGHT)
         right, left = max(_at(change.alarm), _at(change.latest)), _at(change.earliest)
         places = {"left": (right, right + wide), "right": (left - wide, left)}
@@ -92,7 +82,7 @@ def _names(axes: Axes, row: int, changes: Sequence[ChangeRecord], ends: tuple[fl
         taken.append(places[side])
 
 
-def course(boat: BoatRecord, one: BoatParameter, fleet: FleetParameter) -> Html:
+def course(boat: hull_diary.BoatRecord, one: hull_diary.BoatParameter, fleet: hull_diary.FleetParameter) -> Html:
     """A parameter over the days of a boat: its days with their intervals, the boats' band, and where it changed.
 
     Written by hand: a fleet has hundreds of these, and each is a few marks of one kind.
@@ -128,9 +118,13 @@ def course(boat: BoatRecord, one: BoatParameter, fleet: FleetParameter) -> Html:
         date_text = num2date(place).strftime("%d %b %Y").lstrip("0")
         parts.append(_text(along(place) if anchor == "start" else WIDE - 8.0, TALL - 8.0, date_text, anchor))
     unit = unit_text(fleet.unit)
-    title = f"{plain(one.name)}{f' [{unit}]' if unit else ''}{': differs' if one.differs else ''}"
+    title = f"{hull_diary.plain(one.name)}{f' [{unit}]' if unit else ''}{': differs' if one.differs else ''}"
     parts.append(_text(0.0, 14.0, title, "start", "ink", "600"))
-    label = {"viewBox": f"0 0 {WIDE} {TALL}", "role": "img", "aria-label": f"{plain(one.name)} of {boat.boat} by day"}
+    label = {
+        "viewBox": f"0 0 {WIDE} {TALL}",
+        "role": "img",
+        "aria-label": f"{hull_diary.plain(one.name)} of {boat.boat} by day",
+    }
     return element("svg", *parts, attributes=label)
 
 

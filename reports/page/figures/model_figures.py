@@ -17,10 +17,10 @@ from ....comparison.facts import ComparedModel
 from ....physics.presentation import MINUS, finite, number, unit_text
 from ....steering.closed_loop import PERFECT, ControlRecord, Passage
 from ....steering.tracks import TRACKS
+from ...run_contents import Rival
 from ...wording import cut
 from ..judged_pieces import rollouts
 from ..markup import Html
-from ..rivals import Rival
 from .svg import BESIDE, ROLES, Look, canvas, drawn, panel
 
 ROW = 40

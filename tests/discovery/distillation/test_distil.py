@@ -23,7 +23,7 @@ from undertow.physics.sampled_series import first_order_lag
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world
-from undertow.reports.terminal.effects_screen import distilled_table
+from undertow.reports.terminal.laws_and_effects_screen import distilled_table
 from undertow.residuals.models.base import Model, VehicleModel
 
 HULL = load_vehicle("blueboat")

@@ -15,7 +15,7 @@ from undertow.discovery.search.estimation import Interval
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.reports.page.chapters.missing import _facts
+from undertow.reports.page.chapters.verdict import _facts
 
 HULL = load_vehicle("blueboat")
 SCALES = ("thrust_scale", "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")

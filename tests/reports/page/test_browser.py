@@ -12,8 +12,7 @@ from keyboard import nameless, tab_through
 from sample_run import compare_many, write_sample
 
 from undertow.physics.errors import RequestError
-from undertow.reports.page.pdf import find_browser, print_pdf
-from undertow.workflows.report import report
+from undertow.workflows.report import find_browser, print_pdf, report
 from undertow.workflows.run_folder.write import write_page
 
 LOOKS = [(scheme, width) for scheme in ("light", "dark") for width in (1280, 390)]

@@ -29,7 +29,7 @@ from undertow.reports.page.outcome import (
     settled,
 )
 from undertow.reports.page.page import page
-from undertow.reports.page.rivals import Rival
+from undertow.reports.run_contents import Rival
 from undertow.reports.sureness import SURE, source_marks
 from undertow.reports.terminal.findings_screen import remaining_error
 from undertow.workflows.run_folder.read import read_run

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from sample_run import LAWS, RIVALS, compare_many, edit, write_sample
 
-from undertow.reports.page.rivals import rivals
+from undertow.reports.run_contents import rivals
 from undertow.workflows.run_folder.read import read_run
 from undertow.workflows.run_folder.write import write_page
 

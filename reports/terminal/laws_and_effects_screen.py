@@ -1,17 +1,136 @@
-"""Screens of `effects` and `explain`: the catalogue, one effect as a card, and the parts of a correction."""
+"""Screens of `check`, `ci`, `effects`, `explain`: laws and limits, the catalogue of effects, parts of a correction."""
 
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.table import Column, Table
 from rich.text import Text
 
+from ...comparison.audit import Audit
+from ...comparison.error_limits import HeldLimit, HeldLimits
 from ...discovery.distillation.distilled import Distilled
 from ...physics.effects import EFFECTS, Effect, Parameter
+from ...physics.laws.audit.base import Ruling
 from ...physics.motion import FORCE_UNITS, Array
 from ...physics.presentation import listing, number, percent, unit_text, words
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.signatures import Signature
-from .layout import Prose, bullets, glossary, number_columns, plain_table, section, stacked, text_columns, word_columns
+from ..wording import STATE_UNITS, range_words
+from . import layout
+
+_STYLES = {"pass": layout.GOOD, "fail": layout.BAD, "noted": layout.UNSURE, "n/a": layout.ASIDE}
+_SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid body", "times the expected": "expected"}
+
+
+def audit_screen(audit: Audit) -> list[RenderableType]:
+    """The table of laws, and the sentences: first what is broken, then the rest."""
+    return [layout.Fitting([_table(audit, full) for full in (True, False)]), *_words(audit)]
+
+
+def headline(audit: Audit) -> str:
+    """The verdict in one or two sentences."""
+    box = audit.envelope.to_dict()
+    where = f"Judged for {range_words({name: box[name] for name in 'uvr'})}, from {audit.envelope_from}."
+    if audit.verdict == "pass":
+        return f"{audit.model} breaks no law. {where}"
+    broken = listing([f"the law '{ruling.law}'" for ruling in audit.violations])
+    return f"{audit.model} breaks {broken}. {where}"
+
+
+def _verdict(ruling: Ruling) -> str:
+    if ruling.verdict == "not applicable":
+        return "n/a"
+    return "noted" if ruling.verdict == "fail" and not ruling.counts else ruling.verdict
+
+
+def _table(audit: Audit, full: bool) -> Table:
+    loose = any(_verdict(r) == "noted" for r in audit.rulings)
+    caption = "margin: what is let pass less the worst found" + "; noted: broken, but does not count" * loose
+    last = layout.word_columns(*["worst case"] * full, "proof")
+    columns = [*layout.word_columns("law", "verdict"), *layout.number_columns("margin"), *last]
+    table = layout.plain_table(f"Laws: {audit.verdict}", caption, columns)
+    for ruling in audit.rulings:
+        verdict = _verdict(ruling)
+        cells = [ruling.law, Text(verdict, style=_STYLES[verdict]), _margin(ruling)]
+        cells += [_place(ruling)] if full else []
+        table.add_row(*cells, "" if ruling.proof == "none" else ruling.proof)
+    return table
+
+
+def _margin(ruling: Ruling) -> str:
+    if ruling.margin is None:
+        return ""
+    if ruling.margin < -1e100:
+        return "unbounded"
+    unit = _SHORT.get(ruling.unit, unit_text(ruling.unit))
+    return f"{number(ruling.margin, 2)} {unit}".rstrip()
+
+
+def _place(ruling: Ruling) -> str:
+    found = dict(ruling.at or {})
+    if "from" in found:
+        return f"{found['from']:.1f} to {found['to']:.1f} s"
+    return ", ".join(f"{name} {value:.2f}" for name, value in found.items() if name in STATE_UNITS)
+
+
+def _words(audit: Audit) -> list[RenderableType]:
+    """Sentences of the laws that are broken, in bold, and of the rest."""
+    broken = [r for r in audit.rulings if r.verdict == "fail"]
+    told = []
+    for r in broken:
+        often = f" ({percent(r.share)} of what was tried)" if r.share and r.share > 0 else ""
+        told.append(f"{r.law}: {r.sentence}{often}")
+    others = [r.sentence for r in audit.rulings if r.verdict == "pass"]
+    parts: list[RenderableType] = [layout.section("What is broken", layout.bullets(told))] if told else []
+    if others:
+        parts.append(layout.section("What holds", layout.bullets(others)))
+    return [*parts, *(layout.Prose(note) for note in audit.notes)]
+
+
+_MOST = 3
+"""Broken limits that the first sentence names: the table has all."""
+
+
+def verdict_text(found: HeldLimits) -> str:
+    """Whether the model holds its limits, and which it breaks, the worst first."""
+    count, broken = len(found.limits), sorted(found.broken, key=_share, reverse=True)
+    if not broken:
+        return f"{found.model} holds {'its limit' if count == 1 else f'all {count} limits'}."
+    named = [_sentence(one) for one in broken[:_MOST]]
+    more = [f"{len(broken) - _MOST} more"] if len(broken) > _MOST else []
+    return f"{found.model} breaks {len(broken)} of {count} limits: {listing([*named, *more])}."
+
+
+def limits_table(found: HeldLimits) -> RenderableType:
+    """All limits, a line each."""
+    told = any(one.told for one in found.limits)
+    columns = [*layout.text_columns("error", "axis"), *layout.number_columns("measured", "limit", "of it")]
+    columns += [*layout.word_columns("unit", "holds"), *layout.text_columns(*[""] * told)]
+    table = layout.plain_table("", columns=columns)
+    for one in found.limits:
+        holds = Text("yes", style=layout.GOOD) if one.holds else Text("NO", style=layout.BAD)
+        share = percent(one.measured / one.limit) if one.limit > 0.0 else ""
+        cells = [what(one), one.axis, number(one.measured), number(one.limit), share, unit_text(one.unit)]
+        table.add_row(*cells, holds, *[one.told] * told)
+    return table
+
+
+def what(one: HeldLimit) -> str:
+    """What is limited, in words."""
+    if one.horizon is not None:
+        return f"{one.horizon} s prediction"
+    return "laws broken" if one.quantity == "laws" else one.quantity
+
+
+def _share(one: HeldLimit) -> float:
+    return one.measured / one.limit if one.limit > 0.0 else float("inf")
+
+
+def _sentence(one: HeldLimit) -> str:
+    if one.quantity == "laws":
+        return f"the laws of a hull ({one.told})"
+    unit = unit_text(one.unit)
+    return f"{what(one)} of {one.axis}, {number(one.measured)} {unit} where {number(one.limit)} {unit} are allowed"
+
 
 _BLOCKS = "▁▂▃▄▅▆▇█"
 _COLUMNS = 60
@@ -20,8 +139,8 @@ _COLUMNS = 60
 
 def catalogue_table() -> Table:
     """Every effect with its symbols and the force that it adds, family by family."""
-    columns = [*word_columns("effect"), *text_columns("symbols"), Column("force")]
-    table = plain_table("Effects", "undertow effects NAME shows one of them", columns)
+    columns = [*layout.word_columns("effect"), *layout.text_columns("symbols"), Column("force")]
+    table = layout.plain_table("Effects", "undertow effects NAME shows one of them", columns)
     family = ""
     for effect in EFFECTS:
         if effect.family != family:
@@ -66,13 +185,13 @@ def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[Renderab
         lines += [Text(f"{_signal(found)} there:"), Text(blocks(found.values))]
     return [
         Text(words(effect.name), style="bold"),
-        glossary(said),
+        layout.glossary(said),
         Group(*lines),
-        Prose(
+        layout.Prose(
             "u_r, v_r: velocity relative to the water; c_i: command of a thruster in -1..1; T_i: its force; t: minutes "
             "since the log began; forces and moments are positive ahead, to starboard, and turning to starboard."
         ),
-        Prose(f"Hide it in a log{' once the file states that' * bool(found.assumed)}, and see it found: {line}"),
+        layout.Prose(f"Hide it in a log{' once the file states that' * bool(found.assumed)}, and see it found: {line}"),
     ]
 
 
@@ -132,21 +251,21 @@ def _ends(values: Array) -> str:
 
 def distilled_table(found: Distilled) -> RenderableType:
     """The headline, the share explained by axis, the effects with their values, and what remains in words."""
-    parts: list[RenderableType] = [Prose(found.headline, "bold")]
+    parts: list[RenderableType] = [layout.Prose(found.headline, "bold")]
     if any(axis.matters for axis in found.axes):
         parts.append(_shares(found))
     if found.effects or found.unnamed:
         parts.append(_effects(found))
-    parts.append(section("What remains", bullets([axis.sentence for axis in found.axes])))
-    return stacked(parts)
+    parts.append(layout.section("What remains", layout.bullets([axis.sentence for axis in found.axes])))
+    return layout.stacked(parts)
 
 
 def _shares(found: Distilled) -> Table:
     traded = "; all axes are fitted at once, and an effect may explain less of one for more of another"
     more = traded if any(axis.traded for axis in found.axes) else ""
-    shares = number_columns("correction", "named", "with\npossible", "with\nunnamed", "of the rest:\nmemory")
+    shares = layout.number_columns("correction", "named", "with\npossible", "with\nunnamed", "of the rest:\nmemory")
     caption = f"along {found.seconds:.0f} s of motion{more}"
-    table = plain_table("Share of the correction explained", caption, [*word_columns("axis"), *shares])
+    table = layout.plain_table("Share of the correction explained", caption, [*layout.word_columns("axis"), *shares])
     for axis in found.axes:
         explained = (axis.named, axis.possible, axis.explained, axis.past and axis.past.memory)
         size = f"{number(axis.correction, 2)} {axis.unit}"
@@ -159,8 +278,8 @@ def _explained(share: float | None) -> str:
 
 
 def _effects(found: Distilled) -> Table:
-    columns = [*text_columns("effect"), *word_columns("verdict", "value", "95 % interval")]
-    table = plain_table("What it holds", columns=columns)
+    columns = [*layout.text_columns("effect"), *layout.word_columns("verdict", "value", "95 % interval")]
+    table = layout.plain_table("What it holds", columns=columns)
     rows = [(words(part.effect), part.verdict, part.terms) for part in found.effects]
     rows += [(term.symbol, "unnamed", (term,)) for term in found.unnamed]
     for name, verdict, terms in rows:

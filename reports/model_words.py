@@ -1,20 +1,53 @@
-"""Words for a training: what there was to learn, how far it is trusted, and what the laws took."""
+"""Words for models: the band about their predictions, what there was to learn for a network, and what the laws took."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..comparison.facts import ComparedModel
 from ..physics.motion import AXES
-from ..physics.presentation import counted, listing, percent, unit_text
-from ..residuals.learnable_residual import LearnableResidual
-from ..residuals.scores import ACCELERATION_UNITS
+from ..physics.presentation import counted, listing, number, percent, unit_text
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the first page of the workbench waits for nothing heavy
+    from ..comparison.facts import ComparedModel
+    from ..residuals.learnable_residual import LearnableResidual
+    from ..residuals.models.band_record import PredictionBand
     from ..residuals.networks.trust import Trust
+    from ..residuals.series import HeldPredictions
     from ..residuals.training.best_kind import Candidate
     from ..residuals.training.trained import Trained
+
+
+BANDS_HELD = (
+    "such bands held 96 to 98 % of the positions on second runs of the same manoeuvres and 93 to 96 % on other ones, "
+    "and 61 % in the worst world"
+)
+"""Printed by `benchmarks/bands.py --seeds reporting`, of 24 worlds: means of own and foreign ones, and the least."""
+
+
+def band_words(band: "PredictionBand | None") -> str:
+    """What a band is made to hold, from what it comes, and how often such bands held; empty without a band."""
+    if band is None:
+        return ""
+    radius = number(band.half_width["position"][-1], 2)
+    return (
+        f"The shaded band is made to hold {percent(band.level)} of predictions: after {band.seconds[-1]:g} s the "
+        f"position within {radius} m (median). It comes from {band.predictions} predictions of rows that the model did "
+        "not see. "
+        f"In simulation, {BANDS_HELD}."
+    )
+
+
+def held_words(held: "HeldPredictions | None", name: str) -> str:
+    """How many predictions end within the band of the run that a model comes from; empty where none was asked."""
+    if held is None or not held.predictions + held.beyond:
+        return ""
+    text = f"Of {held.predictions} predictions on these rows, {percent(held.position)} end within the band of {name}."
+    if not held.beyond:
+        return text
+    beyond = f"{held.beyond} go far beyond the speeds of its run, where its band says nothing"
+    return f"{text[:-1]}; {beyond}." if held.predictions else f"All {beyond}."
+
 
 _DEAR = 0.1
 """Share of the validation error that the law may cost before it is worth a sentence: neighbouring epochs differ by some
@@ -23,7 +56,7 @@ _SHORT = 0.05
 """By how much the share that an interval holds falls short before it is told."""
 
 
-def broken_laws(model: ComparedModel) -> list[str]:
+def broken_laws(model: "ComparedModel") -> list[str]:
     """Which laws the audit found broken, and where the states are told; nothing where it kept them all."""
     broken = [law.law for law in model.laws if law.outcome == "fail"]
     if not broken:
@@ -31,7 +64,7 @@ def broken_laws(model: ComparedModel) -> list[str]:
     return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]
 
 
-def what_it_holds(model: ComparedModel) -> list[str]:
+def what_it_holds(model: "ComparedModel") -> list[str]:
     """What its interval holds of the judged rows that are like those of training; nothing where none is."""
     found = model.interval
     if found is None or found.inside.share is None:
@@ -114,15 +147,17 @@ def _price_of_the_law(found: "Trained") -> list[str]:
     ]
 
 
-def why_declined(left: LearnableResidual) -> str:
+def why_declined(left: "LearnableResidual") -> str:
     """Of a vehicle that is not worth a network, what decides so; see `Left.worth_it`."""
     if not left.learnable.any():
         return "that errs on no axis by more than noise and the preparation of the log"
     return f"of which a perfect network could not halve the error over {left.horizon:g} s that is not noise"
 
 
-def say_learnable(left: LearnableResidual) -> str:
+def say_learnable(left: "LearnableResidual") -> str:
     """What a vehicle leaves to learn on each axis and in rollouts, and how much of that no model explains."""
+    from ..residuals.scores import ACCELERATION_UNITS
+
     told = []
     for axis, error, floor, learnable in zip(AXES, left.error, left.floor, left.learnable, strict=True):
         unit = unit_text(ACCELERATION_UNITS[axis])

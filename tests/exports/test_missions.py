@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from fake_rover import AUTO, HOLD, MANUAL, FakeRover
 
-from undertow.exports.missions.base import Mission, Place, mission_formats
+from undertow.exports.missions import MISSION_FORMATS, Mission, Place
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.manoeuvres import REST, Step, Trial, drive
@@ -20,7 +20,7 @@ from undertow.physics.worlds.world import NOISE, Orders, World
 
 STEPS: tuple[Step, ...] = ((4.0, 0.6, -0.25), (2.5, 0.0, 0.0), (3.0, -0.4, 0.3), (1.5, 0.0, 1.0))
 VEHICLES = ("blueboat", "blueboat_paper", "otter", "cybership2")
-FORMS = {form.name: form for form in mission_formats()}
+FORMS = {form.name: form for form in MISSION_FORMATS}
 
 
 def mission(vehicle: str | Vehicle = "blueboat_paper", place: Place | None = None) -> Mission:
@@ -34,7 +34,7 @@ def test_there_are_four_files():
 
 @pytest.mark.parametrize("name", VEHICLES)
 def test_every_vehicle_gets_every_file(name: str):
-    for form in mission_formats():
+    for form in MISSION_FORMATS:
         assert form.content(mission(name, Place(54.0, 10.0, 30.0)))
 
 

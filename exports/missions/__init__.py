@@ -1,1 +1,0 @@
-"""A manoeuvre for whoever drives it: autopilot, ground station, robot and table; one file a format."""
