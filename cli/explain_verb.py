@@ -20,7 +20,7 @@ def explain(
 ) -> None:
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
     with failing_clearly():
-        from ..discovery.settings import DiscoverySettings
+        from ..discovery.basis import DiscoverySettings
         from ..reports.terminal.effects_screen import distilled_table
         from ..workflows.check_and_explain import distil
 

@@ -35,7 +35,7 @@ def fit(
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
     with failing_clearly():
-        from ..discovery.settings import DiscoverySettings
+        from ..discovery.basis import DiscoverySettings
         from ..reports.terminal import findings_screen as terminal
         from ..workflows.fit import fit as calibrate
 

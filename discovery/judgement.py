@@ -13,8 +13,7 @@ from functools import cache
 from math import asinh, exp, log, sqrt
 from pathlib import Path
 
-from .effect_findings import LIKELY, MISSING, Claim, Verdict
-from .reason import Reason
+from .effect_findings import LIKELY, MISSING, Claim, Reason, Verdict
 
 _LEAST = 0.05
 """Share of the error below which it does not matter how little a name removes: of several right names all but the first

@@ -16,15 +16,15 @@ from ..measurements.kinematics import corrected_for
 from ..measurements.statistics.processors import parallel_map
 from ..physics.motion import Array, Motion
 from ..physics.stage import Say, Stage
-from .basis import Basis, choose_balance, residual_of_few_forces
+from .basis import Basis, choose_balance
 from .candidates.candidate import Kind
+from .claims import why_no_hull
 from .effect_findings import FittedTerm
-from .evidence.limits import why_no_hull
+from .evidence.unexplained import residual_of_few_forces
 from .findings import SensorError
-from .kept_effects import ForceFit, SearchResult
 from .search.floating import Search, State
-from .search.record_errors_in_search import RecordErrorFit, search_with_record_errors
-from .selection import finish, search_forces, select
+from .search.rival_explanations import RecordErrorFit, search_with_record_errors
+from .selection import ForceFit, SearchResult, finish, search_forces, select
 
 _LEAST = (0.05, 0.05, 0.02)
 """Sizes from which an error matters [m, m, rad]."""

@@ -12,17 +12,27 @@ from ..physics.vehicle import Vehicle
 from .balance.shooting import WHOLE_HORIZON
 from .candidates.candidate import Candidate, Kind, measurable
 from .claims import Tests
-from .effect_findings import LIKELY, MISSING, Claim, EffectFinding, FittedTerm, Verdict, rounded_probability
-from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
+from .effect_findings import (
+    LIKELY,
+    MISSING,
+    Claim,
+    EffectFinding,
+    FittedTerm,
+    Reason,
+    Verdict,
+    found_terms,
+    parameter_total,
+    rounded_probability,
+)
+from .evidence.weighing import PERHAPS, Evidence
 from .findings import NOTHING, Criterion, Findings, OtherForm, PersistentResidual
 from .identifiability.rehearsal import Identifiability
 from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
-from .lawful.passivity import Lawful
-from .reason import Reason
+from .lawful.refit import Lawful
 from .search.estimation import Interval
 from .search.floating import ALIVE, Search
-from .search.thruster_scales import ONE, all_thrusters
+from .search.rival_explanations import ONE, all_thrusters
 
 _SAID = ("missing", "likely")
 _AGREES = 0.15

@@ -16,8 +16,7 @@ from ...physics.integration import Around, Driven, integrate
 from ...physics.motion import Array, Motion
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, Remembered
-from .products import LateForces
+from .base import LEAST_NOISE, LateForces, Remembered
 
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""

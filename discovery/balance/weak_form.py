@@ -20,8 +20,8 @@ from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import FORCE_UNITS, Array, Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, cache_limit
+from .products import Kernel, TestedTerms
 from .shooting import HORIZON, rollout_overlap, rollout_squares
-from .tested_terms import Kernel, TestedTerms
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -19,7 +19,7 @@ from ...physics.momentum_balance import HYDRODYNAMIC
 from ...physics.motion import AXES, Array
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
-from ..factors.factors import Column, Factors, forward, triangular
+from ..factors import Column, Factors, forward, triangular
 from .candidate import Candidate, Kind
 
 _ALIAS = 0.9995

@@ -1,9 +1,10 @@
-"""Unexplained force: what lasts for seconds, what moves a quiet axis, and unnamed terms with inclusion probabilities.
+"""Unexplained force: what no model explains, what lasts, what moves a quiet axis, and how often terms are included.
 
-Sensor noise and short waves have no mean over some seconds; a cause outside the catalogue has. On a quiet axis, whose
-floor is several times the noise, structure may be certain although nothing is named: the effects that explain it about
-equally well are given as one group. Inclusion is the share of block-bootstrap draws that select a term (Fasel et al.
-2022, doi:10.1098/rspa.2021.0904, with blocks in place of rows).
+A balance is white where all effects and terms at once leave no more than white sensor noise. Sensor noise and short
+waves have no mean over some seconds; a cause outside the catalogue has. On a quiet axis, whose floor is several times
+the noise, structure may be certain although nothing is named: the effects that explain it about equally well are given
+as one group. Inclusion is the share of block-bootstrap draws that select a term (Fasel et al. 2022,
+doi:10.1098/rspa.2021.0904, with blocks in place of rows).
 """
 
 from collections.abc import Sequence
@@ -13,10 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...measurements.statistics.blocks import block_draws
-from ...physics.motion import AXES, Array
+from ...physics.momentum_balance import mass_matrix
+from ...physics.motion import AXES, FORCE_UNITS, Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
+from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
+from ..candidates.linearisation import Linearisation
+from ..candidates.unnamed_terms import features_along
 from ..effect_findings import LIKELY
 from ..findings import PersistentResidual
 from ..identifiability.identifiable_effects import LEAST_SIGNAL
@@ -242,3 +247,161 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
         for key in terms:
             chosen[key] += key in model and model[key].present
     return {key: number / draws for key, number in chosen.items() if number}
+
+
+COLOURED = 2.0
+"""A force error that no model explains, above this many times what white noise makes, is coloured."""
+
+
+MATERIAL = 0.05
+"""Share of the force scale that a coloured error must reach to be worth the slower search on rollouts."""
+
+
+CLEAN_MATERIAL = 0.2
+"""The same share for a log without sensor noise, as simulators write it."""
+
+
+_LOUD, _SENSED = 9.0, 1e-3
+"""Times what white noise makes from which an error is coloured, however small a share of the force it is, and noise of
+sensors from which that is asked [m/s, rad/s]: short field logs leave 9.4 to 130 on some axis, simulated up to 8."""
+
+
+_ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
+"""Independent tests below which structure is left in any log, and how much higher both thresholds then are."""
+
+
+_TESTS_A_COLUMN = 3.0
+"""Independent tests for each free factor at least: with fewer, factors fit noise and nothing would look coloured."""
+
+
+_NEW = 1e-6
+"""Share of its square that a column must keep beside others to be a new one: less of it is noise and rounding."""
+
+
+_RANK = 1e-7
+"""Share of the largest singular value below which a direction is rounding: some times the root of double precision."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unexplained:
+    """Residual of the balance when every effect and every term up to degree three is fitted at once.
+
+    Attributes
+    ----------
+    error : (3,) root mean square force [N, N, N m]
+    noise : (3,) what white sensor noise makes [N, N, N m]
+    share : (3,) error over the force scale
+    independent : effective number of independent tests
+    sensed : the log has sensor noise, as no simulator's exact state has
+    """
+
+    error: Array
+    noise: Array
+    share: Array
+    independent: float
+    sensed: bool
+
+    @property
+    def sentence(self) -> str:
+        """The reason for rollouts, with numbers."""
+        texts = [
+            f"{axis} {e:.2g} {unit} (white noise {n:.2g})"
+            for axis, e, n, unit, far in zip(AXES, self.error, self.noise, FORCE_UNITS, self.coloured, strict=True)
+            if far
+        ]
+        return (
+            f"no model of the catalogue explains the force balance of this log to within white sensor noise: "
+            f"{', '.join(texts)} stay; effects are judged by open-loop rollouts instead"
+        )
+
+    @property
+    def coloured(self) -> np.ndarray:
+        """(3,) True for an axis whose error is coloured and material."""
+        material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
+        louder, larger = (1.0, 1.0) if self.independent >= _ENOUGH else _STRICTER
+        large = (self.error > louder * COLOURED * self.noise) & (self.share > larger * material)
+        return large | ((self.error > _LOUD * self.noise) & self.sensed)
+
+
+def fit_all_forces(weak: WeakForm, search: Search) -> Unexplained:
+    """Fit the measured acceleration by all forces of a search about its nominal model, and see what is left.
+
+    Each axis gets every thruster's force, every shape of every effect, all unnamed terms up to degree three, and terms
+    that turn with the heading as a strong current's do, each with a free factor: an upper limit of what any model of
+    the catalogue could explain, whatever its mass. The columns are those that the search needs anyway; a short log gets
+    their main directions only, three independent tests each.
+    """
+    linear, features = _forces(weak, search)
+    inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}
+    forces = [i for i in range(linear.columns.shape[2] - 1) if i not in inertia]
+    rates = weak.derivative([motion.velocity for motion in weak.motions])
+    error = np.zeros(3)
+    for axis in range(3):
+        other = rates[:, [(2,), (2,), (0, 1)][axis]]  # through m13 and m23, which y_g and x_g make
+        columns = _unit_length(np.column_stack([linear.columns[:, axis, forces], features, other]))
+        vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
+        rank = min(int((values > _RANK * values[0]).sum()), int(weak.independent / _TESTS_A_COLUMN))
+        vectors = vectors[:, :rank]
+        left = rates[:, axis] - vectors @ (vectors.T @ rates[:, axis])
+        error[axis] = np.sqrt((left**2).mean() * weak.independent / (weak.independent - rank))
+    mass = np.diag(mass_matrix(search.nominal))
+    share = error * mass / search.share_scale
+    return Unexplained(error * mass, search.noise_error, share, weak.independent, has_sensor_noise(weak))
+
+
+def residual_of_few_forces(weak: WeakForm, search: Search, most: int) -> Array:
+    """Residual of the few best forces on each axis, (3,) mean squares: those that explain most of the nominal model's.
+
+    Each has a free factor on each axis, and is the one that takes most beside those before it: orthogonal matching
+    pursuit (Pati, Rezaiifar and Krishnaprasad 1993, doi:10.1109/ACSSC.1993.342465). What a search calibrates in every
+    model is fitted beside them and does not count.
+
+    Parameters
+    ----------
+    most : forces on an axis; a log has many more independent tests
+    """
+    linear, features = _forces(weak, search)
+    calibrated = [i for key in search.nuisances for o in linear.options[key] for i in o.free if i >= 0]
+    error = np.zeros(3)
+    for axis in range(3):
+        left, rest = linear.columns[:, axis, -1], np.column_stack([linear.columns[:, axis, :-1], features])
+        if calibrated:
+            known, _ = np.linalg.qr(_unit_length(linear.columns[:, axis, calibrated]))
+            left, rest = left - known @ (known.T @ left), rest - known @ (known.T @ rest)
+        rest = _unit_length(rest)
+        for _ in range(min(most, rest.shape[1])):
+            squares = (rest**2).sum(axis=0)
+            gains = np.divide((left @ rest) ** 2, squares, out=np.zeros(squares.size), where=squares > _NEW)
+            best = int(gains.argmax())
+            unit = rest[:, best] / np.sqrt(max(squares[best], _NEW))
+            left, rest = left - unit * (unit @ left), rest - np.outer(unit, unit @ rest)
+        error[axis] = (left**2).mean() * weak.independent / (weak.independent - most)
+    return error
+
+
+def _forces(weak: WeakForm, search: Search) -> tuple[Linearisation, Array]:
+    """All columns of a search about its nominal model, and all terms up to degree three, of unit mass."""
+    linear, _ = search.linearise(search.nominal, ())
+    return linear, np.column_stack([features_along(weak, search.nominal, 3)[1], _turned(weak)])
+
+
+def _unit_length(columns: Array) -> Array:
+    """Columns of unit length, without those that are nothing."""
+    size = np.sqrt((columns**2).sum(axis=0))
+    return np.asarray(columns[:, size > 0] / size[size > 0])
+
+
+def has_sensor_noise(weak: WeakForm) -> bool:
+    """True when sensors made the log: the exact state of a simulator has no noise, white or coloured."""
+    return bool(weak.noise.max() >= _SENSED)
+
+
+def _turned(weak: WeakForm) -> Array:
+    """Velocities and their moduli times the cosine and the sine of the heading, tested, (tests, 12)."""
+    series = []
+    for motion in weak.motions:
+        speeds = np.column_stack([motion.velocity, np.abs(motion.velocity)])
+        series.append(
+            np.column_stack([speeds * np.cos(motion.heading)[:, None], speeds * np.sin(motion.heading)[:, None]])
+        )
+    return weak.average(series)

@@ -16,17 +16,13 @@ from ..balance.shooting import WHOLE_HORIZON, rollout_squares
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate, Kind, at_limit
 from ..candidates.linearisation import Linearisation, Option
-from ..effect_findings import FittedTerm
-from ..findings import axis_name
+from ..effect_findings import Reason
 from ..identifiability.rehearsal import Identifiability
-from ..reason import Reason
-from ..search.estimation import Interval
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
+from ..search.rival_explanations import is_equivalent
 from ..search.surrogates import Chance, SurrogateTest
-from ..search.thruster_scales import is_equivalent
 
-_AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all"}
 SURE = 0.9
 """Share of block resamples from which a name stands in the corrected model."""
 TELL_APART = 5.0
@@ -466,40 +462,3 @@ def limit_confidence(evidence: Sequence[Evidence], form: Balance) -> list[Eviden
     """The evidence with no more confidence than a sign test's, 1 - 2^(1 - blocks): few may all agree by chance."""
     most = 1.0 - 0.5 ** (form.blocks - 1)
     return [replace(e, confidence=min(e.confidence, most)) for e in evidence]
-
-
-def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:
-    """A parameter's value as the findings report it: the added amount or the absolute one, as the catalogue says.
-
-    Parameters
-    ----------
-    nominal, vehicle : the model before and with the effect
-    candidate : the effect
-    symbol : one of its parameters
-    """
-    return vehicle.value(symbol) - (nominal.value(symbol) if candidate.effect.added else 0.0)
-
-
-def found_terms(
-    candidate: Candidate, nominal: Vehicle, vehicle: Vehicle, intervals: Mapping[str, Interval]
-) -> tuple[FittedTerm, ...]:
-    """The numbers of an effect in a vehicle: added amounts where the catalogue counts those, else absolute values.
-
-    Parameters
-    ----------
-    candidate : the effect
-    nominal, vehicle : the model before and with the effect
-    intervals : 95 % intervals of total values, by symbol
-    """
-    terms = []
-    for parameter in candidate.parameters:
-        symbol = parameter.symbol
-        interval = intervals.get(symbol)
-        shift = nominal.value(symbol) if candidate.effect.added else 0.0
-        moved = None if interval is None else Interval(interval.lower - shift, interval.upper - shift)
-        value = parameter_total(nominal, candidate, vehicle, symbol)
-        axis = axis_name(parameter.axis, _AXIS_OF.get(candidate.effect.family, "all"))
-        terms.append(
-            FittedTerm(symbol=symbol, axis=axis, form=parameter.form, value=value, unit=parameter.unit, ci95=moved)
-        )
-    return tuple(terms)

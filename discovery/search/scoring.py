@@ -20,7 +20,6 @@ from ..balance.shooting import rollout_difference
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
 from .gram import Fit, GramScores
-from .neighbours import apply_fit, has_converged, present_keys, reset
 
 ALIVE = 2.0
 """Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
@@ -394,3 +393,51 @@ def noise_by_block(balances: Array, block: np.ndarray) -> Array:
     if balances.shape[0] > 1:
         np.add.at(blocks, block, ((balances[1:] - balances[0]) ** 2).mean(axis=0))
     return blocks
+
+
+def present_keys(change: dict[str, Option]) -> tuple[str, ...]:
+    """Keys of what a changed model holds: a dropped effect stays in it as absent."""
+    return tuple(key for key, option in change.items() if option.present)
+
+
+def reset(vehicle: Vehicle, nominal: Vehicle, now: dict[str, Option], change: dict[str, Option]) -> Vehicle:
+    """The vehicle with everything that a change drops set back to nominal.
+
+    Parameters
+    ----------
+    vehicle, nominal : the model, and the one without effects
+    now, change : options by key, before the change and after it
+    """
+    gone = [option for key, option in now.items() if key not in present_keys(change)]
+    return vehicle.with_values({s: nominal.value(s) for option in gone for s in option.symbols})
+
+
+def apply_fit(vehicle: Vehicle, chosen: Sequence[Option], fit: Fit) -> Vehicle:
+    """The vehicle with the fitted parameters set.
+
+    Parameters
+    ----------
+    vehicle : about which the columns are
+    chosen : an option for each effect of the model
+    fit : change of each free column
+    """
+    by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
+    values = {}
+    for option in chosen:
+        for symbol, start, index in zip(
+            option.symbols, option.start, option.free or (-1,) * len(option.symbols), strict=True
+        ):
+            values[symbol] = start + by_column.get(index, 0.0)
+    return vehicle.with_values(values)
+
+
+def has_converged(before: Vehicle, after: Vehicle, chosen: Sequence[Option]) -> bool:
+    """True when a Gauss-Newton step hardly moved any parameter.
+
+    Parameters
+    ----------
+    before, after : the model before and after the step
+    chosen : options whose parameters were free
+    """
+    pairs = [(before.value(s), after.value(s)) for option in chosen for s in option.symbols]
+    return all(abs(a - b) <= 1e-4 * (abs(a) + 1e-3) for a, b in pairs)

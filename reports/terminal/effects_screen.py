@@ -5,7 +5,7 @@ from rich.console import Group, RenderableType
 from rich.table import Column, Table
 from rich.text import Text
 
-from ...discovery.distillation.distilled import Distilled
+from ...discovery.distillation import Distilled
 from ...physics.effects import EFFECTS, Effect, Parameter
 from ...physics.motion import FORCE_UNITS, Array
 from ...physics.presentation import listing, number, percent, unit_text, words
