@@ -37,13 +37,14 @@ from .search.rival_explanations import has_residual_structure
 from .search.scoring import SearchSettings
 
 MOST_TESTS = 7_500
-"""Test functions that a search works on: at the usual stride, 25 minutes."""
+"""Test functions that a search works on, at the usual stride 25 minutes: each more costs time and memory."""
 _SLACK = 1.2
-"""Times as many that are searched as they are: pieces do not add up to the limit exactly."""
+"""Times as many that are searched as they are: pieces do not add up to the limit exactly, and to thin costs time,
+too."""
 _PIECE = 500
 """Test functions of a piece: 100 s hold a few manoeuvres from beginning to end; each piece costs time of its own."""
 _RIDGE = 1e-6
-"""Of the mean square of a signal: what has never been seen tells much, but not without end."""
+"""Ridge of the design, of the mean square of a signal: what has never been seen tells much, but not without end."""
 
 
 def subsample_long_log(motions: Sequence[Motion], settings: WeakSettings) -> tuple[tuple[Motion, ...], str]:

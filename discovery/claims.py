@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ..measurements.statistics.blocks import CI
 from ..physics.plausibility import find_impossible
 from ..physics.presentation import words
 from ..physics.vehicle import Vehicle
@@ -297,13 +298,9 @@ def widen_intervals(
     return result
 
 
-_TWO_SIDED = 1.96
-"""Standard errors of a 95 % interval."""
-
-
 def _jackknife(values: Sequence[float]) -> float:
     """Half of the 95 % interval that estimates without each of a few parts tell (Efron and Tibshirani 1993, 11.5)."""
     if len(values) < 3:
         return 0.0
     n = len(values)
-    return float(_TWO_SIDED * np.sqrt((n - 1) / n * np.sum(np.square(np.asarray(values) - np.mean(values)))))
+    return float(CI * np.sqrt((n - 1) / n * np.sum(np.square(np.asarray(values) - np.mean(values)))))

@@ -123,7 +123,8 @@ def rounded_probability(probability: float) -> float:
 
 
 MISSING, LIKELY = 0.95, 0.8
-"""Odds from which an effect is called missing, where its interval excludes the file's value, and likely."""
+"""Odds from which an effect is called missing, where its interval excludes the file's value, and likely; how often each
+word was true is in docs/judgement.md."""
 
 
 class Worth(Record):

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from ..reports.page.figures.record_plots import FindingsPlots
 
 _IN_PLAY = 3
-"""Effects, and terms without a name, of which a card shows numbers though none is sure: a line, not a table."""
+"""Effects, and terms without a name, of which a card shows numbers though none is sure: a line, not a table, and no
+number that decides."""
 NOTHING = 1e-8
-"""Force at work on an axis that nobody looked at: `search.scoring` puts 1e-9 in the place of none."""
+"""Rounding of the force at work on an axis that nobody looked at: `search.scoring` puts 1e-9 in the place of none."""
 _EMPTY = (
     BeforeValidator(lambda content: content or None),
     WrapSerializer(lambda value, handler: handler(value) or {}),

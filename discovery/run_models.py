@@ -19,6 +19,7 @@ from .balance.shooting import ShootingSettings
 from .candidates.candidate import CALIBRATED, Kind, at_limit
 from .candidates.linearisation import Linearisation, Option
 from .effect_findings import FoldRecord, Folds
+from .evidence.invariance import ENOUGH_BLOCKS
 from .findings import Findings, Step
 from .lawful.refit import passive_refit
 from .search.estimation import Interval, polish
@@ -26,8 +27,6 @@ from .search.floating import Search, State, WithoutFold, hold_unseen
 from .search.gram import GramScores
 from .selection import without_effects
 
-ENOUGH_BLOCKS = 5
-"""Blocks of rollouts from which anything can be sure: fewer may all agree by chance in more than one of ten logs."""
 TOO_SHORT = "Undecided: this log is too short to be sure of anything."
 WHY_TOO_SHORT = (
     "Rollouts with commands fill {blocks} independent blocks of it, and to be sure of anything takes {enough}; give a "

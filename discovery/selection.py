@@ -24,12 +24,13 @@ from .calibration.before_calibration import FreeParameters, free_parameters
 from .candidates.candidate import Candidate, Kind, at_limit
 from .candidates.unnamed_terms import find_twins, shortlist, term_candidate
 from .evidence.unexplained import add_faint_structure
-from .evidence.weighing import TELL_APART, Evidence, assess_candidates, in_place_of, limit_confidence
+from .evidence.weighing import Evidence, assess_candidates, in_place_of, limit_confidence
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import Identifiability, Rehearsal, plausible_amounts, rehearse
 from .search.estimation import polish
 from .search.floating import Search, State, static_effects
 from .search.rival_explanations import as_common_scale, has_residual_structure
+from .search.scoring import TELL_APART
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,11 +143,11 @@ _NO_START = (
 _POLISHES = 10
 """Steps of a fit that only finds where a search begins; the kept model gets as many as it needs."""
 _SPHERE = 0.5
-"""Added mass of a sphere as a share of the water that it displaces, see `slender`."""
+"""Added mass of a sphere as a share of the water that it displaces, by potential theory (Lamb 1932, article 114)."""
 _LEAST = 3
-"""Effects that seem to earn least, of which the one that does is left out."""
+"""Effects that seem to earn least that are tried in full, of which the one that does is left out."""
 _ROUNDS = 3
-"""Searches at most, each with weights about the model of the one before."""
+"""Searches at most, each with weights about the model of the one before: each costs time."""
 
 
 def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.shooting import HORIZON, WHOLE_HORIZON, ShootingSettings
-from ..balance.starts import LEAST_BLOCKS, LEAST_STARTS
+from ..balance.starts import HORIZON, LEAST_BLOCKS, LEAST_STARTS, WHOLE_HORIZON, ShootingSettings
 from ..balance.weak_form import WeakForm
 from ..basis import Basis, DiscoverySettings, choose_balance
 from ..candidates.candidate import (

@@ -23,21 +23,24 @@ from ..effect_findings import Part
 from ..search.estimation import Interval
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, GramScores, added_by_noise
+from ..search.scoring import MATERIAL
 from ..search.surrogates import NoiseCopies
 from .unmodelled_forces import FormColumns, ResidualSelection, effective_blocks
 
 _LEAST_SHARE = 0.15
-"""Share of the tests that a part must hold, and leave: a few seconds astern say nothing of a size."""
+"""Share of the tests from which parts are tried, and which they must leave: a few seconds astern say nothing of a
+size."""
 _TURNING = 0.3
-"""Share of the root mean square yaw rate from which a boat turns to a side."""
+"""Share of the root mean square yaw rate from which a boat turns to a side: one of the cuts that are tried."""
 _ERRORS = 2.13
-"""Standard errors by which two sizes may differ by chance: 95 %, with the 15 degrees of freedom of 16 blocks."""
-_CARRIERS = 5.0
-"""Blocks that must carry a size in a part: the errors of fewer are not known, and far too small."""
-_WIDE = 2.13
-"""Standard errors of a 95 % interval, with the 15 degrees of freedom of 16 blocks."""
-_KNOWN = 0.15
-"""Standard error, as a share of the size, up to which a part knows it: else it is not heard."""
+"""Standard errors of a 95 % interval, by which two sizes may differ by chance, with the 15 degrees of freedom of 16
+blocks."""
+ENOUGH_BLOCKS = 5
+"""Blocks from which anything can be sure: fewer may all agree by chance in more than one of ten logs, and the errors of
+a size that fewer carry are far too small."""
+ONE_SIZE = 0.15
+"""Relative difference up to which two sizes, beyond their errors, are one, and standard error, as a share of the size,
+up to which a part knows it: else it is not heard."""
 
 
 class Invariance(NamedTuple):
@@ -96,7 +99,7 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
             clear = [_split(copy, own, inside) for copy in noise]
             fit = _fitted(split, clear, block)
             for place, symbol in enumerate(s for s, k in zip(option.symbols, option.free, strict=True) if k >= 0):
-                if min(effective_blocks(split[:, k], block) for k in (place, len(own) + place)) < _CARRIERS:
+                if min(effective_blocks(split[:, k], block) for k in (place, len(own) + place)) < ENOUGH_BLOCKS:
                     continue
                 sizes = _Sizes(search, option, symbol, *fit.of(len(own), place))
                 if sizes.known:
@@ -143,7 +146,7 @@ class _Sizes(NamedTuple):
         (candidate,) = (c for c in self.search.pool if c.key == self.option.key)
         shift = self.reference if candidate.effect.added else 0.0
         values = self.start - shift + self.change
-        reach = _WIDE * np.sqrt(np.diag(self.covariance))
+        reach = _ERRORS * np.sqrt(np.diag(self.covariance))
         ends = [Interval(float(v - w), float(v + w)) for v, w in zip(values, reach, strict=True)]
         rows = zip(names, values.tolist(), ends, strict=True)
         return [Part(where=name, symbol=self.symbol, value=value, ci95=end) for name, value, end in rows]
@@ -152,7 +155,7 @@ class _Sizes(NamedTuple):
     def known(self) -> bool:
         """True when both parts know the number."""
         variance = np.diag(self.covariance)
-        return bool(((variance >= 0.0) & (variance < (_KNOWN * (self.start - self.reference)) ** 2)).all())
+        return bool(((variance >= 0.0) & (variance < (ONE_SIZE * (self.start - self.reference)) ** 2)).all())
 
     @property
     def gap(self) -> float:
@@ -223,10 +226,6 @@ def _pushed(search: Search) -> Array:
     return weak.passed(np.sum(np.abs(weak.signals(search.nominal)[1]), axis=0))
 
 
-_LEAST_CHANGE = 0.1
-"""Share of itself below which a change is none that is worth a word."""
-
-
 class _Part(NamedTuple):
     """A part of a log, as the beginning of a sentence, and which tests belong to it."""
 
@@ -254,7 +253,7 @@ def find_changing_forces(search: Search, state: State, kept: Sequence[str], seed
     copies, tests = NoiseCopies(search.balance, state.vehicle, seed), np.stack([part.tests for part in parts])
     found = {}
     for key in there:
-        change = rest.own_change(key, tests, _LEAST_CHANGE, copies)
+        change = rest.own_change(key, tests, MATERIAL, copies)
         if change is not None and change.worth > change.chance:
             where, more = parts[change.part].name, "more" if change.share > 0.0 else "less"
             found[key] = f"{where[0].upper()}{where[1:]} it is {100.0 * abs(change.share):.0f} % {more} than elsewhere."

@@ -31,7 +31,7 @@ _MATERIAL = 0.2
 """Share of the time between two records from which an offset is worth a word: less is how the averages fall."""
 _DEVIATING = 0.03
 """Error of a gyro's scale from which it is told where a compass could look like it: on a part of the circle one that
-deviates by 0.02 rad, which does not matter, makes up to 0.02 of it, and a scale matters from 0.01 on."""
+deviates by 0.02 rad, which does not matter, makes, by theory, up to 0.02 of it, and a scale matters from 0.01 on."""
 
 
 def record_errors(

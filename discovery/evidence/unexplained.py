@@ -18,6 +18,7 @@ from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import AXES, FORCE_UNITS, Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
+from ..balance.starts import HORIZON
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Linearisation
@@ -27,22 +28,12 @@ from ..findings import PersistentResidual
 from ..identifiability.identifiable_effects import LEAST_SIGNAL
 from ..identifiability.rehearsal import Identifiability
 from ..search.floating import Search, State
-from .weighing import SURE, TELL_APART, Evidence, share_of_resamples
+from ..search.scoring import ALIVE, MATERIAL, MOST, SLIGHT, TELL_APART
+from .unmodelled_forces import MOST_FORMS
+from .weighing import SURE, Evidence, share_of_resamples
 
-_SECONDS = 5.0
-"""Time over which white noise and the waves of sheltered water vanish in the mean [s], see `_lasting`."""
-_MATERIAL = 0.1
-"""Share of the force at work from which a rest is material. Waves of 0.2 m/s leave 0.07 or less in surge and yaw
-over 5 s where the model is right, commands that are cut at a third 0.15 to 0.5."""
-_LASTING = 0.5
-"""Share of a rest that its means over 5 s hold, from which it lasts: of white noise it is 0.3, of waves 0.02 to 0.3."""
-_LEFT = 0.5
-"""Share of what the nominal model leaves, in these means and in rollouts where those judge, from which what was found
-explains little: weather leaves less in the field where the effects that are missing take the rest."""
 _ONE_SIDED = 1.645
 """Standard errors beyond which chance leads in one of twenty cases."""
-_LEAST = 8
-"""Means below which their size is chance."""
 
 
 def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) -> tuple[PersistentResidual, ...]:
@@ -56,15 +47,13 @@ def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) ->
     """
     balance = forces.balance
     after, before = (balance.residual(vehicle) for vehicle in (found, forces.nominal))
-    if _pieces(balance.time, 2.0 * _SECONDS)[-1] + 1 < _LEAST:
-        return ()
     (lasting, sure), (usual, _) = (_lasting(rest, balance.time) for rest in (after, before))
     share = lasting / forces.force_scale
-    little = lasting > _LEFT * usual
+    little = lasting > MOST * usual
     if not judge.forces:
-        little &= _size(judge.residual(found)) > _LEFT * _size(judge.residual(forces.nominal))
+        little &= _size(judge.residual(found)) > MOST * _size(judge.residual(forces.nominal))
     seen = ~forces.quiet
-    left = seen & little & sure & (share > _MATERIAL) & (lasting > _LASTING * _size(after))
+    left = seen & little & sure & (share > MATERIAL) & (lasting > MOST * _size(after))
     return tuple(
         PersistentResidual(
             axis=AXES[axis], force=float(lasting[axis]), share=float(share[axis]), unit=balance.unit[axis]
@@ -82,7 +71,7 @@ def find_passing_residuals(forces: Search, found: Vehicle) -> dict[str, float]:
     """
     beyond = _size(forces.balance.residual(found)) ** 2 - forces.noise_error**2
     share = np.sqrt(np.maximum(beyond, 0.0)) / forces.force_scale
-    material = np.flatnonzero(~forces.quiet & (share > _MATERIAL)).tolist()
+    material = np.flatnonzero(~forces.quiet & (share > MATERIAL)).tolist()
     return {AXES[axis]: float(share[axis]) for axis in sorted(material, key=lambda axis: -share[axis])}
 
 
@@ -93,7 +82,7 @@ def _lasting(rest: Array, time: Array) -> tuple[Array, NDArray[np.bool_]]:
     colour, over twice the time it is half, where a force that lasts stays. From both follows the force (Richardson's
     extrapolation), and what such noise feigns by damping.
     """
-    means = [_means(rest, _pieces(time, by * _SECONDS)) for by in (1.0, 2.0)]
+    means = [_means(rest, _pieces(time, by * HORIZON)) for by in (1.0, 2.0)]
     short, long = (np.square(_size(each)) for each in means)
     chance = _ONE_SIDED * np.sqrt(2.0 / len(means[1]))  # of a mean of squares, relative
     return np.sqrt(np.maximum(4.0 * long - short, 0.0) / 3.0), 4.0 * (1.0 - chance) * long > short
@@ -102,7 +91,7 @@ def _lasting(rest: Array, time: Array) -> tuple[Array, NDArray[np.bool_]]:
 def _pieces(time: Array, seconds: float) -> NDArray[np.int64]:
     """Numbers of the pieces of so many seconds that tests belong to; one ends where the time leaps or begins anew."""
     step = np.diff(time, prepend=time[0])
-    leaps = (step < 0.0) | (step > _SECONDS)
+    leaps = (step < 0.0) | (step > HORIZON)
     begun = time[np.maximum.accumulate(np.where(leaps, np.arange(time.size), 0))]
     within = ((time - begun) / seconds).astype(np.int64)
     return np.cumsum((np.diff(within, prepend=0) != 0) | leaps)
@@ -117,11 +106,6 @@ def _means(rest: Array, pieces: NDArray[np.int64]) -> Array:
 
 def _size(rest: Array) -> Array:
     return np.sqrt((rest**2).mean(axis=0))
-
-
-_FLOOR = 1.0
-"""Floor on a quiet axis under which faint structure is looked for, in multiples of sensor noise: the noise
-itself, the least that there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +139,7 @@ def find_suspects(search: Search, state: State, known: Identifiability, axis: in
     known : what the log can show about it
     axis : index of a quiet axis
     """
-    close = Search(search.balance, search.nominal, search.pool, replace(search.settings, loud=_FLOOR))
+    close = Search(search.balance, search.nominal, search.pool, replace(search.settings, loud=1.0))  # the noise itself
     model = close.evaluate(state.vehicle, state.active)
     linear, scores = close.linearise(model.vehicle, model.active, model.fit.in_sample)
     now = {key: linear.options[key][0] for key in model.active}
@@ -209,11 +193,8 @@ def _joined(e: Evidence, suspect: Suspect, group: Sequence[Suspect], axis: str) 
     return replace(e, faint=axis, confidence=part, indistinguishable_from=alike)
 
 
-_MOST = 6
-"""Terms in one model at most: more than six that nobody has named are no physics to look for."""
-
 _TRIED = 4
-"""Terms that are scored before one is taken: those that lower the in-sample error most."""
+"""Terms that are tried in full before one is taken: those that lower the in-sample error most."""
 
 
 def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict[str, float]:
@@ -234,7 +215,7 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
     for draw in block_draws(scores.blocks, draws, seed):
         drawn, model = scores.drawn(draw), dict(base)
         best = search.score_linearised(drawn, model)
-        for _ in range(_MOST):
+        for _ in range(MOST_FORMS):
             rest = [key for key in terms if key not in model or not model[key].present]
             gains = drawn.screen(list(model.values()), [present[key] for key in rest])
             rest = [rest[n] for n in np.argsort(-gains, kind="stable")[:_TRIED]]
@@ -249,35 +230,19 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
     return {key: number / draws for key, number in chosen.items() if number}
 
 
-COLOURED = 2.0
-"""A force error that no model explains, above this many times what white noise makes, is coloured."""
-
-
-MATERIAL = 0.05
-"""Share of the force scale that a coloured error must reach to be worth the slower search on rollouts."""
-
-
-CLEAN_MATERIAL = 0.2
-"""The same share for a log without sensor noise, as simulators write it."""
-
-
+_CLEAN = 0.2
+"""Share of the force scale that a coloured error of a log without sensor noise, as simulators write it, must reach to
+be worth the slower search on rollouts; of another `SLIGHT`."""
 _LOUD, _SENSED = 9.0, 1e-3
 """Times what white noise makes from which an error is coloured, however small a share of the force it is, and noise of
 sensors from which that is asked [m/s, rad/s]: short field logs leave 9.4 to 130 on some axis, simulated up to 8."""
-
-
 _ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
 """Independent tests below which structure is left in any log, and how much higher both thresholds then are."""
-
-
 _TESTS_A_COLUMN = 3.0
-"""Independent tests for each free factor at least: with fewer, factors fit noise and nothing would look coloured."""
-
-
+"""Independent tests for each free factor at least, which regularises a fit of all: with fewer, factors fit noise and
+nothing would look coloured."""
 _NEW = 1e-6
 """Share of its square that a column must keep beside others to be a new one: less of it is noise and rounding."""
-
-
 _RANK = 1e-7
 """Share of the largest singular value below which a direction is rounding: some times the root of double precision."""
 
@@ -317,9 +282,9 @@ class Unexplained:
     @property
     def coloured(self) -> np.ndarray:
         """(3,) True for an axis whose error is coloured and material."""
-        material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
+        material = SLIGHT if self.noise.any() else _CLEAN
         louder, larger = (1.0, 1.0) if self.independent >= _ENOUGH else _STRICTER
-        large = (self.error > louder * COLOURED * self.noise) & (self.share > larger * material)
+        large = (self.error > louder * ALIVE * self.noise) & (self.share > larger * material)
         return large | ((self.error > _LOUD * self.noise) & self.sensed)
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...physics.motion import AXES, FORCE_UNITS, Array
 from ..balance.base import Balance
+from ..balance.starts import LEAST_BLOCKS
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.unnamed_terms import FreeForms, finer_forms, free_forms, several_logs
@@ -25,21 +26,21 @@ from ..search.gram import RIDGE, share_taken
 from ..search.surrogates import NoiseCopies
 
 _NOTHING = 1e-300
-"""Squares below which an axis that is not looked at has none."""
-_MOST = 6
-"""Forms that may stand beside a model: the force of most laws is one or two."""
+"""Square that stands for none, on an axis that is not looked at."""
+MOST_FORMS = 6
+"""Forms, or terms, that are tried one after the other beside a model: the force of most laws is one or two, and more
+than six that nobody has named are no physics to look for."""
 _LEAST = 0.002
-"""Share of the force at work below which a rest is nothing to look into."""
+"""Share of the force at work that regularises the logarithm of a rest, which may be nothing in a simulator's log."""
 _NEW = 1e-4
-"""Share of its square that a form must have beside the model, or it is part of it."""
+"""Share of its square that a form must have beside the model, or it is part of it to rounding and noise."""
 _CLEAR = 1e-3
-"""The same of an effect's force in a part of the log, which is like the whole of it."""
-_EITHER_SIDE = 2.0
-"""Blocks that must carry an effect in a part, and elsewhere: how a record begins is no change of the boat."""
+"""The same of an effect's force in a part of the log, which is like the whole of it but for rounding and noise."""
 _SAME = 1e-9
 """Share of its square that a form may have beside effects and be nothing else than they: that of rounding."""
 _TRIED = 10
-"""Forms that promise most, of which the one that keeps it is taken: noise in a form promises more than it keeps."""
+"""Forms that promise most that are tried, of which the one that keeps it is taken: noise in a form promises more than
+it keeps."""
 
 
 class OneForm(NamedTuple):
@@ -166,7 +167,7 @@ class ResidualSelection:
     def select_forms(self, copies: NoiseCopies) -> list[OtherForm]:
         """Take the form that explains most, again and again, while it explains more than any does of every copy."""
         result: list[OtherForm] = []
-        while len(result) < _MOST:
+        while len(result) < MOST_FORMS:
             drops, left, rest, system = self._drops()
             gains = self._gains(drops, (rest**2).sum(axis=1))
             best = self._best(gains)
@@ -215,7 +216,7 @@ class ResidualSelection:
         whole, block = linear.columns[:, :, place].T * weight, self._of.search.balance.block
         force = np.sqrt((whole**2).sum(axis=0))
         told = [
-            all(effective_blocks(force * inside, block) >= _EITHER_SIDE for inside in (part, ~part)) for part in parts
+            all(effective_blocks(force * inside, block) >= LEAST_BLOCKS for inside in (part, ~part)) for part in parts
         ]
         own = whole[None] * parts[:, None]
         blur = np.einsum("cta,pt->pcat", linear.noise[:, :, :, place] * weight[:, 0], parts)

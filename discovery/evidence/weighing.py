@@ -12,7 +12,8 @@ from ...measurements.statistics.quantiles import largest_mean_square
 from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..balance.shooting import WHOLE_HORIZON, rollout_squares
+from ..balance.shooting import rollout_squares
+from ..balance.starts import WHOLE_HORIZON
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate, Kind, at_limit
 from ..candidates.linearisation import Linearisation, Option
@@ -21,22 +22,19 @@ from ..identifiability.rehearsal import Identifiability
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
 from ..search.rival_explanations import is_equivalent
+from ..search.scoring import SLIGHT, TELL_APART
 from ..search.surrogates import Chance, SurrogateTest
 
 SURE = 0.9
-"""Share of block resamples from which a name stands in the corrected model."""
-TELL_APART = 5.0
-"""Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
+"""Share of draws of a log's blocks from which a name stands in the corrected model."""
 CERTAINLY = float(np.log(40 / 0.001))
-"""The same where white noise lets every instant count: what is wrong beats the truth by so much in at most one log in
-exp(10.6), and one of some forty that are wrong does in one in a thousand."""
+"""Log-likelihood that tells two effects apart where white noise lets every instant count: what is wrong beats the truth
+by so much in at most one log in exp(10.6), and one of some forty that are wrong does in one in a thousand."""
 _NEAR = 4.0
-"""Times of that up to which a rival that is not foretold to do as well is fitted: it may do better than foretold."""
+"""Times of that up to which rivals are tried in full that are not foretold to do as well: they may do better."""
 PERHAPS = 0.5
 """Confidence from which an effect is possible: more resamples are for it than against it."""
 _SCALES = ("thrust_scale", "thruster_asymmetry")
-_PART_OF_GAIN = 0.05
-"""Share of what a simple law earns that a general one must explain beyond it to take its name."""
 _PAIRED = 12
 """Rivals of one effect, the best as columns foretell, that are tried two at a time in its place."""
 _BEYOND = 200.0
@@ -250,7 +248,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     worse |= _pairs(model, {**rest, **gone}, dict(zip(quick, shapes, strict=True)), candidate)
     for key, there in model.general.items():
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
-        if special and _explained(search, there) - _explained(search, state) < _PART_OF_GAIN * gain:
+        if special and _explained(search, there) - _explained(search, state) < SLIGHT * gain:
             continue  # what the simple law lacks is a trifle beside what it explains
         if special or _explained(search, search.without(there, candidate.key)) > _explained(search, state) + enough:
             rivals.append(key)

@@ -17,7 +17,7 @@ from ..balance.base import Balance
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Linearisation, Option
 from .gram import GramScores
-from .scoring import ALIVE, Scoring, SearchSettings, State, noise_by_block, present_keys
+from .scoring import ALIVE, TELL_APART, Scoring, SearchSettings, State, noise_by_block, present_keys
 
 __all__ = ["ALIVE", "Search", "SearchSettings", "State", "static_effects"]
 
@@ -166,12 +166,9 @@ def _silent(text: str) -> None:
 
 
 _ADDITIONS, _SWAPS = 8, 4
-"""Additions that are scored in full, of all that the screen ranks; and those in place of each effect of a model."""
+"""Additions that are tried in full, of all that the screen ranks; and those in place of each effect of a model."""
 _MOVES = 30
-"""Changes after which a search ends in any case; the largest models seen have a dozen effects."""
-
-_EARNED = 5.0
-"""Log-likelihood that an effect must earn to be called one: as much as tells two effects apart."""
+"""Changes after which a search ends in any case, for each costs time; the largest models seen have a dozen effects."""
 
 Chosen = dict[str, Option]
 
@@ -355,7 +352,7 @@ class _Options:
             share = float((np.sqrt(lost) / scoring.share_scale).max())
             least = settings.least if known is None or key in known else settings.materiality
             gain = scoring.score(without, rest) - score
-            if gain < (0.0 if key in untold else _EARNED) or share < least:
+            if gain < (0.0 if key in untold else TELL_APART) or share < least:
                 found.append((gain, key))
         return [key for _, key in sorted(found)]
 
@@ -363,7 +360,7 @@ class _Options:
 _SPLIT = 6
 """Additions that are tried first, and beside each of them second, in the place of one effect."""
 _PROMISING = 12
-"""Additions scored in full for each set of dropped effects."""
+"""Additions that are tried in full for each set of dropped effects."""
 
 
 def changes(

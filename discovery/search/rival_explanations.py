@@ -24,7 +24,8 @@ from .gram import RIDGE, share_taken
 _REFITS = 4
 """Fits after which the weights of the axes stay as they are."""
 _CHANGES = 8
-"""Most changes made to a model: an effect or two stands in for the errors of a record, not a dozen."""
+"""Changes of a model that are tried one after the other: an effect or two stands in for the errors of a record, not a
+dozen."""
 _TRIALS = 4
 """Changes tried in full: columns about one model foretell another's worth, but for the shapes of lags and delays."""
 
@@ -146,14 +147,17 @@ class RecordErrorFit:
         return error, change[: len(record)]
 
 
-_COARSE, _DESIGNED = 0.01, 0.1
-"""Share of the largest command from which a step is coarse, and above which levels were chosen by whoever drove."""
-_LEVELS, _MOST = 5, 48
-"""Levels that tell a step, not two numbers that happen to fit; and so many that their errors are as good as noise."""
+_COARSE, _MOST = 0.01, 48
+"""Share of the largest command from which a step is coarse, and levels at most: finer ones explain no more than noise
+does, and each costs time."""
+_DESIGNED = 0.1
+"""Share of the largest command above which levels were chosen by whoever drove."""
+_LEVELS = 5
+"""Levels that tell a step, not two numbers that happen to fit."""
 _HELD = 20
 """Rows on which a level is held: on others commands are the mean of two."""
 _SAME = 1e-5
-"""Share of the largest command by which two levels are one, and a remainder is none."""
+"""Rounding of levels, as a share of the largest command."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
