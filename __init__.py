@@ -16,16 +16,16 @@ if TYPE_CHECKING:  # what editors and type checkers see of the names below, each
     from .comparison.error_limits import Limits as Limits
     from .comparison.error_limits import load_limits as load_limits
     from .comparison.models_by_name import load_model as load_model
+    from .discovery.basis import DiscoverySettings as DiscoverySettings
     from .discovery.calibration.following import adapt as adapt
     from .discovery.calibration.forgetting_fit import AdaptSettings as AdaptSettings
     from .discovery.experiment.optimal_manoeuvre import Bounds as Bounds
-    from .discovery.factors.factors import Ensemble as Ensemble
-    from .discovery.factors.factors import Factors as Factors
-    from .discovery.factors.factors import ensemble as ensemble
-    from .discovery.factors.factors import read_factors as read_factors
-    from .discovery.factors.factors import write_factors as write_factors
+    from .discovery.factors import Ensemble as Ensemble
+    from .discovery.factors import Factors as Factors
+    from .discovery.factors import ensemble as ensemble
+    from .discovery.factors import read_factors as read_factors
+    from .discovery.factors import write_factors as write_factors
     from .discovery.findings import Findings as Findings
-    from .discovery.settings import DiscoverySettings as DiscoverySettings
     from .exports.formats.base import Choices as Choices
     from .fleet.build_fleet import build_fleet as build_fleet
     from .fleet.diary import diary_of as diary_of
@@ -92,11 +92,11 @@ _PUBLIC = {
     "Augmentation": "residuals.training.training_settings",
     "Audit": "comparison.audit",
     "DataSet": "measurements.preparation.prepare",
-    "DiscoverySettings": "discovery.settings",
+    "DiscoverySettings": "discovery.basis",
     "EFFECTS": "physics.effects",
     "Engine": "fleet.workers",
-    "Ensemble": "discovery.factors.factors",
-    "Factors": "discovery.factors.factors",
+    "Ensemble": "discovery.factors",
+    "Factors": "discovery.factors",
     "Bounds": "discovery.experiment.optimal_manoeuvre",
     "Choices": "exports.formats.base",
     "Choice": "residuals.training.training_settings",
@@ -136,7 +136,7 @@ _PUBLIC = {
     "discover": "workflows.discover_and_add",
     "distil": "workflows.check_and_explain",
     "export": "workflows.export",
-    "ensemble": "discovery.factors.factors",
+    "ensemble": "discovery.factors",
     "first_limits": "workflows.compare",
     "fit": "workflows.fit",
     "init": "workflows.inspect_and_init",
@@ -148,7 +148,7 @@ _PUBLIC = {
     "merge_fleets": "fleet.fleet_folder",
     "plan": "workflows.plan",
     "prepare": "measurements.preparation.prepare",
-    "read_factors": "discovery.factors.factors",
+    "read_factors": "discovery.factors",
     "read_fleet": "fleet.parameter_estimates",
     "read_inputs": "workflows.inputs",
     "read_log": "measurements.log",
@@ -156,7 +156,7 @@ _PUBLIC = {
     "simulate_world": "physics.worlds.world",
     "split": "measurements.preparation.split",
     "train": "workflows.train",
-    "write_factors": "discovery.factors.factors",
+    "write_factors": "discovery.factors",
     "write_plan": "workflows.plan",
     "write_run": "workflows.run_folder.write",
 }

@@ -20,9 +20,8 @@ from study.scoring import ODDS, WORLDS, kind_of_world, label, log_score, read_od
 from study.studies import FOLDER, STUDIES
 from study.tables import must_hold
 
-from undertow.discovery.effect_findings import MISSING
+from undertow.discovery.effect_findings import MISSING, Reason
 from undertow.discovery.judgement import Odds
-from undertow.discovery.reason import Reason
 
 PAGE = ROOT / "docs" / "judgement.md"
 INTRODUCTION = """A name that stands in a model is a claim: its gain, its identity, what it is worth, and the sizes of

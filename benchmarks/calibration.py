@@ -16,12 +16,12 @@ import numpy as np
 
 from undertow.discovery.balance.shooting import rollout_squares
 from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.calibration.before_calibration import ROLLOUTS
 from undertow.discovery.calibration.calibrate import Fitted, calibrate, convex_step, rollout_step
 from undertow.discovery.candidates.candidate import calibratable, nuisance_candidates
 from undertow.discovery.search.estimation import block_bootstrap
 from undertow.discovery.search.floating import Search
-from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle

@@ -20,7 +20,7 @@ import numpy as np
 from measured import Figures
 from scipy.linalg import get_blas_funcs, get_lapack_funcs
 
-from undertow.discovery.factors.factors import Column, Factors, compress, ensemble, triangular
+from undertow.discovery.factors import Column, Factors, compress, ensemble, triangular
 from undertow.measurements.statistics.processors import single_threaded
 
 COLUMNS, BLOCKS = 20, 100

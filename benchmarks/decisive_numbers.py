@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 MOST = 40
 ROOMS = ("discovery", "measurements/quality")
 ELSEWHERE = ("calibration", "experiment", "distillation", "factors", "lawful", "identifiability")
-"""Rooms of discovery that decide no verdict: they fit, plan, and say what a log can show."""
+"""Rooms and files of discovery that decide no verdict: they fit, plan, and say what a log can show."""
 COMPUTATION = re.compile(
     r"bytes?\b|\bseed|rounding|cache|at hand|are kept|kept at|Newton|Gauss|halv|steps of|Fits? after|times that|"
     r"columns? is taken|are tried|tried in full|at once|regulari|ridge|precision|how many draws|Resamples|numbers of|"
@@ -93,14 +93,18 @@ def listed() -> list[Number]:
     ]
     for room in ROOMS:
         for path in sorted((ROOT / room).rglob("*.py")):
-            if not set(path.relative_to(ROOT).parts) & set(ELSEWHERE) and decides(path):
+            if not set(path.relative_to(ROOT).with_suffix("").parts) & set(ELSEWHERE) and decides(path):
                 found += constants(path)
     return found
 
 
 def candidates() -> list[Number]:
     """The numbers of discovery that may decide a verdict, whatever their sentences say; see `steady_numbers.py`."""
-    rooms = [path for path in sorted((ROOT / "discovery").rglob("*.py")) if not set(path.parts) & set(ELSEWHERE)]
+    rooms = [
+        path
+        for path in sorted((ROOT / "discovery").rglob("*.py"))
+        if not set(path.with_suffix("").parts) & set(ELSEWHERE)
+    ]
     return [number for path in rooms for number in constants(path)]
 
 

@@ -19,10 +19,9 @@ from scipy.stats import binom
 from study.records import Kept, Script, in_a_table
 from study.worlds import ALL, STEP, Part, draw
 
-from undertow.discovery.basis import choose_balance
+from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.surrogates import SURROGATES, SurrogateTest
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.statistics.processors import single_threaded
 
 PACKAGES = ("physics", "measurements", "discovery")

@@ -24,11 +24,10 @@ import numpy as np
 from study.records import fingerprint
 from study.worlds import PARTS, Case, draw
 
-from undertow.discovery.basis import choose_balance
+from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.discover import find_missing
 from undertow.discovery.experiment.optimal_manoeuvre import Bounds, Driven, find_shortest
 from undertow.discovery.selection import select
-from undertow.discovery.settings import DiscoverySettings
 from undertow.exports.missions import Mission
 from undertow.physics.effects import EFFECTS
 from undertow.physics.errors import RequestError

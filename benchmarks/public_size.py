@@ -27,7 +27,7 @@ from undertow.measurements.log_options import AS_GUESSED
 from undertow.physics.files import write_bytes
 from undertow.physics.motion import Motion
 from undertow.physics.worlds.world import NOISE, World, simulate_world
-from undertow.workflows.fit import in_pieces
+from undertow.workflows.compress import in_pieces
 from undertow.workflows.inputs import read_motions
 
 HULL = undertow.load_vehicle("blueboat")

@@ -11,9 +11,9 @@ import argparse
 
 import numpy as np
 
+from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.candidates.candidate import calibratable
 from undertow.discovery.discover import find_missing
-from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.effects import effect_named
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import random_hull, typical_effect

@@ -53,7 +53,7 @@ def add(
     as_json: JsonOption = False,
 ) -> None:
     """Add effects by name, refit, and print the error before and after."""
-    from ..discovery.settings import DiscoverySettings
+    from ..discovery.basis import DiscoverySettings
     from ..physics.errors import RequestError
     from ..workflows.discover_and_add import add as add_named
     from ..workflows.run_folder.moved_files import Moved

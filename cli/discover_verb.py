@@ -108,7 +108,7 @@ def tell_discovery(
 
     with run_steps_in_fork(read) as steps:  # what checks, searches and tells is loaded while the logs are read
         check()
-        from ..discovery.settings import DiscoverySettings
+        from ..discovery.basis import DiscoverySettings
         from ..reports.terminal import comparison_screen as screen
         from ..reports.terminal import findings_screen as terminal
         from ..workflows.discover_and_add import chosen_ahead

@@ -19,7 +19,7 @@ def explain(
     as_json: JsonOption = False,
 ) -> None:
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
-    from ..discovery.settings import DiscoverySettings
+    from ..discovery.basis import DiscoverySettings
     from ..reports.terminal.laws_and_effects_screen import distilled_table
     from ..workflows.check_and_explain import distil
 

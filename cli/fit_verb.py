@@ -34,7 +34,7 @@ def fit(
     as_json: JsonOption = False,
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
-    from ..discovery.settings import DiscoverySettings
+    from ..discovery.basis import DiscoverySettings
     from ..reports.terminal import findings_screen as terminal
     from ..workflows.fit import fit as calibrate
 

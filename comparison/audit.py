@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..discovery.lawful.certify import certify
+from ..discovery.lawful.laws_over import certify
 from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import Parts
 from ..physics.errors import expect

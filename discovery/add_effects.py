@@ -15,7 +15,7 @@ from ..physics.motion import Motion
 from ..physics.presentation import listing, words
 from ..physics.vehicle import Vehicle
 from .balance.shooting import rollouts_contradict
-from .basis import Basis
+from .basis import Basis, DiscoverySettings
 from .calibration.before_calibration import with_calibration
 from .candidates.candidate import CALIBRATED
 from .claims import Tests, gather_claims
@@ -25,13 +25,12 @@ from .evidence.record_errors import out_of_step, record_errors, sensor_findings,
 from .evidence.unmodelled_forces import rollouts_of_several_logs
 from .evidence.weighing import assess_candidates, limit_confidence
 from .findings import Findings
-from .lawful.passivity import Passivity
+from .lawful.refit import Passivity
 from .search.estimation import Interval
 from .search.floating import Search
-from .search.thruster_scales import all_thrusters
+from .search.rival_explanations import all_thrusters
 from .selection import disagreements
 from .sequential_fit import Fitted, Ordered, basis_for, fit_named, own_numbers
-from .settings import DiscoverySettings
 from .verdicts import VerdictInputs, conclude
 
 _FOUND = {

@@ -1,20 +1,23 @@
 """The choice of the balance for a log: the force balance where its residual is white noise, else open-loop rollouts.
 
-The choice is made once a log, for discovery, adding by name, calibration and distillation alike.
+The choice is made once a log, for discovery, adding by name, calibration and distillation alike. Before it a long log
+is thinned to half an hour: half of the pieces form a D-optimal design, built greedily (Fedorov 1972), so that a rare
+manoeuvre is kept; the others are spread evenly over time, so that a slow change is kept. A compass deviation is taken
+off the motions that rollouts judge.
 """
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
+from ..measurements.compass import SOUND, corrected
 from ..measurements.kinematics import compass_shown
 from ..physics.effects import COMMAND_OFFSET
-from ..physics.momentum_balance import mass_matrix
-from ..physics.motion import AXES, FORCE_UNITS, Array, Motion
+from ..physics.motion import Array, Motion
 from ..physics.vehicle import Vehicle
-from .balance.base import Balance
-from .balance.long_logs import STRAIGHT_RUNS, correct_compass, subsample_long_log
+from .balance.base import Balance, WeakSettings
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
 from .candidates.candidate import (
@@ -27,70 +30,161 @@ from .candidates.candidate import (
     measurable,
     needs_sway,
 )
-from .candidates.linearisation import Linearisation
-from .candidates.unnamed_terms import features_along
+from .evidence.record_errors import STRAIGHT_RUNS
+from .evidence.unexplained import fit_all_forces, has_sensor_noise
 from .search.floating import Search
-from .search.record_errors_in_search import has_residual_structure
-from .settings import DiscoverySettings
+from .search.rival_explanations import has_residual_structure
+from .search.scoring import SearchSettings
 
-COLOURED = 2.0
-"""A force error that no model explains, above this many times what white noise makes, is coloured."""
-MATERIAL = 0.05
-"""Share of the force scale that a coloured error must reach to be worth the slower search on rollouts."""
-CLEAN_MATERIAL = 0.2
-"""The same share for a log without sensor noise, as simulators write it."""
-_LOUD, _SENSED = 9.0, 1e-3
-"""Times what white noise makes from which an error is coloured, however small a share of the force it is, and noise of
-sensors from which that is asked [m/s, rad/s]: short field logs leave 9.4 to 130 on some axis, simulated up to 8."""
-_ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
-"""Independent tests below which structure is left in any log, and how much higher both thresholds then are."""
-_TESTS_A_COLUMN = 3.0
-"""Independent tests for each free factor at least: with fewer, factors fit noise and nothing would look coloured."""
-_NEW = 1e-6
-"""Share of its square that a column must keep beside others to be a new one: less of it is noise and rounding."""
-_RANK = 1e-7
-"""Share of the largest singular value below which a direction is rounding: some times the root of double precision."""
+MOST_TESTS = 7_500
+"""Test functions that a search works on, at the usual stride 25 minutes: each more costs time and memory."""
+_SLACK = 1.2
+"""Times as many that are searched as they are: pieces do not add up to the limit exactly, and to thin costs time,
+too."""
+_PIECE = 500
+"""Test functions of a piece: 100 s hold a few manoeuvres from beginning to end; each piece costs time of its own."""
+_RIDGE = 1e-6
+"""Ridge of the design, of the mean square of a signal: what has never been seen tells much, but not without end."""
+
+
+def subsample_long_log(motions: Sequence[Motion], settings: WeakSettings) -> tuple[tuple[Motion, ...], str]:
+    """The stretches of a long log that it is searched on, in the order of time, and what to say of it.
+
+    A log of no more than `MOST_TESTS` test functions is itself, and there is nothing to say.
+    """
+    pieces = [piece for number, motion in enumerate(motions) for piece in _cut(number, motion, settings)]
+    tests = sum(motion.time.size // _stride(motion, settings) for motion in motions)
+    if tests <= _SLACK * MOST_TESTS:
+        return tuple(motions), ""
+    length = np.array([(stop - start) // _stride(motions[number], settings) for number, start, stop in pieces])
+    grams = np.stack([_gram(motions[number].slice(start, stop)) for number, start, stop in pieces])
+    size = np.sqrt(np.einsum("kii->i", grams) / len(grams))
+    size[size == 0.0] = 1.0
+    grams /= size[:, None] * size
+    telling = _most_telling(grams, length)
+    others = np.setdiff1d(np.arange(len(pieces)), telling)
+    count = int((MOST_TESTS - length[telling].sum()) / max(1.0, length[others].mean())) if others.size else 0
+    evenly = others[np.linspace(0, others.size - 1, min(count, others.size)).round().astype(int)]
+    chosen = [pieces[k] for k in sorted({*telling, *evenly.tolist()})]
+    found = tuple(motions[number].slice(start, stop) for number, start, stop in _joined(chosen))
+    text = (
+        f"effects are searched for on {len(chosen)} pieces of this long log, "
+        f"{sum(m.duration for m in found) / 60.0:.0f} of its {sum(m.duration for m in motions) / 60.0:.0f} min: those "
+        "that tell most, and others spread evenly; errors of predictions are those of the rows that judge"
+    )
+    return found, text
+
+
+def _stride(motion: Motion, settings: WeakSettings) -> int:
+    return max(1, round(settings.stride / motion.time_step))
+
+
+def _cut(number: int, motion: Motion, settings: WeakSettings) -> Iterator[tuple[int, int, int]]:
+    """Pieces of a motion (number, first row, last row but one), all but the last of one length."""
+    rows = _PIECE * _stride(motion, settings)
+    edges = [*range(0, max(1, motion.time.size - rows // 2), rows), motion.time.size]
+    for start, stop in pairwise(edges):
+        yield number, start, stop
+
+
+def _gram(piece: Motion) -> Array:
+    """Mean products of what forces are made of: speeds, their squares, their changes, commands, the heading."""
+    u, v, r = piece.velocity.T
+    turned = [f(piece.heading) for f in (np.cos, np.sin)]
+    signals = [
+        *(u, v, r, u * abs(u), v * abs(v), r * abs(r), u * v, u * r, v * r, abs(u), *turned, u * turned[0]),
+        *(u * turned[1], *np.gradient(piece.velocity, axis=0).T),
+        *(c for k in piece.commands.T for c in (k, k * abs(k), k * abs(k) * k)),
+    ]
+    columns = np.column_stack(signals)
+    return np.asarray(columns.T @ columns / len(columns))
+
+
+def _most_telling(grams: Array, length: np.ndarray) -> list[int]:
+    """Pieces (pieces, n, n) that raise the determinant of the sum of their products most, one after the other.
+
+    They are half of what is searched, by their length in test functions (pieces,).
+    """
+    total = _RIDGE * np.eye(grams.shape[1])
+    result: list[int] = []
+    while len(result) < len(grams) and length[result].sum() < MOST_TESTS // 2:
+        gains = np.linalg.slogdet(total + grams)[1]
+        gains[result] = -np.inf
+        result.append(int(gains.argmax()))
+        total = total + grams[result[-1]]
+    return result
+
+
+def _joined(pieces: Sequence[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
+    """Pieces in the order of time, those that follow each other as one."""
+    result: list[tuple[int, int, int]] = []
+    for number, start, stop in pieces:
+        if result and result[-1][0] == number and result[-1][2] == start:
+            start = result.pop()[1]
+        result.append((number, start, stop))
+    return result
+
+
+UNKNOWN = float(np.radians(5.0))
+"""Deviation that a compass on a boat may have of which nothing is known [rad]: one that was swung has less."""
 
 
 @dataclass(frozen=True, slots=True)
-class Unexplained:
-    """Residual of the balance when every effect and every term up to degree three is fitted at once.
+class CorrectedMotions:
+    """Motions without what sensors add to them.
 
     Attributes
     ----------
-    error : (3,) root mean square force [N, N, N m]
-    noise : (3,) what white sensor noise makes [N, N, N m]
-    share : (3,) error over the force scale
-    independent : effective number of independent tests
-    sensed : the log has sensor noise, as no simulator's exact state has
+    motions : the motions without it
+    turned : standard deviation of what the heading may lack for all that the log shows [rad]; 0 where it is right
+    deviates : the compass does, so that no law of sway is learnt beside what a correction leaves of it
+    notes : the same in words
     """
 
-    error: Array
-    noise: Array
-    share: Array
-    independent: float
-    sensed: bool
+    motions: tuple[Motion, ...]
+    turned: float
+    deviates: bool
+    notes: tuple[str, ...]
 
-    @property
-    def sentence(self) -> str:
-        """The reason for rollouts, with numbers."""
-        texts = [
-            f"{axis} {e:.2g} {unit} (white noise {n:.2g})"
-            for axis, e, n, unit, far in zip(AXES, self.error, self.noise, FORCE_UNITS, self.coloured, strict=True)
-            if far
-        ]
-        return (
-            f"no model of the catalogue explains the force balance of this log to within white sensor noise: "
-            f"{', '.join(texts)} stay; effects are judged by open-loop rollouts instead"
-        )
 
-    @property
-    def coloured(self) -> np.ndarray:
-        """(3,) True for an axis whose error is coloured and material."""
-        material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
-        louder, larger = (1.0, 1.0) if self.independent >= _ENOUGH else _STRICTER
-        large = (self.error > louder * COLOURED * self.noise) & (self.share > larger * material)
-        return large | ((self.error > _LOUD * self.noise) & self.sensed)
+def correct_compass(motions: Sequence[Motion]) -> CorrectedMotions:
+    """Find a compass deviation, and correct headings and velocities for it.
+
+    What stays unknown of the deviation is left out of what is judged.
+    """
+    compass = compass_shown(motions)
+    if compass.sound:
+        return CorrectedMotions(tuple(motions), 0.0, False, ())
+    turned = min(float(np.hypot(compass.size, compass.error)), UNKNOWN)
+    deviates = compass.plain or compass.size > SOUND  # straight runs speak against it, if not for sure
+    judged = [
+        *(["heading and velocities are corrected"] if compass.plain else []),
+        *(["no law of sway is judged"] if deviates else []),
+        f"forces are judged beside a deviation of {np.degrees(turned):.1f} degrees",
+    ]
+    clear = (corrected(m, compass) for m in motions) if compass.plain else motions
+    return CorrectedMotions(tuple(clear), turned, deviates, (f"{compass.sentence}; {', '.join(judged)}",))
+
+
+@dataclass(frozen=True, slots=True)
+class DiscoverySettings:
+    """All settings of a discovery; they are printed in the report.
+
+    Attributes
+    ----------
+    weak : test functions
+    search : price and materiality
+    seed : of the bootstrap
+    refit : True to calibrate the parameters of the nominal model while effects are judged; None to do so where the
+        vehicle file holds guesses, as one that `init` wrote does
+    shooting : rollouts, for logs whose error is coloured
+    """
+
+    weak: WeakSettings = field(default_factory=WeakSettings)
+    search: SearchSettings = field(default_factory=SearchSettings)
+    seed: int = 0
+    refit: bool | None = None
+    shooting: ShootingSettings = field(default_factory=ShootingSettings)
 
 
 _DEVIATES = (
@@ -119,91 +213,8 @@ def why_rollouts(weak: WeakForm, search: Search) -> str:
     # Forces that explain a log to its noise need no error of the compass: a weak thruster makes a boat drift, too.
     # Where there is no noise, they tell the error itself, and better than the straight runs do; see
     # `sensor_error_search`.
-    deviates = _sensed(weak) and compass_shown(weak.motions).plain
+    deviates = has_sensor_noise(weak) and compass_shown(weak.motions).plain
     return _DEVIATES if deviates and has_residual_structure(search, search.run()) else ""
-
-
-def fit_all_forces(weak: WeakForm, search: Search) -> Unexplained:
-    """Fit the measured acceleration by all forces of a search about its nominal model, and see what is left.
-
-    Each axis gets every thruster's force, every shape of every effect, all unnamed terms up to degree three, and terms
-    that turn with the heading as a strong current's do, each with a free factor: an upper limit of what any model of
-    the catalogue could explain, whatever its mass. The columns are those that the search needs anyway; a short log gets
-    their main directions only, three independent tests each.
-    """
-    linear, features = _forces(weak, search)
-    inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}
-    forces = [i for i in range(linear.columns.shape[2] - 1) if i not in inertia]
-    rates = weak.derivative([motion.velocity for motion in weak.motions])
-    error = np.zeros(3)
-    for axis in range(3):
-        other = rates[:, [(2,), (2,), (0, 1)][axis]]  # through m13 and m23, which y_g and x_g make
-        columns = _unit_length(np.column_stack([linear.columns[:, axis, forces], features, other]))
-        vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
-        rank = min(int((values > _RANK * values[0]).sum()), int(weak.independent / _TESTS_A_COLUMN))
-        vectors = vectors[:, :rank]
-        left = rates[:, axis] - vectors @ (vectors.T @ rates[:, axis])
-        error[axis] = np.sqrt((left**2).mean() * weak.independent / (weak.independent - rank))
-    mass = np.diag(mass_matrix(search.nominal))
-    share = error * mass / search.share_scale
-    return Unexplained(error * mass, search.noise_error, share, weak.independent, _sensed(weak))
-
-
-def residual_of_few_forces(weak: WeakForm, search: Search, most: int) -> Array:
-    """Residual of the few best forces on each axis, (3,) mean squares: those that explain most of the nominal model's.
-
-    Each has a free factor on each axis, and is the one that takes most beside those before it: orthogonal matching
-    pursuit (Pati, Rezaiifar and Krishnaprasad 1993, doi:10.1109/ACSSC.1993.342465). What a search calibrates in every
-    model is fitted beside them and does not count.
-
-    Parameters
-    ----------
-    most : forces on an axis; a log has many more independent tests
-    """
-    linear, features = _forces(weak, search)
-    calibrated = [i for key in search.nuisances for o in linear.options[key] for i in o.free if i >= 0]
-    error = np.zeros(3)
-    for axis in range(3):
-        left, rest = linear.columns[:, axis, -1], np.column_stack([linear.columns[:, axis, :-1], features])
-        if calibrated:
-            known, _ = np.linalg.qr(_unit_length(linear.columns[:, axis, calibrated]))
-            left, rest = left - known @ (known.T @ left), rest - known @ (known.T @ rest)
-        rest = _unit_length(rest)
-        for _ in range(min(most, rest.shape[1])):
-            squares = (rest**2).sum(axis=0)
-            gains = np.divide((left @ rest) ** 2, squares, out=np.zeros(squares.size), where=squares > _NEW)
-            best = int(gains.argmax())
-            unit = rest[:, best] / np.sqrt(max(squares[best], _NEW))
-            left, rest = left - unit * (unit @ left), rest - np.outer(unit, unit @ rest)
-        error[axis] = (left**2).mean() * weak.independent / (weak.independent - most)
-    return error
-
-
-def _forces(weak: WeakForm, search: Search) -> tuple[Linearisation, Array]:
-    """All columns of a search about its nominal model, and all terms up to degree three, of unit mass."""
-    linear, _ = search.linearise(search.nominal, ())
-    return linear, np.column_stack([features_along(weak, search.nominal, 3)[1], _turned(weak)])
-
-
-def _unit_length(columns: Array) -> Array:
-    """Columns of unit length, without those that are nothing."""
-    size = np.sqrt((columns**2).sum(axis=0))
-    return np.asarray(columns[:, size > 0] / size[size > 0])
-
-
-def _sensed(weak: WeakForm) -> bool:
-    return bool(weak.noise.max() >= _SENSED)
-
-
-def _turned(weak: WeakForm) -> Array:
-    """Velocities and their moduli times the cosine and the sine of the heading, tested, (tests, 12)."""
-    series = []
-    for motion in weak.motions:
-        speeds = np.column_stack([motion.velocity, np.abs(motion.velocity)])
-        series.append(
-            np.column_stack([speeds * np.cos(motion.heading)[:, None], speeds * np.sin(motion.heading)[:, None]])
-        )
-    return weak.average(series)
 
 
 _MEASURES = ("thruster_arm",)
@@ -246,8 +257,8 @@ class Basis:
 
     @property
     def has_sensor_noise(self) -> bool:
-        """True when sensors made the log: the exact state of a simulator has no noise, white or coloured."""
-        return _sensed(self.forces)
+        """See `has_sensor_noise`."""
+        return has_sensor_noise(self.forces)
 
     @property
     def remarks(self) -> tuple[str, ...]:

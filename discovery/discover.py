@@ -16,14 +16,13 @@ from ..physics.motion import AXES, FORCE_UNITS, Array, Motion
 from ..physics.presentation import Card, listing
 from ..physics.stage import Say, trim_memory
 from ..physics.vehicle import Vehicle
-from .basis import Basis, choose_balance
+from .basis import Basis, DiscoverySettings, choose_balance
 from .calibration.before_calibration import with_calibration
 from .candidates.candidate import CALIBRATED, Kind
 from .candidates.linearisation import Linearisation
-from .claims import Tests, gather_claims, widen_intervals
+from .claims import Tests, at_limits, gather_claims, widen_delays, widen_intervals
 from .effect_findings import FittedTerm
-from .evidence.invariance import invariance
-from .evidence.limits import at_limits, widen_delays
+from .evidence.invariance import find_changing_forces, invariance
 from .evidence.record_errors import (
     add_record_errors,
     out_of_step,
@@ -34,21 +33,19 @@ from .evidence.record_errors import (
 from .evidence.unexplained import find_passing_residuals, find_persistent_residuals, inclusion
 from .evidence.unmodelled_forces import (
     UnmodelledForces,
-    find_changing_forces,
     fit_unmodelled_forces,
     rollouts_of_several_logs,
 )
 from .evidence.weighing import Evidence
 from .experiment.advice import advise, open_questions
 from .findings import Calibrated, Criterion, Findings, OtherForm, PersistentResidual, SensorError
-from .kept_effects import SearchResult, add_stepwise, add_subthreshold, refit_kept, too_short
-from .lawful.passivity import Lawful, judge_passivity, lawful_model
-from .run_models import FoldModels, fold_models
+from .lawful.refit import Lawful, judge_passivity, lawful_model
+from .run_models import FoldModels, add_stepwise, add_subthreshold, fold_models, refit_kept, too_short
 from .search.estimation import Interval, intervals
 from .search.floating import State
 from .search.gram import GramScores
+from .selection import SearchResult
 from .sensor_error_search import HiddenErrors, search_with_sensor_errors
-from .settings import DiscoverySettings
 from .verdicts import VerdictInputs, conclude, unmeasured
 
 

@@ -1,4 +1,4 @@
-"""Findings on one effect, as files hold them: verdict, reasons, numbers with intervals, worth, look-alikes, folds."""
+"""Findings on one effect, as files hold them: verdict, doubts, numbers with intervals, worth, look-alikes, folds."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,11 +9,99 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 from ..measurements.preparation.split import Fold
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError
-from ..physics.file_records import Flag, Number, Record, Whole, absent
+from ..physics.file_records import DescribedEnum, Flag, Number, Record, Whole, absent
+from ..physics.motion import AXES
 from ..physics.presentation import listing, number, unit_text, words
-from .reason import Reason
+from ..physics.vehicle import Vehicle
+from .candidates.candidate import Candidate
 from .search.estimation import Interval
 from .search.surrogates import Chance
+
+_IN = "Not certain: "
+_FORMER = {
+    "doubtful_value": "file_value",
+    "worse_unseen": "weak",
+    "not_in_most_folds": "weak",
+    "folds": "weak",
+    "elsewhere": "weak",
+    "untold": "weak",
+    "rollouts_object": "weak",
+    "mostly_doubted": "lasting_rest",
+    "unjudged_rival": "look_alikes",
+    "chance": "weak",
+    "crowd": "lasting_rest",
+    "uneven": "lasting_rest",
+    "other_form": "substitute",
+    "record": "sensors",
+}
+"""Words of earlier versions, and what stands in their place."""
+
+
+class Reason(DescribedEnum):
+    """The largest doubt about an effect; the value is the word that `findings.json` writes.
+
+    Those from `FILE_VALUE` to `WEAK` are tests of a claim: each has a size, relative to the claim, that lowers its
+    odds (`judgement`); none of them takes an answer back. The others say why an effect is no claim.
+    """
+
+    sentence: str
+    """What is told of it: {meaning} is the catalogue's sentence, {lowered} the same with a small letter at its start,
+    and {told} what the evidence adds."""
+    cannot_tell: bool
+    """Whether the log holds nothing that could settle it, so that no number about the effect means anything."""
+
+    def __init__(self, word: str, sentence: str, cannot_tell: bool = False) -> None:
+        super().__init__(word, sentence)
+        self.cannot_tell = cannot_tell
+
+    @classmethod
+    def _missing_(cls, value: object) -> "Reason | None":
+        """The member for a word of an earlier version."""
+        return cls(_FORMER[value]) if isinstance(value, str) and value in _FORMER else None
+
+    FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
+    FILE_VALUE = ("file_value", f"{_IN}{{told}}. ({{meaning}})")
+    LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")
+    SUBSTITUTE = ("substitute", "Perhaps only the nearest name for something else: {told}. ({meaning})")
+    AT_LIMIT = ("at_limit", "Doubtful: {told}. ({meaning})")
+    SENSORS = ("sensors", f"{_IN}{{told}}. ({{meaning}})")
+    OUT_OF_STEP = (
+        "out_of_step",
+        "Doubtful: the log's channels are out of step by about {told} s, or may be, and that alone could look like it. "
+        "({meaning})",
+    )
+    LASTING_REST = ("lasting_rest", f"{_IN}on its axis, {{told}}. ({{meaning}})")
+    WEAK = ("weak", "Perhaps: {lowered} The evidence is below what undertow demands.")
+    NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)
+    UNFOUND = ("unfound", "In the model because it was asked for, but not certain: {told}. ({meaning})")
+    NOT_EXCITED = (
+        "not_excited",
+        "This log cannot tell: it holds no manoeuvre in which it would show. ({meaning})",
+        True,
+    )
+    UNJUDGED = (
+        "unjudged",
+        "This log cannot tell: rollouts, which judge a log of such noise or compass, do not show it. ({meaning})",
+        True,
+    )
+    ABSORBED = (
+        "absorbed",
+        "This log cannot tell: the calibrated parameters take up what it would do. ({meaning})",
+        True,
+    )
+    NOISE = ("noise", "This log cannot tell: what would show it is hardly more than sensor noise. ({meaning})", True)
+    NOT_FOUND = ("not_found", "Looked for and not found. ({meaning})")
+
+    def tell(self, meaning: str, told: str = "") -> str:
+        """The sentence.
+
+        Parameters
+        ----------
+        meaning : what the catalogue says of the effect, a sentence
+        told : what the evidence adds
+        """
+        return self.sentence.format(meaning=meaning, lowered=f"{meaning[0].lower()}{meaning[1:]}", told=told)
+
 
 Verdict = Literal["missing", "likely", "possible", "no evidence"]
 
@@ -35,7 +123,8 @@ def rounded_probability(probability: float) -> float:
 
 
 MISSING, LIKELY = 0.95, 0.8
-"""Odds from which an effect is called missing, where its interval excludes the file's value, and likely."""
+"""Odds from which an effect is called missing, where its interval excludes the file's value, and likely; how often each
+word was true is in docs/judgement.md."""
 
 
 class Worth(Record):
@@ -266,3 +355,43 @@ def _times(count: int) -> str:
     ['never', 'once', 'twice', '3 times']
     """
     return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")
+
+
+_AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all"}
+
+
+def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:
+    """A parameter's value as the findings report it: the added amount or the absolute one, as the catalogue says.
+
+    Parameters
+    ----------
+    nominal, vehicle : the model before and with the effect
+    candidate : the effect
+    symbol : one of its parameters
+    """
+    return vehicle.value(symbol) - (nominal.value(symbol) if candidate.effect.added else 0.0)
+
+
+def found_terms(
+    candidate: Candidate, nominal: Vehicle, vehicle: Vehicle, intervals: Mapping[str, Interval]
+) -> tuple[FittedTerm, ...]:
+    """The numbers of an effect in a vehicle: added amounts where the catalogue counts those, else absolute values.
+
+    Parameters
+    ----------
+    candidate : the effect
+    nominal, vehicle : the model before and with the effect
+    intervals : 95 % intervals of total values, by symbol
+    """
+    terms = []
+    for parameter in candidate.parameters:
+        symbol = parameter.symbol
+        interval = intervals.get(symbol)
+        shift = nominal.value(symbol) if candidate.effect.added else 0.0
+        moved = None if interval is None else Interval(interval.lower - shift, interval.upper - shift)
+        value = parameter_total(nominal, candidate, vehicle, symbol)
+        axis = _AXIS_OF.get(candidate.effect.family, "all") if parameter.axis is None else AXES[parameter.axis]
+        terms.append(
+            FittedTerm(symbol=symbol, axis=axis, form=parameter.form, value=value, unit=parameter.unit, ci95=moved)
+        )
+    return tuple(terms)

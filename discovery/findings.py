@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
 from ..physics.file_records import Flag, Number, Record, Whole, absent
-from ..physics.motion import AXES
 from ..physics.presentation import Card, each, from_above, number, percent, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
 from .effect_findings import EffectFinding, FittedTerm, Folds, rounded_probability
 from .identifiability.rehearsal import Identifiability
-from .lawful.price_of_law import Passivity
+from .lawful.laws_over import Passivity
 from .search.estimation import Interval
 
 if TYPE_CHECKING:
     from ..reports.page.figures.record_plots import FindingsPlots
 
 _IN_PLAY = 3
-"""Effects, and terms without a name, of which a card shows numbers though none is sure: a line, not a table."""
+"""Effects, and terms without a name, of which a card shows numbers though none is sure: a line, not a table, and no
+number that decides."""
 NOTHING = 1e-8
-"""Force at work on an axis that nobody looked at: `search.scoring` puts 1e-9 in the place of none."""
+"""Rounding of the force at work on an axis that nobody looked at: `search.scoring` puts 1e-9 in the place of none."""
 _EMPTY = (
     BeforeValidator(lambda content: content or None),
     WrapSerializer(lambda value, handler: handler(value) or {}),
@@ -401,8 +401,3 @@ class Findings(Card, Record):
             ("possible", ", ".join(possible)),
             ("sensors", "; ".join(e.sentence for e in self.sensors if e.verdict == "present")),
         ]
-
-
-def axis_name(index: int | None, default: str) -> str:
-    """Name of an axis by index; the default where a parameter acts on more than one."""
-    return default if index is None else AXES[index]

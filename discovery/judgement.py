@@ -13,17 +13,9 @@ from functools import cache
 from math import asinh, exp, log, sqrt
 from pathlib import Path
 
-from .effect_findings import LIKELY, MISSING, Claim, Verdict
-from .reason import Reason
+from .effect_findings import LIKELY, MISSING, Claim, Reason, Verdict
+from .search.scoring import SLIGHT, TELL_APART
 
-_LEAST = 0.05
-"""Share of the error below which it does not matter how little a name removes: of several right names all but the first
-remove little of what the nominal model leaves."""
-_UNIT = 5.0
-"""Log-likelihood that tells two models apart: margins count in its multiples."""
-_ENOUGH = 6.0
-"""Log-likelihood beyond which it does not matter how much worse a rival is: one that holds the name as a special case
-is worse by no more than the price of its other numbers."""
 SHARE = "share"
 """What is left of the probability of a name that has look-alikes, see `share`: it multiplies the odds of the rest."""
 SUPPORT = ("gain", "identity", "worth", "rollout_worth", "clear", "unlike")
@@ -44,7 +36,7 @@ REASONS = {
     "remains": Reason.LASTING_REST,
 }
 """The doubt that each feature is."""
-_PLENTY = {"gain": 5.0, "identity": 1.02, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "unlike": 5.0}
+_PLENTY = {"gain": 5.0, "identity": 0.88, "worth": 0.0, "rollout_worth": 0.0, "clear": 2.0, "unlike": 5.0}
 """What each feature that speaks for a name is where nothing is to be wished for: what is less is a doubt."""
 
 
@@ -113,9 +105,9 @@ def features(claim: Claim) -> dict[str, float]:
     rollout = claim.worth.rollout
     return {
         "gain": log(1.0 + max(claim.gain, 0.0)),
-        "identity": asinh(min(claim.identity, _ENOUGH) / _UNIT),
-        "worth": log(max(claim.worth.force, _LEAST)),
-        "rollout_worth": log(max(claim.worth.force if rollout is None else rollout, _LEAST)),
+        "identity": asinh(min(claim.identity / TELL_APART, 1.0)),
+        "worth": log(max(claim.worth.force, SLIGHT)),
+        "rollout_worth": log(max(claim.worth.force if rollout is None else rollout, SLIGHT)),
         "clear": clear,
         "unlike": 0.0 if size.get("rolls") else _unlike(size.get("substitute")),
         "substitute": max(min(size.get("substitute", 0.0) / max(claim.gain, 1.0), 1.0), -1.0),
@@ -146,7 +138,7 @@ def share(claim: Claim) -> float:
     """
     if not claim.tests.get("look_alikes"):
         return 1.0
-    return 1.0 / (1.0 + exp(-max(min(claim.identity, 200.0), 0.0) / _UNIT))
+    return 1.0 / (1.0 + exp(-max(min(claim.identity, 200.0), 0.0) / TELL_APART))
 
 
 def probability(claim: Claim) -> float:

@@ -5,34 +5,102 @@ begin at several models, are weighted by the model found, and lose what cannot b
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from ..measurements.statistics.processors import parallel_map
 from ..physics.errors import RequestError
-from ..physics.motion import AXES
+from ..physics.motion import AXES, Motion
 from ..physics.presentation import listing, words
 from ..physics.stage import SEARCHING, WEIGHING, Say, Stage, trim_memory
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance
 from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
-from .basis import LEAVES, Basis
-from .calibration.before_calibration import free_parameters
+from .basis import LEAVES, Basis, DiscoverySettings
+from .calibration.before_calibration import FreeParameters, free_parameters
 from .candidates.candidate import Candidate, Kind, at_limit
 from .candidates.unnamed_terms import find_twins, shortlist, term_candidate
 from .evidence.unexplained import add_faint_structure
-from .evidence.weighing import TELL_APART, Evidence, assess_candidates, in_place_of, limit_confidence
+from .evidence.weighing import Evidence, assess_candidates, in_place_of, limit_confidence
 from .identifiability.identifiable_effects import identify
-from .identifiability.rehearsal import plausible_amounts, rehearse
-from .kept_effects import ForceFit, SearchResult, without_effects
+from .identifiability.rehearsal import Identifiability, Rehearsal, plausible_amounts, rehearse
 from .search.estimation import polish
 from .search.floating import Search, State, static_effects
-from .search.record_errors_in_search import has_residual_structure
-from .search.thruster_scales import as_common_scale
-from .settings import DiscoverySettings
+from .search.rival_explanations import as_common_scale, has_residual_structure
+from .search.scoring import TELL_APART
+
+
+@dataclass(frozen=True, slots=True)
+class SearchResult:
+    """A finished selection, before the sure effects are kept.
+
+    Attributes
+    ----------
+    basis : what it was judged on
+    motions : the motions that were looked at, without what sensors add to them
+    search, state : the search, and the model that it ended with
+    evidence : on every candidate
+    known : what the log can show and tell apart
+    plausible, rehearsal : amounts and trials for the advice
+    forces : the same model on the force balance [N, N, N m], for the advice and the report
+    unseen : candidates that what judges the log cannot tell from others
+    notes : how the log was judged, and what was done to it, in words
+    free : what is calibrated in every model, if anything
+    subthreshold : effects that earn something beside the model, but less than tells an effect from nothing
+    """
+
+    basis: Basis
+    motions: tuple[Motion, ...]
+    search: Search
+    state: State
+    evidence: tuple[Evidence, ...]
+    known: Identifiability
+    plausible: dict[str, tuple[float, ...]]
+    rehearsal: Rehearsal | None
+    forces: tuple[Search, State]
+    unseen: tuple[Candidate, ...] = ()
+    notes: tuple[str, ...] = ()
+    free: FreeParameters | None = None
+    subthreshold: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ForceFit:
+    """A model that a search of a force balance ended with.
+
+    Attributes
+    ----------
+    basis : what it was judged on
+    search, state : the search, and the model
+    free : what is calibrated in every model, if anything
+    rehearsal : of its candidates, where one was held
+    rolling : the basis by which rollouts judge, where the model leaves more than white noise; None where it stands
+    """
+
+    basis: Basis
+    search: Search
+    state: State
+    free: FreeParameters | None = None
+    rehearsal: Rehearsal | None = None
+    rolling: Basis | None = None
+
+    @property
+    def explains(self) -> bool:
+        """True when it leaves no structure of the log."""
+        return not has_residual_structure(self.search, self.state)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Keys of the effects in it."""
+        return self.search.named(self.state.active)
+
+
+def without_effects(search: Search, state: State) -> Vehicle:
+    """The model without any effect: the nominal one, calibrated where its parameters are free."""
+    return search.restrict(state, ()).vehicle if search.nuisances else search.nominal
 
 
 def disagreements(form: Balance, nominal: Vehicle, corrected: Vehicle) -> list[str]:
@@ -75,11 +143,11 @@ _NO_START = (
 _POLISHES = 10
 """Steps of a fit that only finds where a search begins; the kept model gets as many as it needs."""
 _SPHERE = 0.5
-"""Added mass of a sphere as a share of the water that it displaces, see `slender`."""
+"""Added mass of a sphere as a share of the water that it displaces, by potential theory (Lamb 1932, article 114)."""
 _LEAST = 3
-"""Effects that seem to earn least, of which the one that does is left out."""
+"""Effects that seem to earn least that are tried in full, of which the one that does is left out."""
 _ROUNDS = 3
-"""Searches at most, each with weights about the model of the one before."""
+"""Searches at most, each with weights about the model of the one before: each costs time."""
 
 
 def search_on_rollouts(basis: Basis, say: Say) -> SearchResult:

@@ -16,15 +16,16 @@ from ..measurements.kinematics import corrected_for
 from ..measurements.statistics.processors import parallel_map
 from ..physics.motion import Array, Motion
 from ..physics.stage import Say, Stage
-from .basis import Basis, choose_balance, residual_of_few_forces
+from .basis import Basis, choose_balance
 from .candidates.candidate import Kind
+from .claims import why_no_hull
 from .effect_findings import FittedTerm
-from .evidence.limits import why_no_hull
+from .evidence.unexplained import residual_of_few_forces
+from .evidence.weighing import CERTAINLY
 from .findings import SensorError
-from .kept_effects import ForceFit, SearchResult
 from .search.floating import Search, State
-from .search.record_errors_in_search import RecordErrorFit, search_with_record_errors
-from .selection import finish, search_forces, select
+from .search.rival_explanations import RecordErrorFit, search_with_record_errors
+from .selection import ForceFit, SearchResult, finish, search_forces, select
 
 _LEAST = (0.05, 0.05, 0.02)
 """Sizes from which an error matters [m, m, rad]."""
@@ -99,17 +100,18 @@ NONE = HiddenErrors(0.0, 0.0, 0.0)
 
 
 _USUAL = (1.0, 1.0, 0.2)
-"""Errors that are nothing unusual [m, m, rad]: of an antenna on a boat of one or two metres, and 11 degrees."""
+"""Errors that are nothing unusual [m, m, rad], which regularise a fit of them: of an antenna on a boat of one or two
+metres, and 11 degrees."""
 _STEP = 0.1
 """Share of these by which a column is taken: the motion is all but linear in so little."""
-_ASKS, _BETTER = 4.0, 10.0
-"""Log-likelihood that such errors must earn beside the model that was found for a second search to be tried, and that
-this must be better by, their price paid. Right sensors earn less than one, and wrong ones no more than five where a
-dozen effects stand in for them."""
+_ASKS = 4.0
+"""Log-likelihood that such errors must earn beside the model that was found for a second search, which costs time; it
+must be better by `CERTAINLY`, their price paid. Right sensors earn less than one, and wrong ones no more than five
+where a dozen effects stand in for them."""
 _SETTLED = {False: 0.003, True: 0.02}
 """Change of an estimate, in units of what is usual, from which it stays: without noise of sensors, and with it."""
 _ROUNDS = 4
-"""Searches with a better and better estimate."""
+"""Searches with a better and better estimate: each costs time."""
 _STAND_IN = 1.0 / 3.0
 """Share of what stood unexplained that may be left beside such errors: what is left of a bad compass and was taken for
 an arm left three quarters, an arm that was there less than a sixth, of that which noise does not hide."""
@@ -173,7 +175,7 @@ def _corrected(fit: ForceFit, estimate: Array, say: Say) -> SensorErrorSearch | 
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
     best: ForceFit | None = None
     found = NONE
-    worth = np.inf if fit.rolling is not None or _stands_in(fit) else fit.state.score - _BETTER
+    worth = np.inf if fit.rolling is not None or _stands_in(fit) else fit.state.score - CERTAINLY
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
         if errors == NONE:
@@ -226,7 +228,7 @@ def _leaves_too_much(fit: ForceFit, after: ForceFit, errors: HiddenErrors) -> bo
     is asked of what as many forces leave, free on each axis, and these must not explain the log.
     """
     paid = after.search.settings.price * errors.count
-    if fit.rolling is None and after.state.score + paid < fit.state.score - _BETTER:
+    if fit.rolling is None and after.state.score + paid < fit.state.score - CERTAINLY:
         return False
     left = fit.state.fit.held_out
     if _overfits(fit):
@@ -275,7 +277,7 @@ def _estimate(basis: Basis) -> Array | None:
         return None
     taken = np.array([errors.arm_x, errors.arm_y, errors.compass])
     best = min(within.worth(), again.worth() + 0.5 * float(np.square(taken / _USUAL).sum()))
-    if search_with_record_errors(search, columns[:, :, :0], empty).worth() - best < _BETTER:
+    if search_with_record_errors(search, columns[:, :, :0], empty).worth() - best < CERTAINLY:
         return None
     return taken + again.errors * _USUAL
 

@@ -10,20 +10,18 @@ from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle, lacking
 from .balance.base import Balance
-from .basis import LEAVES, Basis, choose_balance
+from .basis import LEAVES, Basis, DiscoverySettings, choose_balance
 from .calibration.before_calibration import FreeParameters, free_parameters
 from .candidates.candidate import CALIBRATED, Candidate, Kind, candidates, command_timing, measurable
 from .candidates.linearisation import Option
 from .candidates.unnamed_terms import term_candidate
 from .findings import Findings
-from .kept_effects import polish_on_rollouts, without_offset
-from .lawful.passivity import Lawful, judge_passivity, lawful_model
-from .run_models import FoldModels, RunModels, models_of_given
+from .lawful.refit import Lawful, judge_passivity, lawful_model
+from .run_models import FoldModels, RunModels, models_of_given, polish_on_rollouts, without_offset
 from .search.estimation import Interval, intervals
 from .search.floating import Search, State
 from .search.gram import GramScores
 from .selection import limit_surge_added_mass
-from .settings import DiscoverySettings
 
 Step = tuple[str | None, Vehicle]
 """What was added, None for the nominal model, and the vehicle with it."""

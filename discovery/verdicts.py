@@ -9,31 +9,39 @@ from ..physics.effects import BY_NAME, EFFECTS
 from ..physics.motion import AXES, Array, Motion
 from ..physics.presentation import listing, words
 from ..physics.vehicle import Vehicle
-from .balance.shooting import WHOLE_HORIZON
+from .balance.shooting import TRIFLE
+from .balance.starts import WHOLE_HORIZON
 from .candidates.candidate import Candidate, Kind, measurable
 from .claims import Tests
-from .effect_findings import LIKELY, MISSING, Claim, EffectFinding, FittedTerm, Verdict, rounded_probability
-from .evidence.weighing import PERHAPS, Evidence, found_terms, parameter_total
+from .effect_findings import (
+    LIKELY,
+    MISSING,
+    Claim,
+    EffectFinding,
+    FittedTerm,
+    Reason,
+    Verdict,
+    found_terms,
+    parameter_total,
+    rounded_probability,
+)
+from .evidence.invariance import ONE_SIZE
+from .evidence.weighing import PERHAPS, Evidence
 from .findings import NOTHING, Criterion, Findings, OtherForm, PersistentResidual
 from .identifiability.rehearsal import Identifiability
 from .judgement import largest_doubt, odds, probability, share
 from .judgement import verdict as judged
-from .lawful.passivity import Lawful
-from .reason import Reason
+from .lawful.refit import Lawful
 from .search.estimation import Interval
 from .search.floating import ALIVE, Search
-from .search.thruster_scales import ONE, all_thrusters
+from .search.rival_explanations import ONE, all_thrusters
 
 _SAID = ("missing", "likely")
-_AGREES = 0.15
-"""Relative difference of a number between parts of a log, beyond its error, up to which it is one number."""
 _LEAST_FORCE = 1e-3
-"""Force scale [in the unit of the balance] below which a noise-free log shows a boat at rest."""
+"""Force scale [in the unit of the balance] that rounding makes in a noise-free log of a boat at rest."""
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _FAINT = "it would explain what moves {0} for certain"
 _STILL = "Undecided: the forces at work are hardly more than what sensor noise makes, so this log can tell nothing."
-_TRIFLE = 0.03
-"""Share of the error that a name removes, of force and of rollouts, below which it is a trifle and no open question."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,7 +159,7 @@ def _in_play(effect: EffectFinding) -> bool:
     if effect.claim is None:
         return effect.reason is Reason.FAINT
     worth = effect.claim.worth
-    return max(worth.force, worth.rollout or 0.0) >= _TRIFLE
+    return max(worth.force, worth.rollout or 0.0) >= TRIFLE
 
 
 def _shared_odds(claims: Mapping[str, Claim], evidence: Sequence[Evidence]) -> dict[str, float]:
@@ -234,7 +242,7 @@ def _effect(
         claim=claim,
         chance=e.chance,
         parts=same.parts if same else (),
-        agrees=same.gap <= _AGREES if same and same.parts else None,
+        agrees=same.gap <= ONE_SIZE if same and same.parts else None,
         changes=beside.change if beside and g.tests.forms.selected else None,
         indistinguishable_from=tuple(dict.fromkeys(rivals_by_name)),
         terms=terms,

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from undertow.discovery.balance.long_logs import correct_compass
 from undertow.discovery.balance.shooting import ShootingSettings
+from undertow.discovery.basis import correct_compass
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.search.estimation import polish
 from undertow.measurements.log import Log, read_log

@@ -16,7 +16,7 @@ import numpy as np
 from ..discovery.balance.weak_form import WeakForm, WeakSettings
 from ..discovery.candidates.candidate import nuisance_candidates
 from ..discovery.candidates.linearisation import Linearisation
-from ..discovery.factors.factors import Column, plain_arrays
+from ..discovery.factors import Column, plain_arrays
 from ..measurements.preparation.split import IDLE, active
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import LogError, RequestError

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from ..comparison.facts import AuditRecord, ComparedModel, Comparison, MadeFrom, PairedRecord, RulingRecord
+from ..discovery.basis import DiscoverySettings
 from ..discovery.findings import Findings
-from ..discovery.settings import DiscoverySettings
 from ..measurements.inspection import Inspection
 from ..measurements.prepared_logs import Inputs
 from ..physics.presentation import Card, from_above

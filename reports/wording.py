@@ -8,7 +8,7 @@ from ..comparison.facts import ComparedModel, Held
 from ..comparison.failing.failures import Structure
 from ..discovery.effect_findings import EffectFinding
 from ..discovery.findings import Step
-from ..discovery.lawful.price_of_law import Passivity
+from ..discovery.lawful.laws_over import Passivity
 from ..measurements.prepared_logs import FOLDS
 from ..physics.motion import AXES
 from ..physics.presentation import MINUS, NARROW, finite, listing, number, unit_text, words

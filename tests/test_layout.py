@@ -24,10 +24,9 @@ FLOORS = (
 )
 """The house from the ground floor up: a file imports its own floor and those below."""
 DISCOVERY = (
-    *("balance", "factors", "candidates", "search", "identifiability", "lawful", "reason"),
-    *("effect_findings", "findings", "evidence", "judgement", "claims", "verdicts", "experiment"),
-    *("settings", "basis", "calibration", "kept_effects", "selection", "sensor_error_search", "run_models"),
-    *("discover", "sequential_fit", "add_effects", "distillation"),
+    *("balance", "factors", "candidates", "search", "identifiability", "lawful", "effect_findings", "findings"),
+    *("evidence", "judgement", "claims", "verdicts", "experiment", "basis", "calibration", "selection"),
+    *("sensor_error_search", "run_models", "discover", "sequential_fit", "add_effects", "distillation"),
 )
 """The rooms of discovery, and the files beside them, in the order in which one may use the other."""
 OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}
@@ -36,7 +35,7 @@ OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}
 ROOMS = {
     "cvxpy": ("discovery/lawful/",),
     "clarabel": ("discovery/lawful/",),
-    "pysindy": ("discovery/factors/",),
+    "pysindy": ("discovery/factors.py",),
     "matplotlib": ("reports/page/figures/",),
     "torch": ("residuals/",),
     "safetensors": ("residuals/",),

@@ -6,11 +6,10 @@ import numpy as np
 
 from ..comparison.recommendation import what_decides
 from ..discovery.add_effects import Bench, ManualModel
-from ..discovery.basis import Basis
+from ..discovery.basis import Basis, DiscoverySettings
 from ..discovery.effect_findings import EffectFinding
 from ..discovery.findings import Findings, SensorError
 from ..discovery.sequential_fit import basis_for
-from ..discovery.settings import DiscoverySettings
 from ..measurements.statistics.blocks import Verdict, paired_ratio
 from ..physics.effects import BY_NAME, COMMAND_OFFSET
 from ..physics.errors import RequestError

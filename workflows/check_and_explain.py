@@ -9,9 +9,8 @@ import numpy as np
 
 from ..comparison.audit import Audit, audit
 from ..comparison.models_by_name import MODEL_CURE, check_commands, load_model
-from ..discovery.distillation.distil import distil_model
-from ..discovery.distillation.distilled import Distilled
-from ..discovery.settings import DiscoverySettings
+from ..discovery.basis import DiscoverySettings
+from ..discovery.distillation import Distilled, distil_model
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs, PathLike
 from ..physics.errors import RequestError, VehicleError, expect

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..discovery.balance.base import WeakSettings
 from ..discovery.balance.weak_form import LEAST_TESTS, WeakForm
+from ..discovery.basis import DiscoverySettings
 from ..discovery.candidates.unnamed_terms import term_factors
-from ..discovery.factors.factors import Factors
-from ..discovery.settings import DiscoverySettings
+from ..discovery.factors import Factors
 from ..measurements.formats.registry import log_digests
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.statistics.processors import single_threaded

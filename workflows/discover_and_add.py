@@ -19,7 +19,7 @@ from ..comparison.comparison import (
 from ..comparison.facts import BASELINE, CALIBRATED, CORRECTED
 from ..comparison.recommendation import shares_of_error
 from ..discovery.add_effects import add_effects
-from ..discovery.basis import Basis, choose_balance
+from ..discovery.basis import Basis, DiscoverySettings, choose_balance
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.record_errors import sensor_errors
 from ..discovery.findings import Findings, LogFacts, SensorError, Step, Unexplained
@@ -27,7 +27,6 @@ from ..discovery.judgement import odds
 from ..discovery.run_models import resolve_names, values_of_step
 from ..discovery.sensor_error_search import HiddenErrors
 from ..discovery.sequential_fit import basis_for
-from ..discovery.settings import DiscoverySettings
 from ..measurements.preparation.prepare import DataSet
 from ..measurements.preparation.split import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..comparison.comparison import score_step
+from ..discovery.basis import DiscoverySettings
 from ..discovery.calibration.calibrate import Calibration, calibrate
 from ..discovery.findings import NotCalibrated, Step
-from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import expect
 from ..physics.motion import AXES, FORCE_UNITS

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..comparison.models_by_name import logs_of, overlap
-from ..discovery.balance.long_logs import subsample_long_log
-from ..discovery.settings import DiscoverySettings
+from ..discovery.basis import DiscoverySettings, subsample_long_log
 from ..measurements.formats.registry import log_digests
 from ..measurements.preparation.resampling import accelerations
 from ..measurements.preparation.split import folds_of

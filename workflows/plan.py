@@ -14,7 +14,7 @@ from ..discovery.basis import choose_balance
 from ..discovery.experiment.advice import open_questions
 from ..discovery.experiment.optimal_manoeuvre import LEAST_SECONDS, Bounds, Driven, Manoeuvre, find_shortest
 from ..discovery.experiment.separation import MOST_RIVALS, OpenQuestion, open_question
-from ..discovery.kept_effects import SearchResult
+from ..discovery.selection import SearchResult
 from ..discovery.sensor_error_search import search_with_sensor_errors
 from ..exports.missions import MISSION_FORMATS, Mission, MissionFormat, Place
 from ..measurements.prepared_logs import PathLike

@@ -41,7 +41,7 @@ from ..residuals.training.training_settings import Choice, TrainingSettings
 from .run_folder.run_files import check_target_folder
 
 if TYPE_CHECKING:
-    from ..discovery.distillation.distilled import Distilled
+    from ..discovery.distillation import Distilled
     from ..residuals.models.network_model import NetworkModel
     from ..residuals.training.best_kind import Candidate
     from ..residuals.training.epochs import Trained

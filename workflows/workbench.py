@@ -4,10 +4,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ..comparison.facts import ComparedModel, Comparison
+from ..discovery.basis import DiscoverySettings
 from ..discovery.candidates.candidate import CALIBRATED
 from ..discovery.findings import Findings
 from ..discovery.sensor_error_search import HiddenErrors
-from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import Inputs, PathLike
 from ..measurements.statistics.processors import single_threaded
 from ..physics.errors import RequestError

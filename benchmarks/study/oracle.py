@@ -7,10 +7,10 @@ from itertools import combinations
 from pathlib import Path
 
 from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.candidates.candidate import Kind, candidates, measurable
 from undertow.discovery.evidence.weighing import CERTAINLY
 from undertow.discovery.search.floating import Search, State
-from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import LogError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle

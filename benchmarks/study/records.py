@@ -24,7 +24,7 @@ from joblib import Parallel, delayed, parallel_config
 ROOT = Path(__file__).resolve().parents[2]
 FACTS = ("physics", "measurements", "residuals", "discovery", "comparison", "workflows")
 """Folders whose sources make the facts of a log."""
-JUDGEMENT = ("discovery/judgement.py", "discovery/odds.", "discovery/verdicts.py", "discovery/reason.py")
+JUDGEMENT = ("discovery/judgement.py", "discovery/odds.", "discovery/verdicts.py")
 """Beginnings of the files that judge them."""
 _DIGITS = 5
 """Significant digits of what is kept: more than any figure has, and a third of the bytes."""

@@ -16,10 +16,9 @@ from typing import Any
 import numpy as np
 
 from undertow.discovery.balance.shooting import rollout_squares
-from undertow.discovery.effect_findings import EffectFinding
+from undertow.discovery.effect_findings import EffectFinding, Reason
 from undertow.discovery.findings import Findings
 from undertow.discovery.judgement import odds
-from undertow.discovery.reason import Reason
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import Vehicle

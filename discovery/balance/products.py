@@ -1,28 +1,33 @@
-"""Summands of the momentum balance along given rows, each computed once.
+"""Summands of the momentum balance along given rows, each computed once, and the same through test functions.
 
 The balance is a sum of coefficients times products of signals (`physics.momentum_balance`). A coefficient belongs to
 the vehicle; a product depends on the rows alone, but for the water's velocity, the wake's memory time, the length of
-the hull and the shapes of the thrusters. Delays of the commands interpolate between forces shifted by whole rows, since
-all that is linear in a force interpolates with it.
+the hull and the shapes of the thrusters.
 """
 
 from abc import ABC, abstractmethod
-from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections import OrderedDict, deque
+from collections.abc import Sequence
 from functools import cache, partial
 from itertools import pairwise
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ...physics.forces import CURRENT, across_hull, apparent_wind, commands_known, relative_velocity, remaining_thrust
+from ...physics.forces import (
+    CURRENT,
+    across_hull,
+    apparent_wind,
+    relative_velocity,
+    remembered_before,
+)
 from ...physics.momentum_balance import FORCES, balances
 from ...physics.momentum_balance import Balance as AxisBalance
-from ...physics.motion import Array, Motion
-from ...physics.sampled_series import Switches, first_order_lag, switches
+from ...physics.motion import Array, Motion, earth_to_body
+from ...physics.sampled_series import first_order_lag
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .base import Remembered, cache_limit
+from .base import LateForces, Remembered, cache_limit
 
 _WATERS = 4
 """Velocities of the water whose rows are kept: a model's own, and those beside it by which a column is taken."""
@@ -218,83 +223,224 @@ def water(vehicle: Vehicle) -> Water:
     return tuple(vehicle.values[symbol] for symbol in CURRENT)
 
 
-_KEPT = 16_000_000
-"""Bytes of forces, and as many of commands, that are kept: on 25 min of log at 20 Hz, of 16 shapes of two thrusters."""
-_WHOLE = 1e-9
-"""Share of a row that is rounding of a delay of whole rows."""
+_RATES = ("u_dot", "v_dot", "r_dot")
+_KEPT = (400, 200)
+"""Products that are kept: of a few shapes of each thruster and a few waters, between which a search goes to and fro."""
+_KNOWN = 4
+"""Vehicles whose parts are kept: a model's own, to which others beside it are compared."""
+_TOGETHER = 65_536
+"""Numbers that go through the test functions at once: calls are few, and memory is little beside any log's columns."""
+
+
+class Kernel(NamedTuple):
+    """Test functions over one motion: weights of a value and of a rate, rows between two, and how many there are."""
+
+    value: Array
+    rate: Array
+    stride: int
+    count: int
+
+    def apply(self, rows: Array, weights: Array) -> Array:
+        """Weighted sums of rows (..., n) about each centre, (..., count)."""
+        total = np.zeros((*rows.shape[:-1], self.count))
+        if not self.count:
+            return total
+        # A window is some strides long: each stride of rows meets each stride of weights once, in one product.
+        pieces = -(-weights.size // self.stride)
+        padded = np.zeros((pieces, self.stride))
+        padded.flat[: weights.size] = weights
+        strides = self.count + pieces - 1
+        known = min(rows.shape[-1], strides * self.stride)
+        flat, sums = rows.reshape(-1, rows.shape[-1]), total.reshape(-1, self.count)
+        few = max(1, _TOGETHER // known)
+        for k in range(0, len(flat), few):
+            some, met_by = flat[k : k + few], sums[k : k + few]
+            whole = np.zeros((len(some), strides * self.stride))
+            whole[:, :known] = some[:, :known]
+            met = (padded @ whole.reshape(-1, self.stride).T).reshape(pieces, len(some), strides)
+            for piece in range(pieces):
+                met_by += met[piece, :, piece : piece + self.count]
+        return total
 
 
 @final
-class LateForces:
-    """Forces and losses of thrusters along some motions, of a gain and a loss of one.
+class TestedTerms(Products):
+    """Products of the balance as (copies, tests), or (1, tests) where no copy differs.
 
     Parameters
     ----------
-    motions : gap-free stretches with their commands
+    motions : the gap-free stretches
+    velocities : (copies, n, 3) over ground for each motion; the first is the measured one
+    kernels : test functions of each motion
+    claims : (n, 3) accelerations over ground for each motion that stand in place of the measured ones
+    like : terms of other motions, whose sums of products, which are of vehicles and not of motions, are these, too
     """
 
-    def __init__(self, motions: Sequence[Motion]) -> None:
-        self._motions = tuple(motions)
-        self._steps = [motion.time_step for motion in self._motions]
-        known = [commands_known(motion, 0) for motion in self._motions]
-        self._edges = np.cumsum([0, *(series.size for series, _ in known)])
-        self._rows = [np.arange(b - m.time.size, b) for m, b in zip(self._motions, self._edges[1:], strict=True)]
-        self._lagged: Remembered[tuple[Array, ...]] = Remembered(_KEPT)
-        self._prompt: Remembered[Array] = Remembered(_KEPT)
+    def __init__(
+        self,
+        motions: Sequence[Motion],
+        velocities: Sequence[Array],
+        kernels: Sequence[Kernel],
+        claims: Sequence[Array] | None,
+        like: "TestedTerms | None" = None,
+    ) -> None:
+        self._motions, self._kernels = motions, kernels
+        self._edges = np.cumsum([0, *(m.time.size for m in motions)])
+        self._claim = None if claims is None else np.concatenate(claims).T
+        u, v, r = np.concatenate([np.moveaxis(v, -1, 0) for v in velocities], axis=-1)
+        air = [np.zeros((m.time.size, 2)) if m.air is None else m.air for m in motions]
+        north, east = np.concatenate(air).T
+        self._known: deque[tuple[Vehicle, Parts]] = deque(maxlen=_KNOWN) if like is None else like._known
+        self._known_rates: dict[int, tuple[Array, ...]] = {}
+        self._units: dict[tuple[object, ...], Parts] = {} if like is None else like._units
+        self._thrusts = LateForces(motions)
+        heading, minutes = (
+            np.concatenate(parts) for parts in zip(*((m.heading, m.minutes) for m in motions), strict=True)
+        )
+        super().__init__(heading, (u, v, r), (north, east), minutes, _KEPT)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(copies, tests)."""
+        return self.velocity[0].shape[0], sum(kernel.count for kernel in self._kernels)
+
+    def balances(self, vehicle: Vehicle) -> Array:
+        """Inertia less force of a vehicle, (3, copies, tests) [N, N, N m]."""
+        return self.summed(self._balance(vehicle))
+
+    def difference(self, one: Vehicle, other: Vehicle) -> Array:
+        """The balance of one vehicle less that of another, (3, copies, tests): only what differs is read."""
+        parts = subtract_products(self._balance(one), self._balance(other))
+        if water(one) == water(other):
+            return self.summed(parts)
+        # Waters beside a model's own are asked for once: their products are added up along the rows and tested as one.
+        still, flowing = (
+            [{k: p for k, p in line.items() if (k[1] is None) is s} for line in parts] for s in (True, False)
+        )
+        total = self.summed((still[0], still[1], still[2]))
+        wanted: dict[Key, list[tuple[int, float, Vehicle]]] = {}
+        for axis, line in enumerate(flowing):
+            for key, (coefficient, vehicle) in line.items():
+                wanted.setdefault(key, []).append((axis, coefficient, vehicle))
+        rows = np.zeros((3, *self.velocity[0].shape))
+        for key, (first, *others) in wanted.items():
+            rate = key[0] == "rate"
+            product, sums = (self._rate(key[2], first[2]), total) if rate else (self.along(key, first[2]), rows)
+            for axis, coefficient, _ in (first, *others):
+                sums[axis] += coefficient * product
+        return total + self.passed(rows)
+
+    def unit(self, about: Vehicle, symbol: str, beside: tuple[object, ...]) -> Array:
+        """What a unit of a parameter in which the balance is linear takes off it, (3, copies, tests).
+
+        Which products it multiplies is the same in all waters.
+
+        Parameters
+        ----------
+        beside : what else its coefficients depend on
+        """
+        parts = self._units.get((symbol, *beside))
+        if parts is None:
+            without, within = (about.with_values({symbol: value}) for value in (0.0, 1.0))
+            parts = self._units[symbol, *beside] = subtract_products(self._balance(without), self._balance(within))
+        flow = water(about)
+        surge, sway, yaw = (
+            {(k[0], None if k[1] is None else flow, *k[2:]): (part[0], about) for k, part in line.items()}
+            for line in parts
+        )
+        return self.summed((surge, sway, yaw))
+
+    def _balance(self, vehicle: Vehicle) -> Parts:
+        for known, parts in self._known:
+            if known is vehicle:
+                return parts
+        lines = balances(vehicle)
+        rows = [[(key, -coefficient, v) for key, coefficient, v in row] for row in self.force_parts(lines, vehicle)]
+        for row, line in zip(rows, lines, strict=True):
+            for term in line.inertia:
+                axis = _RATES.index(term.factors[0])
+                row.append((("rate", water(vehicle) if axis < 2 else None, axis), term.coefficient, vehicle))
+        self._known.append((vehicle, merge_products(rows)))
+        return self._known[-1][1]
+
+    def worked_out(self, key: Key, vehicle: Vehicle) -> Array:
+        """The product that a key stands for, the tested derivatives among them."""
+        if key[0] == "rate":
+            return self._rate(key[2], vehicle)
+        return self._push(key[2], vehicle.thrusters[key[2]]) if key[0] == "push" else super().worked_out(key, vehicle)
 
     def forget(self) -> None:
-        """Keep no forces."""
-        self._lagged.clear()
-        self._prompt.clear()
+        """Keep no products and no forces."""
+        super().forget()
+        self._known_rates.clear()
+        self._thrusts.forget()
 
-    def late(self, unit: Thruster) -> tuple[tuple[int, ...], Array]:
-        """Whole rows by which forces are late in each motion, and the share of a row beyond."""
-        rows = np.array([unit.late / step for step in self._steps])
-        whole = np.floor(rows + _WHOLE)
-        share = rows - whole
-        return tuple(whole.astype(int).tolist()), np.where(share > _WHOLE, share, 0.0)
+    def passed(self, rows: Array) -> Array:
+        """Rows (..., n) through the test functions, (..., tests)."""
+        return self._test(rows, [kernel.value for kernel in self._kernels])
 
-    def shifted(self, index: int, unit: Thruster, rows: Sequence[int]) -> Array:
-        """Force [N] and load [N s/m] of a thruster along all motions, (2, n), by whole rows late; the ends hold.
-
-        Parameters
-        ----------
-        index : number of the thruster in the vehicle
-        unit : the thruster, with its curve, dead zone and wear
-        rows : by how many whole rows each motion is late; negative, early
-        """
-        series = self._prompt.of((index, unit.prompt_shape), lambda: self._at_once(index, unit))
-        ends = zip(self._rows, rows, pairwise(self._edges), strict=True)
-        places = [np.clip(own - by, first, last - 1) for own, by, (first, last) in ends]
-        result = series.take(np.concatenate(places), axis=1)
-        if unit.thrust_rate:
-            result *= np.concatenate([remaining_thrust(unit, motion.minutes) for motion in self._motions])
+    def wake(self, axis: int, vehicle: Vehicle) -> Array:
+        """The wake memory from what it holds at the beginning of each motion, (copies, rows)."""
+        velocity, constant = self.relative(vehicle)[axis], vehicle.values["memory_time"]
+        result = np.empty_like(velocity)
+        for motion, (start, stop) in zip(self._motions, pairwise(self._edges), strict=True):
+            begin = remembered_before(vehicle, motion)[axis - 1]
+            for row, kept in zip(velocity[:, start:stop], result[:, start:stop], strict=True):
+                kept[:] = first_order_lag(row, constant, motion.time_step, begin)
         return result
 
-    def between(self, unit: Thruster, at: Callable[[tuple[int, ...]], Array], times: Sequence[int]) -> Array:
-        """Interpolate what is linear in a force between whole rows.
+    def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
+        """Force [N] and load [N s/m] of a thruster, (1, rows) each: commands have no noise."""
 
-        Parameters
-        ----------
-        at : whole rows late in each motion -> (..., m), of all motions in turn
-        times : how many of the m belong to each motion
-        """
-        whole, share = self.late(unit)
-        result = at(whole)
-        if not share.any():
-            return result
-        # So that of a force that stays, which is the same a row later, nothing changes to the bit.
-        return result + np.repeat(share, times) * (at(tuple(k + 1 for k in whole)) - result)
+        def at(rows: tuple[int, ...]) -> Array:
+            return self._thrusts.shifted(index, unit, rows)
 
-    def _at_once(self, index: int, unit: Thruster) -> Array:
-        """Force and load along the commands of all motions and their history, (2, rows)."""
-        lagged, rows, share = self._lagged.of((index, unit.lag), lambda: self._commanded(index, unit.lag))
-        return unit.prompt(lagged, Switches(rows, share))
+        force, load = self._thrusts.between(unit, at, np.diff(self._edges).tolist())
+        return force[None], load[None]
 
-    def _commanded(self, index: int, lag: float) -> tuple[Array, ...]:
-        """A command with a lag along all motions and their history, and where it switches."""
-        known = zip(self._motions, self._steps, strict=True)
-        lagged = [first_order_lag(commands_known(m, index)[0], lag, step) for m, step in known]
-        found = [switches(series) for series in lagged]
-        rows = [first + one.rows for first, one in zip(self._edges, found, strict=False)]
-        return np.concatenate(lagged), np.concatenate(rows), np.concatenate([one.share for one in found])
+    def _push(self, index: int, thruster: Thruster) -> Array:
+        """The force of a thruster of a gain of one through the test functions, (1, tests)."""
+        unit = thruster.unit
+        shape = ("whole", index, unit.prompt_shape, unit.thrust_rate)
+
+        def at(rows: tuple[int, ...]) -> Array:
+            return self._still.of((*shape, rows), partial(tested, rows))
+
+        def tested(rows: tuple[int, ...]) -> Array:
+            return self.passed(self._thrusts.shifted(index, unit, rows)[:1])
+
+        return self._thrusts.between(unit, at, [kernel.count for kernel in self._kernels])
+
+    @property
+    def of_rows(self) -> tuple[Array, Array]:
+        """Heading [rad] and minutes since the beginning of the log, (rows,) each."""
+        return self.heading, self._minutes
+
+    def _rate(self, axis: int, vehicle: Vehicle) -> Array:
+        """The tested derivative of a relative velocity, or of a claimed one, (copies, tests)."""
+        if self._claim is None:
+            measured, *flowing = self._rates(axis)
+            parts = zip(water(vehicle), flowing, strict=True) if axis < 2 else ()
+            return measured - sum(speed * rate for speed, rate in parts if speed)
+        claimed = self._claim[axis][None]
+        if axis < 2:  # less what the turning of the current adds over ground
+            drift = self.velocity[1 - axis] - self.relative(vehicle)[1 - axis]
+            claimed = claimed + (-1.0, 1.0)[axis] * drift * self.velocity[2]
+            northwards, eastwards = (rate / 60.0 for rate in water(vehicle)[2:])
+            claimed = claimed - earth_to_body(self.heading, northwards, eastwards)[axis]
+        return self.passed(claimed)
+
+    def _rates(self, axis: int) -> tuple[Array, ...]:
+        """Tested derivatives of a velocity over ground, and of what a unit of each number of the water adds to it."""
+        weights = [kernel.rate for kernel in self._kernels]
+        if axis not in self._known_rates:
+            rows = [self.velocity[axis]]
+            if axis < 2:
+                turned = [earth_to_body(self.heading, *unit)[axis][None] for unit in ((1.0, 0.0), (0.0, 1.0))]
+                rows += [*turned, *(self._minutes * one for one in turned)]
+            self._known_rates[axis] = tuple(-self._test(one, weights) for one in rows)
+        return self._known_rates[axis]
+
+    def _test(self, rows: Array, weights: Sequence[Array]) -> Array:
+        pieces = zip(self._kernels, weights, pairwise(self._edges), strict=True)
+        return np.concatenate([kernel.apply(rows[..., a:b], weight) for kernel, weight, (a, b) in pieces], axis=-1)

@@ -19,19 +19,21 @@ from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, cache_limit
 from .sensitivity import Tangent, transitions
-from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay_out_rollouts
+from .starts import (
+    HORIZON,
+    LEAST_BLOCKS,
+    LEAST_STARTS,
+    SPACING,
+    WHOLE_HORIZON,
+    Rollings,
+    ShootingSettings,
+    lay_out_rollouts,
+)
 
-HORIZON = 5.0
-"""Length of a rollout [s]: long enough to accumulate a wrong force, short enough to forget a noisy start."""
-WHOLE_HORIZON = 10.0
-"""Length of the rollouts [s] by which a corrected model as a whole must not be worse than the nominal one."""
-SPACING = 2.5
-"""Distance between starts [s]."""
-_PARTING = 10.0
-"""Distance between starts [s] where two models are only held against each other."""
-WORSE = 0.03
-"""Rise of the logarithm of the mean square rollout error from which a model is called worse, if it is also sure."""
-FEWEST = 8
+TRIFLE = 0.03
+"""Share of an error, or of a motion, up to which a change of it is a trifle: a model is called no worse for it, if it
+is sure at all, and an effect that makes no more is no open question."""
+FEWEST = LEAST_BLOCKS * LEAST_STARTS
 """Rollouts below which nothing is said: as few as a log that is judged by rollouts has."""
 _NO_ERROR = 1e-12
 """Mean square error [m^2/s^2, rad^2/s^2] that is none: rollouts of an axis that does not move differ by rounding."""
@@ -96,7 +98,7 @@ def rollouts_contradict(without: Array, within: Array, overlap: int) -> bool:
     if without.shape[0] < FEWEST:
         return False
     rise = error_increase(without, within, overlap)
-    return rise.ci95 is not None and rise.ci95[0] > 0.0 and 2.0 * rise.difference > WORSE
+    return rise.ci95 is not None and rise.ci95[0] > 0.0 and 2.0 * rise.difference > TRIFLE
 
 
 def predicts_worse(motions: Sequence[Motion], without: Vehicle, within: Vehicle) -> bool:
@@ -111,21 +113,18 @@ def predicts_worse(motions: Sequence[Motion], without: Vehicle, within: Vehicle)
     return rollouts_contradict(before, after, rollout_overlap(WHOLE_HORIZON))
 
 
-def rollout_difference(
-    motions: Sequence[Motion], one: Vehicle, other: Vehicle, horizon: float = WHOLE_HORIZON
-) -> Array:
+def rollout_difference(motions: Sequence[Motion], one: Vehicle, other: Vehicle) -> Array:
     """Difference of two models' rollouts along a log, (3,): root mean square, as a share of the rms motion.
 
-    Rollouts of `horizon` [s] from common measured starts; zeros when no motion is long enough.
+    Rollouts of 10 s from common measured starts, end to end; zeros when no motion is long enough.
 
     Parameters
     ----------
     motions : whose starts and commands both models have
     one, other : the models; shares are of the rms motion of `one`
-    horizon : length of a rollout [s]
     """
     gap, size = np.zeros(3), np.full(3, 1e-12)
-    asked = _every(motions, horizon, _PARTING)
+    asked = _every(motions, WHOLE_HORIZON, WHOLE_HORIZON)
     rolled = rollouts([(vehicle, legs) for vehicle in (one, other) for legs in asked], placed=False)
     states = [each.states[:, :, 1:] for each in rolled]
     for a, b in zip(states[: len(asked)], states[len(asked) :], strict=True):
@@ -143,9 +142,10 @@ _HALVINGS = 5
 _DEVIATIONS = ("compass_constant", "compass_sine", "compass_cosine")
 """How a compass deviates: by a constant, and with the heading."""
 _FREE = 10.0
-"""Spreads of the errors by which a free start may err: of a hundred, predictions are the same to two digits."""
+"""Spreads of the errors by which a free start may err, a regulariser: of a hundred, predictions are the same to two
+digits."""
 _TURN = 0.01
-"""Deviation by which their traces are taken [rad]: what turns speeds is all but linear in so little."""
+"""Deviation by which their derivative is taken [rad]: what turns speeds is all but linear in so little."""
 _STEP_SHARE = 0.02
 """Share of a parameter's step that bends no column by more than a few per cent; a judgement, not measured."""
 

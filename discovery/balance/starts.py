@@ -16,15 +16,22 @@ from ...physics.integration import Around, Driven, integrate
 from ...physics.motion import Array, Motion
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, Remembered
-from .products import LateForces
+from .base import LEAST_NOISE, LateForces, Remembered
 
+HORIZON, WHOLE_HORIZON = 5.0, 10.0
+"""Lengths of a rollout [s]: long enough to accumulate a wrong force, short enough to forget a noisy start; and long
+enough to judge a model as a whole. What is fitted to the longer ones comes nearer the truth where a log holds enough of
+them (`benchmarks/calibration.py --horizons`)."""
+SPACING = HORIZON / 2.0
+"""Distance between starts [s]: each instant is predicted from two of them."""
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
-"""Rollouts in a block, and blocks, that a log must hold."""
+"""Rollouts in a block, of which two overlap, so that two count: the fewest with degrees of freedom; and blocks that a
+log must hold: of one nothing is held out."""
 _SPIKE = 4.0
-"""Standard deviations from its neighbours from which a row is false: a normal error is, in one row of 16,000."""
+"""Standard deviations from its neighbours from which a row is false: a normal error is by chance, in one row of
+16,000."""
 _ROUNDING = 1e-4
-"""Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
+"""Rounding of time steps, as a share: half a millisecond in a rollout of 5 s."""
 _KEPT = 64_000_000
 """Bytes of responses that are kept: on five minutes of log, those of every starting shape of two thrusters."""
 _ROLLED = 2
@@ -51,8 +58,8 @@ class ShootingSettings:
         rollouts is whitened out
     """
 
-    horizon: float = 5.0
-    spacing: float = 2.5
+    horizon: float = HORIZON
+    spacing: float = SPACING
     bin: float = 0.5
     step: float = 0.1
     blocks: int = 16

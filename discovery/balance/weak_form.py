@@ -20,8 +20,9 @@ from ...physics.momentum_balance import mass_matrix
 from ...physics.motion import FORCE_UNITS, Array, Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, MANY, Balance, Neighbourhood, Remembered, WeakSettings, cache_limit
-from .shooting import HORIZON, rollout_overlap, rollout_squares
-from .tested_terms import Kernel, TestedTerms
+from .products import Kernel, TestedTerms
+from .shooting import rollout_overlap, rollout_squares
+from .starts import HORIZON
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -84,8 +85,8 @@ def _slopes(vehicle: Vehicle, motion: Motion) -> Array:
 __all__ = ["WeakForm", "WeakSettings"]
 
 LEAST_TESTS, _LEAST_BLOCKS = 8, 4
-"""Test functions in a block, which at the usual stride is then as long as one of them; and blocks, of which one that is
-held out is a quarter of the log."""
+"""Test functions in a block, which at the usual stride is then as long as one of them; and blocks, for all of three
+agree by chance in one log of four."""
 _NOISE_SEED = 20040
 """Any number: the same noise is drawn for every model, so that two of them can be compared."""
 

@@ -10,10 +10,9 @@ from dataclasses import dataclass, replace
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.shooting import HORIZON, WHOLE_HORIZON, ShootingSettings
-from ..balance.starts import LEAST_BLOCKS, LEAST_STARTS
+from ..balance.starts import HORIZON, LEAST_BLOCKS, LEAST_STARTS, WHOLE_HORIZON, ShootingSettings
 from ..balance.weak_form import WeakForm
-from ..basis import Basis, choose_balance
+from ..basis import Basis, DiscoverySettings, choose_balance
 from ..candidates.candidate import (
     Candidate,
     Kind,
@@ -24,10 +23,9 @@ from ..candidates.candidate import (
 )
 from ..findings import Calibrated, Findings, NotCalibrated
 from ..identifiability.identifiable_effects import Identified, identified
-from ..lawful.passivity import Lawful
+from ..lawful.refit import Lawful
 from ..search.estimation import Interval, polish
 from ..search.floating import SearchSettings
-from ..settings import DiscoverySettings
 
 _MASSES = ("X_udot", "Y_vdot", "N_rdot")
 _THRUST = "thrust_scale"

@@ -30,16 +30,14 @@ from ..balance.shooting import (
     rollouts_contradict,
 )
 from ..balance.weak_form import WeakForm
-from ..basis import Basis
+from ..basis import Basis, DiscoverySettings
 from ..candidates.candidate import Candidate, limit_at, nuisance_candidates
 from ..candidates.linearisation import Linearisation, Option
 from ..findings import Calibrated
-from ..lawful.passivity import Lawful, judge_passivity, lawful_model
-from ..lawful.refit import passive_refit
+from ..lawful.refit import Lawful, judge_passivity, lawful_model, passive_refit
 from ..search.estimation import Interval, intervals, polish
 from ..search.floating import Search, hold_unseen, scores_without_fold
 from ..search.gram import GramScores
-from ..settings import DiscoverySettings
 from .before_calibration import ROLLOUTS, calibration_rows, prepare_calibration, rollouts_over
 
 SUFFIX = ", calibrated"

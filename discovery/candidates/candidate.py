@@ -19,7 +19,7 @@ from ...physics.sources import assumed
 from ...physics.vehicle import Vehicle, lacking
 
 _LIGHTEST = 0.2
-"""Share of a vehicle's mass that is looked for at least: who is five times wrong has taken another unit."""
+"""Share of a vehicle's mass from which masses are tried: who is five times wrong has taken another unit."""
 
 
 class Kind(Enum):
@@ -113,9 +113,9 @@ def needs_sway(candidate: Candidate) -> bool:
 
 
 _NEAR = 1e-3
-"""Share of the room between a start and a limit within which an estimate is at the limit."""
+"""Share of the room between a start and a limit within which an estimate is at the limit, by the precision of fits."""
 _ROUNDING = 1e-5
-"""What a solver leaves of a number that lies on a limit, as a share of one and the limit."""
+"""Rounding of a solver's number that lies on a limit, as a share of one and the limit."""
 
 
 def limit_at(parameter: Parameter, value: float, start: float | None = None) -> float | None:

@@ -23,9 +23,11 @@ from ..balance.base import Balance
 from .candidate import CALIBRATED, Candidate, Kind, candidates
 
 _FAINT = 0.05
-"""Share of a general effect's strongest column below which one of its parameters keeps its value."""
+"""Share of a general effect's strongest column below which one of its parameters keeps its value: a regulariser, for no
+fit tells a curve where a log hardly has commands."""
 _FINER = (0.6, 0.75, 0.87, 0.93, 0.97, 1.03, 1.07, 1.15, 1.3, 1.6)
-"""Factors about a value that moves in steps, closer and closer to it: an optimum between the grid's values is met."""
+"""Factors about a value that moves in steps that are tried, closer and closer to it: an optimum between the grid's
+values is met."""
 _ROUGH = 0.02
 """To which a model near by is rounded [m/s, s, 1]: columns change by some two per cent, which ranks no neighbour."""
 

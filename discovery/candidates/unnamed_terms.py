@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations, pairwise
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +19,15 @@ from ...physics.forces import through_water
 from ...physics.momentum_balance import HYDRODYNAMIC
 from ...physics.motion import AXES, Array
 from ...physics.vehicle import Vehicle
+from ..balance.shooting import TRIFLE
 from ..balance.weak_form import WeakForm
-from ..factors.factors import Column, Factors, forward, triangular
+from ..factors import Column, Factors, forward, triangular
 from .candidate import Candidate, Kind
 
-_ALIAS = 0.9995
-"""Correlation from which two monomials are one: what is left of one beside the other is 3 % of it."""
+_ALIAS = sqrt(1.0 - TRIFLE**2)
+"""Correlation from which two monomials are one: what is left of one beside the other is a trifle of it."""
 _TWIN = 0.9
-"""Correlation from which a monomial could stand for another: four fifths of its square are the other's."""
+"""Correlation from which monomials are tried beside another that was chosen: four fifths of their square are its."""
 
 
 def _unit(form: Form) -> str:
@@ -184,17 +186,18 @@ def _distinct(features: Array, order: Sequence[int]) -> list[int]:
 
 _SPEEDS = (("u", "m/s"), ("v", "m/s"), ("r", "rad/s"))
 _SPEED_KNOTS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.92)
-"""Shares of the log that are slower than a speed from which a force may set in."""
+"""Shares of the log that are slower than a speed from which forces are tried that set in there."""
 _THRUST_KNOTS = (0.5, 0.7, 0.85, 0.95)
+"""The same of thrusts: beyond these sizes other laws are tried."""
 _PLACES = (1 / 3, 2 / 3)
-"""Shares of the log that are on one side of a line across the water."""
+"""Shares of the log on one side of a line across the water: sides that are tried."""
 _SETS_IN = 6
-"""Parts of the log between which something may set in."""
+"""Parts of the log between which onsets are tried."""
 FINE = 24
-"""The same, and knots, where it is asked for one law whether a break does as well: ten seconds of a usual log, and
-0.06 m/s, between which no log tells them apart."""
+"""The same, and knots, that are tried where it is asked for one law whether a break does as well: ten seconds of a
+usual log, and 0.06 m/s, between which no log tells them apart."""
 _POWERS = (1.25, 1.5, 1.75, 2.25, 2.5)
-"""Powers of a speed between which laws of the catalogue lie: drag of skin friction grows with 1.8, for one."""
+"""Powers of a speed that are tried, between which laws of the catalogue lie: drag of skin friction grows with 1.8."""
 _Form = tuple[str, Array]
 """What a form follows, its values along the rows, and the velocities that it takes."""
 

@@ -1,8 +1,10 @@
-"""Invariance of an effect's size over regimes of a log: a cause keeps its size, a stand-in does not.
+"""Invariance of an effect over regimes of a log: a cause keeps its size and its force, a stand-in does not.
 
 The coefficient of a cause is the same in both halves of a log, slow and fast, ahead and astern, turning either way
 (Peters, Buhlmann and Meinshausen 2016). Each effect gets columns of its own in one region, all others one for the whole
-log; the difference of its sizes inside and outside is given with errors of whole blocks.
+log; the difference of its sizes inside and outside is given with errors of whole blocks. An effect's own force is
+tested for a break in time or regime against copies of the noise (Andrews 1993), always on the force balance, since
+rollouts know the size of an effect in part of a log badly.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,23 +18,29 @@ from ...physics.motion import Array
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Linearisation, Option
+from ..candidates.unnamed_terms import FINE, onsets, places
 from ..effect_findings import Part
 from ..search.estimation import Interval
 from ..search.floating import Search, State
 from ..search.gram import RIDGE, GramScores, added_by_noise
+from ..search.scoring import MATERIAL
+from ..search.surrogates import NoiseCopies
+from .unmodelled_forces import FormColumns, ResidualSelection, effective_blocks
 
 _LEAST_SHARE = 0.15
-"""Share of the tests that a part must hold, and leave: a few seconds astern say nothing of a size."""
+"""Share of the tests from which parts are tried, and which they must leave: a few seconds astern say nothing of a
+size."""
 _TURNING = 0.3
-"""Share of the root mean square yaw rate from which a boat turns to a side."""
+"""Share of the root mean square yaw rate from which a boat turns to a side: one of the cuts that are tried."""
 _ERRORS = 2.13
-"""Standard errors by which two sizes may differ by chance: 95 %, with the 15 degrees of freedom of 16 blocks."""
-_CARRIERS = 5.0
-"""Blocks that must carry a size in a part: the errors of fewer are not known, and far too small."""
-_WIDE = 2.13
-"""Standard errors of a 95 % interval, with the 15 degrees of freedom of 16 blocks."""
-_KNOWN = 0.15
-"""Standard error, as a share of the size, up to which a part knows it: else it is not heard."""
+"""Standard errors of a 95 % interval, by which two sizes may differ by chance, with the 15 degrees of freedom of 16
+blocks."""
+ENOUGH_BLOCKS = 5
+"""Blocks from which anything can be sure: fewer may all agree by chance in more than one of ten logs, and the errors of
+a size that fewer carry are far too small."""
+ONE_SIZE = 0.15
+"""Relative difference up to which two sizes, beyond their errors, are one, and standard error, as a share of the size,
+up to which a part knows it: else it is not heard."""
 
 
 class Invariance(NamedTuple):
@@ -91,7 +99,7 @@ def invariance(search: Search, state: State, about: tuple[Linearisation, GramSco
             clear = [_split(copy, own, inside) for copy in noise]
             fit = _fitted(split, clear, block)
             for place, symbol in enumerate(s for s, k in zip(option.symbols, option.free, strict=True) if k >= 0):
-                if min(effective_blocks(split[:, k], block) for k in (place, len(own) + place)) < _CARRIERS:
+                if min(effective_blocks(split[:, k], block) for k in (place, len(own) + place)) < ENOUGH_BLOCKS:
                     continue
                 sizes = _Sizes(search, option, symbol, *fit.of(len(own), place))
                 if sizes.known:
@@ -138,7 +146,7 @@ class _Sizes(NamedTuple):
         (candidate,) = (c for c in self.search.pool if c.key == self.option.key)
         shift = self.reference if candidate.effect.added else 0.0
         values = self.start - shift + self.change
-        reach = _WIDE * np.sqrt(np.diag(self.covariance))
+        reach = _ERRORS * np.sqrt(np.diag(self.covariance))
         ends = [Interval(float(v - w), float(v + w)) for v, w in zip(values, reach, strict=True)]
         rows = zip(names, values.tolist(), ends, strict=True)
         return [Part(where=name, symbol=self.symbol, value=value, ci95=end) for name, value, end in rows]
@@ -147,7 +155,7 @@ class _Sizes(NamedTuple):
     def known(self) -> bool:
         """True when both parts know the number."""
         variance = np.diag(self.covariance)
-        return bool(((variance >= 0.0) & (variance < (_KNOWN * (self.start - self.reference)) ** 2)).all())
+        return bool(((variance >= 0.0) & (variance < (ONE_SIZE * (self.start - self.reference)) ** 2)).all())
 
     @property
     def gap(self) -> float:
@@ -175,12 +183,6 @@ def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:
     """Rows (n, p + 1) with an effect's columns first, once for a part and once for the rest, then all others."""
     others = [k for k in range(rows.shape[1]) if k not in own]
     return np.hstack([rows[:, own] * inside[:, None], rows[:, own] * ~inside[:, None], rows[:, others]])
-
-
-def effective_blocks(column: Array, block: NDArray[np.int64]) -> float:
-    """Effective number of blocks that carry the square of a column: all where they carry alike, one where one does."""
-    carried = np.bincount(block, column**2)
-    return float(carried.sum() ** 2 / max(float((carried**2).sum()), np.finfo(float).tiny))
 
 
 def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> _Fit:
@@ -222,3 +224,50 @@ def _pushed(search: Search) -> Array:
     if not isinstance(weak, WeakForm):
         return np.zeros_like(weak.time)
     return weak.passed(np.sum(np.abs(weak.signals(search.nominal)[1]), axis=0))
+
+
+class _Part(NamedTuple):
+    """A part of a log, as the beginning of a sentence, and which tests belong to it."""
+
+    name: str
+    tests: NDArray[np.bool_]
+
+
+def find_changing_forces(search: Search, state: State, kept: Sequence[str], seed: int) -> dict[str, str]:
+    """In which part of the log each effect's force differs, and by how much, as a sentence; those that keep it, not.
+
+    Parameters
+    ----------
+    search : on the force balance
+    state : the model with everything that was selected, sure or not
+    kept : effects in question
+    seed : of the copies of the noise
+    """
+    seen = ~search.quiet
+    asked = {c.key for c in search.pool if c.kind is Kind.EFFECT and not c.effect.general}
+    parts = list(_parts(search))
+    there = [key for key in kept if key in state.active and key in asked]
+    if not there or not seen.any():
+        return {}
+    rest = ResidualSelection(FormColumns(search, state, seen))
+    copies, tests = NoiseCopies(search.balance, state.vehicle, seed), np.stack([part.tests for part in parts])
+    found = {}
+    for key in there:
+        change = rest.own_change(key, tests, MATERIAL, copies)
+        if change is not None and change.worth > change.chance:
+            where, more = parts[change.part].name, "more" if change.share > 0.0 else "less"
+            found[key] = f"{where[0].upper()}{where[1:]} it is {100.0 * abs(change.share):.0f} % {more} than elsewhere."
+    return found
+
+
+def _parts(search: Search) -> Iterator[_Part]:
+    """What begins at some time, and the parts of a log that are told apart by the motion."""
+    weak = search.balance
+    assert isinstance(weak, WeakForm), "an effect's own force is that on the force balance"
+    minutes = weak.average([m.minutes[:, None] for m in weak.motions])[:, 0]
+    for told, begun in onsets(minutes, FINE):
+        yield _Part(told, begun)
+    for told, there in places(minutes, weak.average([m.position for m in weak.motions]).T):
+        yield _Part(told, there)
+    for region in regions(search):
+        yield _Part(f"where the boat is {region.names[0]}", region.tests)

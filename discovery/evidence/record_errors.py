@@ -18,20 +18,20 @@ from ...physics.effects import BY_NAME, COMMAND_OFFSET
 from ...physics.motion import Motion
 from ...physics.presentation import listing, words
 from ...physics.vehicle import Vehicle
-from ..balance.long_logs import STRAIGHT_RUNS
 from ..candidates.candidate import Candidate, Kind, limit_at
-from ..effect_findings import EffectFinding, FittedTerm
+from ..effect_findings import EffectFinding, FittedTerm, Reason, found_terms
 from ..findings import Findings, SensorError
-from ..reason import Reason
 from ..search.estimation import Interval
 from ..search.scoring import Scoring
-from .weighing import Evidence, found_terms
+from .weighing import Evidence
 
+STRAIGHT_RUNS = "compass_on_straight_runs"
+"""Name of the correction for a compass deviation that straight runs show: of what is fitted on rollouts alone."""
 _MATERIAL = 0.2
 """Share of the time between two records from which an offset is worth a word: less is how the averages fall."""
 _DEVIATING = 0.03
 """Error of a gyro's scale from which it is told where a compass could look like it: on a part of the circle one that
-deviates by 0.02 rad, which does not matter, makes up to 0.02 of it, and a scale matters from 0.01 on."""
+deviates by 0.02 rad, which does not matter, makes, by theory, up to 0.02 of it, and a scale matters from 0.01 on."""
 
 
 def record_errors(

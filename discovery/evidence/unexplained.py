@@ -1,9 +1,10 @@
-"""Unexplained force: what lasts for seconds, what moves a quiet axis, and unnamed terms with inclusion probabilities.
+"""Unexplained force: what no model explains, what lasts, what moves a quiet axis, and how often terms are included.
 
-Sensor noise and short waves have no mean over some seconds; a cause outside the catalogue has. On a quiet axis, whose
-floor is several times the noise, structure may be certain although nothing is named: the effects that explain it about
-equally well are given as one group. Inclusion is the share of block-bootstrap draws that select a term (Fasel et al.
-2022, doi:10.1098/rspa.2021.0904, with blocks in place of rows).
+A balance is white where all effects and terms at once leave no more than white sensor noise. Sensor noise and short
+waves have no mean over some seconds; a cause outside the catalogue has. On a quiet axis, whose floor is several times
+the noise, structure may be certain although nothing is named: the effects that explain it about equally well are given
+as one group. Inclusion is the share of block-bootstrap draws that select a term (Fasel et al. 2022,
+doi:10.1098/rspa.2021.0904, with blocks in place of rows).
 """
 
 from collections.abc import Sequence
@@ -13,31 +14,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...measurements.statistics.blocks import block_draws
-from ...physics.motion import AXES, Array
+from ...physics.momentum_balance import mass_matrix
+from ...physics.motion import AXES, FORCE_UNITS, Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
+from ..balance.starts import HORIZON
+from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
+from ..candidates.linearisation import Linearisation
+from ..candidates.unnamed_terms import features_along
 from ..effect_findings import LIKELY
 from ..findings import PersistentResidual
 from ..identifiability.identifiable_effects import LEAST_SIGNAL
 from ..identifiability.rehearsal import Identifiability
 from ..search.floating import Search, State
-from .weighing import SURE, TELL_APART, Evidence, share_of_resamples
+from ..search.scoring import ALIVE, MATERIAL, MOST, SLIGHT, TELL_APART
+from .unmodelled_forces import MOST_FORMS
+from .weighing import SURE, Evidence, share_of_resamples
 
-_SECONDS = 5.0
-"""Time over which white noise and the waves of sheltered water vanish in the mean [s], see `_lasting`."""
-_MATERIAL = 0.1
-"""Share of the force at work from which a rest is material. Waves of 0.2 m/s leave 0.07 or less in surge and yaw
-over 5 s where the model is right, commands that are cut at a third 0.15 to 0.5."""
-_LASTING = 0.5
-"""Share of a rest that its means over 5 s hold, from which it lasts: of white noise it is 0.3, of waves 0.02 to 0.3."""
-_LEFT = 0.5
-"""Share of what the nominal model leaves, in these means and in rollouts where those judge, from which what was found
-explains little: weather leaves less in the field where the effects that are missing take the rest."""
 _ONE_SIDED = 1.645
 """Standard errors beyond which chance leads in one of twenty cases."""
-_LEAST = 8
-"""Means below which their size is chance."""
 
 
 def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) -> tuple[PersistentResidual, ...]:
@@ -51,15 +47,13 @@ def find_persistent_residuals(forces: Search, judge: Balance, found: Vehicle) ->
     """
     balance = forces.balance
     after, before = (balance.residual(vehicle) for vehicle in (found, forces.nominal))
-    if _pieces(balance.time, 2.0 * _SECONDS)[-1] + 1 < _LEAST:
-        return ()
     (lasting, sure), (usual, _) = (_lasting(rest, balance.time) for rest in (after, before))
     share = lasting / forces.force_scale
-    little = lasting > _LEFT * usual
+    little = lasting > MOST * usual
     if not judge.forces:
-        little &= _size(judge.residual(found)) > _LEFT * _size(judge.residual(forces.nominal))
+        little &= _size(judge.residual(found)) > MOST * _size(judge.residual(forces.nominal))
     seen = ~forces.quiet
-    left = seen & little & sure & (share > _MATERIAL) & (lasting > _LASTING * _size(after))
+    left = seen & little & sure & (share > MATERIAL) & (lasting > MOST * _size(after))
     return tuple(
         PersistentResidual(
             axis=AXES[axis], force=float(lasting[axis]), share=float(share[axis]), unit=balance.unit[axis]
@@ -77,7 +71,7 @@ def find_passing_residuals(forces: Search, found: Vehicle) -> dict[str, float]:
     """
     beyond = _size(forces.balance.residual(found)) ** 2 - forces.noise_error**2
     share = np.sqrt(np.maximum(beyond, 0.0)) / forces.force_scale
-    material = np.flatnonzero(~forces.quiet & (share > _MATERIAL)).tolist()
+    material = np.flatnonzero(~forces.quiet & (share > MATERIAL)).tolist()
     return {AXES[axis]: float(share[axis]) for axis in sorted(material, key=lambda axis: -share[axis])}
 
 
@@ -88,7 +82,7 @@ def _lasting(rest: Array, time: Array) -> tuple[Array, NDArray[np.bool_]]:
     colour, over twice the time it is half, where a force that lasts stays. From both follows the force (Richardson's
     extrapolation), and what such noise feigns by damping.
     """
-    means = [_means(rest, _pieces(time, by * _SECONDS)) for by in (1.0, 2.0)]
+    means = [_means(rest, _pieces(time, by * HORIZON)) for by in (1.0, 2.0)]
     short, long = (np.square(_size(each)) for each in means)
     chance = _ONE_SIDED * np.sqrt(2.0 / len(means[1]))  # of a mean of squares, relative
     return np.sqrt(np.maximum(4.0 * long - short, 0.0) / 3.0), 4.0 * (1.0 - chance) * long > short
@@ -97,7 +91,7 @@ def _lasting(rest: Array, time: Array) -> tuple[Array, NDArray[np.bool_]]:
 def _pieces(time: Array, seconds: float) -> NDArray[np.int64]:
     """Numbers of the pieces of so many seconds that tests belong to; one ends where the time leaps or begins anew."""
     step = np.diff(time, prepend=time[0])
-    leaps = (step < 0.0) | (step > _SECONDS)
+    leaps = (step < 0.0) | (step > HORIZON)
     begun = time[np.maximum.accumulate(np.where(leaps, np.arange(time.size), 0))]
     within = ((time - begun) / seconds).astype(np.int64)
     return np.cumsum((np.diff(within, prepend=0) != 0) | leaps)
@@ -112,11 +106,6 @@ def _means(rest: Array, pieces: NDArray[np.int64]) -> Array:
 
 def _size(rest: Array) -> Array:
     return np.sqrt((rest**2).mean(axis=0))
-
-
-_FLOOR = 1.0
-"""Floor on a quiet axis under which faint structure is looked for, in multiples of sensor noise: the noise
-itself, the least that there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +139,7 @@ def find_suspects(search: Search, state: State, known: Identifiability, axis: in
     known : what the log can show about it
     axis : index of a quiet axis
     """
-    close = Search(search.balance, search.nominal, search.pool, replace(search.settings, loud=_FLOOR))
+    close = Search(search.balance, search.nominal, search.pool, replace(search.settings, loud=1.0))  # the noise itself
     model = close.evaluate(state.vehicle, state.active)
     linear, scores = close.linearise(model.vehicle, model.active, model.fit.in_sample)
     now = {key: linear.options[key][0] for key in model.active}
@@ -204,11 +193,8 @@ def _joined(e: Evidence, suspect: Suspect, group: Sequence[Suspect], axis: str) 
     return replace(e, faint=axis, confidence=part, indistinguishable_from=alike)
 
 
-_MOST = 6
-"""Terms in one model at most: more than six that nobody has named are no physics to look for."""
-
 _TRIED = 4
-"""Terms that are scored before one is taken: those that lower the in-sample error most."""
+"""Terms that are tried in full before one is taken: those that lower the in-sample error most."""
 
 
 def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict[str, float]:
@@ -229,7 +215,7 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
     for draw in block_draws(scores.blocks, draws, seed):
         drawn, model = scores.drawn(draw), dict(base)
         best = search.score_linearised(drawn, model)
-        for _ in range(_MOST):
+        for _ in range(MOST_FORMS):
             rest = [key for key in terms if key not in model or not model[key].present]
             gains = drawn.screen(list(model.values()), [present[key] for key in rest])
             rest = [rest[n] for n in np.argsort(-gains, kind="stable")[:_TRIED]]
@@ -242,3 +228,145 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
         for key in terms:
             chosen[key] += key in model and model[key].present
     return {key: number / draws for key, number in chosen.items() if number}
+
+
+_CLEAN = 0.2
+"""Share of the force scale that a coloured error of a log without sensor noise, as simulators write it, must reach to
+be worth the slower search on rollouts; of another `SLIGHT`."""
+_LOUD, _SENSED = 9.0, 1e-3
+"""Times what white noise makes from which an error is coloured, however small a share of the force it is, and noise of
+sensors from which that is asked [m/s, rad/s]: short field logs leave 9.4 to 130 on some axis, simulated up to 8."""
+_ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
+"""Independent tests below which structure is left in any log, and how much higher both thresholds then are."""
+_TESTS_A_COLUMN = 3.0
+"""Independent tests for each free factor at least, which regularises a fit of all: with fewer, factors fit noise and
+nothing would look coloured."""
+_NEW = 1e-6
+"""Share of its square that a column must keep beside others to be a new one: less of it is noise and rounding."""
+_RANK = 1e-7
+"""Share of the largest singular value below which a direction is rounding: some times the root of double precision."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unexplained:
+    """Residual of the balance when every effect and every term up to degree three is fitted at once.
+
+    Attributes
+    ----------
+    error : (3,) root mean square force [N, N, N m]
+    noise : (3,) what white sensor noise makes [N, N, N m]
+    share : (3,) error over the force scale
+    independent : effective number of independent tests
+    sensed : the log has sensor noise, as no simulator's exact state has
+    """
+
+    error: Array
+    noise: Array
+    share: Array
+    independent: float
+    sensed: bool
+
+    @property
+    def sentence(self) -> str:
+        """The reason for rollouts, with numbers."""
+        texts = [
+            f"{axis} {e:.2g} {unit} (white noise {n:.2g})"
+            for axis, e, n, unit, far in zip(AXES, self.error, self.noise, FORCE_UNITS, self.coloured, strict=True)
+            if far
+        ]
+        return (
+            f"no model of the catalogue explains the force balance of this log to within white sensor noise: "
+            f"{', '.join(texts)} stay; effects are judged by open-loop rollouts instead"
+        )
+
+    @property
+    def coloured(self) -> np.ndarray:
+        """(3,) True for an axis whose error is coloured and material."""
+        material = SLIGHT if self.noise.any() else _CLEAN
+        louder, larger = (1.0, 1.0) if self.independent >= _ENOUGH else _STRICTER
+        large = (self.error > louder * ALIVE * self.noise) & (self.share > larger * material)
+        return large | ((self.error > _LOUD * self.noise) & self.sensed)
+
+
+def fit_all_forces(weak: WeakForm, search: Search) -> Unexplained:
+    """Fit the measured acceleration by all forces of a search about its nominal model, and see what is left.
+
+    Each axis gets every thruster's force, every shape of every effect, all unnamed terms up to degree three, and terms
+    that turn with the heading as a strong current's do, each with a free factor: an upper limit of what any model of
+    the catalogue could explain, whatever its mass. The columns are those that the search needs anyway; a short log gets
+    their main directions only, three independent tests each.
+    """
+    linear, features = _forces(weak, search)
+    inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}
+    forces = [i for i in range(linear.columns.shape[2] - 1) if i not in inertia]
+    rates = weak.derivative([motion.velocity for motion in weak.motions])
+    error = np.zeros(3)
+    for axis in range(3):
+        other = rates[:, [(2,), (2,), (0, 1)][axis]]  # through m13 and m23, which y_g and x_g make
+        columns = _unit_length(np.column_stack([linear.columns[:, axis, forces], features, other]))
+        vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
+        rank = min(int((values > _RANK * values[0]).sum()), int(weak.independent / _TESTS_A_COLUMN))
+        vectors = vectors[:, :rank]
+        left = rates[:, axis] - vectors @ (vectors.T @ rates[:, axis])
+        error[axis] = np.sqrt((left**2).mean() * weak.independent / (weak.independent - rank))
+    mass = np.diag(mass_matrix(search.nominal))
+    share = error * mass / search.share_scale
+    return Unexplained(error * mass, search.noise_error, share, weak.independent, has_sensor_noise(weak))
+
+
+def residual_of_few_forces(weak: WeakForm, search: Search, most: int) -> Array:
+    """Residual of the few best forces on each axis, (3,) mean squares: those that explain most of the nominal model's.
+
+    Each has a free factor on each axis, and is the one that takes most beside those before it: orthogonal matching
+    pursuit (Pati, Rezaiifar and Krishnaprasad 1993, doi:10.1109/ACSSC.1993.342465). What a search calibrates in every
+    model is fitted beside them and does not count.
+
+    Parameters
+    ----------
+    most : forces on an axis; a log has many more independent tests
+    """
+    linear, features = _forces(weak, search)
+    calibrated = [i for key in search.nuisances for o in linear.options[key] for i in o.free if i >= 0]
+    error = np.zeros(3)
+    for axis in range(3):
+        left, rest = linear.columns[:, axis, -1], np.column_stack([linear.columns[:, axis, :-1], features])
+        if calibrated:
+            known, _ = np.linalg.qr(_unit_length(linear.columns[:, axis, calibrated]))
+            left, rest = left - known @ (known.T @ left), rest - known @ (known.T @ rest)
+        rest = _unit_length(rest)
+        for _ in range(min(most, rest.shape[1])):
+            squares = (rest**2).sum(axis=0)
+            gains = np.divide((left @ rest) ** 2, squares, out=np.zeros(squares.size), where=squares > _NEW)
+            best = int(gains.argmax())
+            unit = rest[:, best] / np.sqrt(max(squares[best], _NEW))
+            left, rest = left - unit * (unit @ left), rest - np.outer(unit, unit @ rest)
+        error[axis] = (left**2).mean() * weak.independent / (weak.independent - most)
+    return error
+
+
+def _forces(weak: WeakForm, search: Search) -> tuple[Linearisation, Array]:
+    """All columns of a search about its nominal model, and all terms up to degree three, of unit mass."""
+    linear, _ = search.linearise(search.nominal, ())
+    return linear, np.column_stack([features_along(weak, search.nominal, 3)[1], _turned(weak)])
+
+
+def _unit_length(columns: Array) -> Array:
+    """Columns of unit length, without those that are nothing."""
+    size = np.sqrt((columns**2).sum(axis=0))
+    return np.asarray(columns[:, size > 0] / size[size > 0])
+
+
+def has_sensor_noise(weak: WeakForm) -> bool:
+    """True when sensors made the log: the exact state of a simulator has no noise, white or coloured."""
+    return bool(weak.noise.max() >= _SENSED)
+
+
+def _turned(weak: WeakForm) -> Array:
+    """Velocities and their moduli times the cosine and the sine of the heading, tested, (tests, 12)."""
+    series = []
+    for motion in weak.motions:
+        speeds = np.column_stack([motion.velocity, np.abs(motion.velocity)])
+        series.append(
+            np.column_stack([speeds * np.cos(motion.heading)[:, None], speeds * np.sin(motion.heading)[:, None]])
+        )
+    return weak.average(series)

@@ -11,35 +11,29 @@ from ...measurements.statistics.processors import parallel_map
 from ...physics.motion import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..balance.shooting import WHOLE_HORIZON, rollout_squares
+from ..balance.shooting import rollout_squares
+from ..balance.starts import WHOLE_HORIZON
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate, Kind, at_limit
 from ..candidates.linearisation import Linearisation, Option
-from ..effect_findings import FittedTerm
-from ..findings import axis_name
+from ..effect_findings import Reason
 from ..identifiability.rehearsal import Identifiability
-from ..reason import Reason
-from ..search.estimation import Interval
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
+from ..search.rival_explanations import is_equivalent
+from ..search.scoring import SLIGHT, TELL_APART
 from ..search.surrogates import Chance, SurrogateTest
-from ..search.thruster_scales import is_equivalent
 
-_AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all"}
 SURE = 0.9
-"""Share of block resamples from which a name stands in the corrected model."""
-TELL_APART = 5.0
-"""Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
+"""Share of draws of a log's blocks from which a name stands in the corrected model."""
 CERTAINLY = float(np.log(40 / 0.001))
-"""The same where white noise lets every instant count: what is wrong beats the truth by so much in at most one log in
-exp(10.6), and one of some forty that are wrong does in one in a thousand."""
+"""Log-likelihood that tells two effects apart where white noise lets every instant count: what is wrong beats the truth
+by so much in at most one log in exp(10.6), and one of some forty that are wrong does in one in a thousand."""
 _NEAR = 4.0
-"""Times of that up to which a rival that is not foretold to do as well is fitted: it may do better than foretold."""
+"""Times of that up to which rivals are tried in full that are not foretold to do as well: they may do better."""
 PERHAPS = 0.5
 """Confidence from which an effect is possible: more resamples are for it than against it."""
 _SCALES = ("thrust_scale", "thruster_asymmetry")
-_PART_OF_GAIN = 0.05
-"""Share of what a simple law earns that a general one must explain beyond it to take its name."""
 _PAIRED = 12
 """Rivals of one effect, the best as columns foretell, that are tried two at a time in its place."""
 _BEYOND = 200.0
@@ -253,7 +247,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     worse |= _pairs(model, {**rest, **gone}, dict(zip(quick, shapes, strict=True)), candidate)
     for key, there in model.general.items():
         special = any(candidate.effect.name in c.effect.includes for c in search.pool if c.key == key)
-        if special and _explained(search, there) - _explained(search, state) < _PART_OF_GAIN * gain:
+        if special and _explained(search, there) - _explained(search, state) < SLIGHT * gain:
             continue  # what the simple law lacks is a trifle beside what it explains
         if special or _explained(search, search.without(there, candidate.key)) > _explained(search, state) + enough:
             rivals.append(key)
@@ -465,40 +459,3 @@ def limit_confidence(evidence: Sequence[Evidence], form: Balance) -> list[Eviden
     """The evidence with no more confidence than a sign test's, 1 - 2^(1 - blocks): few may all agree by chance."""
     most = 1.0 - 0.5 ** (form.blocks - 1)
     return [replace(e, confidence=min(e.confidence, most)) for e in evidence]
-
-
-def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:
-    """A parameter's value as the findings report it: the added amount or the absolute one, as the catalogue says.
-
-    Parameters
-    ----------
-    nominal, vehicle : the model before and with the effect
-    candidate : the effect
-    symbol : one of its parameters
-    """
-    return vehicle.value(symbol) - (nominal.value(symbol) if candidate.effect.added else 0.0)
-
-
-def found_terms(
-    candidate: Candidate, nominal: Vehicle, vehicle: Vehicle, intervals: Mapping[str, Interval]
-) -> tuple[FittedTerm, ...]:
-    """The numbers of an effect in a vehicle: added amounts where the catalogue counts those, else absolute values.
-
-    Parameters
-    ----------
-    candidate : the effect
-    nominal, vehicle : the model before and with the effect
-    intervals : 95 % intervals of total values, by symbol
-    """
-    terms = []
-    for parameter in candidate.parameters:
-        symbol = parameter.symbol
-        interval = intervals.get(symbol)
-        shift = nominal.value(symbol) if candidate.effect.added else 0.0
-        moved = None if interval is None else Interval(interval.lower - shift, interval.upper - shift)
-        value = parameter_total(nominal, candidate, vehicle, symbol)
-        axis = axis_name(parameter.axis, _AXIS_OF.get(candidate.effect.family, "all"))
-        terms.append(
-            FittedTerm(symbol=symbol, axis=axis, form=parameter.form, value=value, unit=parameter.unit, ci95=moved)
-        )
-    return tuple(terms)

@@ -13,7 +13,8 @@ from math import erfc, inf, sqrt
 import numpy as np
 
 from ...physics.worlds.manoeuvres import TRIALS, Step, Trial, in_words
-from ..evidence.weighing import CERTAINLY, TELL_APART
+from ..evidence.weighing import CERTAINLY
+from ..search.scoring import TELL_APART
 from .separation import OpenQuestion, Rehearsed
 
 _STEP_SECONDS, _LEVELS = 0.5, 20

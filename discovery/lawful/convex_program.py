@@ -1,4 +1,4 @@
-"""Convex programmes of the law, compiled once for each shape and solved again with other numbers.
+"""Convex programmes of the law and their data, compiled once for each shape and solved again with other numbers.
 
 Compiling a small problem costs far more than solving it, so all numbers are parameters where cvxpy's rules for
 parametrised programmes (DPP; Agrawal et al. 2019) let the compiled form be reused. The shape (number of parameters,
@@ -6,17 +6,78 @@ which have limits, degree of the damping) is the key of the cache.
 """
 
 import warnings
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 from threading import Lock
+from typing import TYPE_CHECKING
 
-import cvxpy
 import numpy as np
 
 from ...physics.errors import RequestError
 from ...physics.laws.damping_power import Basis, Exponents, basis
 from ...physics.motion import Array
-from .program_data import NO_OPTIMUM, LawNumbers, Shape, Solution
+
+if TYPE_CHECKING:
+    import cvxpy
+
+NO_OPTIMUM = "lawful refit: expected an optimal solution, the solver says {!r}; try fewer effects"
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """Shape of a refit: what its compiled programme depends on.
+
+    Attributes
+    ----------
+    below, above : for each parameter, True where it has a lower or upper limit
+    orthants : number of orthants of the envelope, 0 for no law of dissipation
+    degree : of the certificate's matrices in each velocity
+    mass : True when the mass matrix depends on a parameter
+    """
+
+    below: tuple[bool, ...]
+    above: tuple[bool, ...]
+    orthants: int = 0
+    degree: Exponents = (1, 1, 1)
+    mass: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class LawNumbers:
+    """The numbers of the laws, in units of order one.
+
+    Attributes
+    ----------
+    power : (orthants, m) coefficients of the power with all n parameters at zero
+    slope : (orthants, m, n) their change with each parameter
+    allowance : (orthants, K, 3, 3) S + allowance must be positive semidefinite at each control point
+    mass : (3, 3) mass matrix with all parameters at zero, less its margin
+    mass_slope : (n, 3, 3) its change with each parameter
+    """
+
+    power: Array
+    slope: Array
+    allowance: Array
+    mass: Array
+    mass_slope: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """Result of a convex programme.
+
+    Attributes
+    ----------
+    values : (n,) parameters
+    slack : (orthants, s) exchanges of the certificate
+    pull : (orthants, K, 3, 3) multipliers of the matrix inequalities: loss saved for each unit of relief
+    """
+
+    values: Array
+    slack: Array
+    pull: Array
+
 
 _LOCK = Lock()
 """A compiled problem holds its numbers, so that one caller at a time may use it."""
@@ -24,13 +85,14 @@ _INSIDE = 1e-6
 """Margin that a certificate takes where it can, so that the solver's tolerance does not break it."""
 _COARSER = {"tol_gap_abs": 1e-6, "tol_gap_rel": 1e-6, "tol_feas": 1e-7}
 """Tolerances of a second attempt where the finer ones are beyond rounding; every constraint is checked again."""
-_NONE = (cvxpy.INFEASIBLE, cvxpy.INFEASIBLE_INACCURATE)
 
 
 class _Refit:
     """min |R x - d|^2 with limits on x, S(x, slack) + allowance >= 0 and M(x) >= 0."""
 
     def __init__(self, shape: Shape) -> None:
+        import cvxpy  # here and below, because it takes half a second to load, and most logs need none of it
+
         n, count = len(shape.below), shape.orthants
         self.x = cvxpy.Variable(n)
         self.factor, self.target = cvxpy.Parameter((n, n)), cvxpy.Parameter(n)
@@ -64,6 +126,8 @@ class _Excess:
     """min sum_k t_k with S(slack) + t_k >= 0 at each control point k of one orthant, t_k >= -_INSIDE."""
 
     def __init__(self, degree: Exponents) -> None:
+        import cvxpy
+
         b = basis(degree)
         self.power = cvxpy.Parameter(len(b.monomials))
         self.slack = cvxpy.Variable(b.slack.shape[-1])
@@ -76,9 +140,11 @@ class _Excess:
 
 
 def _control(
-    b: Basis, k: int, power: cvxpy.Expression, slack: cvxpy.Expression, ease: cvxpy.Expression
-) -> cvxpy.Expression:
+    b: Basis, k: int, power: "cvxpy.Expression", slack: "cvxpy.Expression", ease: "cvxpy.Expression"
+) -> "cvxpy.Expression":
     """S at control point k plus an addition, (3, 3)."""
+    import cvxpy
+
     found = b.lift[k].reshape(9, -1) @ power + b.slack[k].reshape(9, -1) @ slack + ease
     return cvxpy.reshape(found, (3, 3), order="C")
 
@@ -146,8 +212,10 @@ def solve_excess(power: Array, degree: Exponents) -> Array:
     return np.array(slacks)
 
 
-def _solve(problem: cvxpy.Problem) -> bool:
+def _solve(problem: "cvxpy.Problem") -> bool:
     """Solve with Clarabel: True for an optimum, False where there is none; anything else is an error."""
+    import cvxpy
+
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Solution may be inaccurate")  # its status is an error below
@@ -156,6 +224,6 @@ def _solve(problem: cvxpy.Problem) -> bool:
                 problem.solve(solver=cvxpy.CLARABEL, enforce_dpp=True, **_COARSER)
     except cvxpy.SolverError as error:
         raise RequestError(f"lawful refit: the solver failed ({error}); try fewer effects") from None
-    if problem.status != cvxpy.OPTIMAL and problem.status not in _NONE:
+    if problem.status != cvxpy.OPTIMAL and problem.status not in (cvxpy.INFEASIBLE, cvxpy.INFEASIBLE_INACCURATE):
         raise RequestError(NO_OPTIMUM.format(problem.status))
     return problem.status == cvxpy.OPTIMAL

@@ -1,4 +1,7 @@
-"""The lawful refit: the chosen parameters again, by a convex programme whose limits hold on the numbers returned."""
+"""The lawful refit: the chosen parameters again under limits and laws, and how the model made of them stands.
+
+Every limit is checked again on the numbers that a solver returns, and dissipation by a random search beside the proof.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,17 +15,31 @@ from ...physics.laws.damping_power import (
     basis,
     control_matrices,
     corner_state,
+    envelope_of,
     mass_margin,
+    state_in_words,
     vehicle_power,
+    worst_dissipation,
 )
-from ...physics.motion import Array
+from ...physics.motion import Array, Motion
 from ...physics.vehicle import Vehicle
+from ..balance.shooting import predicts_worse
+from ..candidates.candidate import Kind
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores, bounded_solve
-from .certify import certify
-from .laws_over import MARGIN, laws_over, least_margin
-from .price_of_law import NOTHING, Binding, price_in_words
-from .program_data import NO_OPTIMUM, Shape, Solution, check_shown
+from .convex_program import NO_OPTIMUM, Shape, Solution, solve_refit
+from .laws_over import (
+    MARGIN,
+    NOTHING,
+    Binding,
+    MostPower,
+    Passivity,
+    certify,
+    laws_over,
+    least_margin,
+    percent,
+    price_in_words,
+)
 
 _TOLERANCE = 1e-6
 """Share by which a returned number may break a limit or a law: the solver stops at a hundredth of it, see
@@ -93,8 +110,6 @@ def _within_limits(scaled: "_Scaled") -> Solution | None:
         # What keeps the limits, and is held only where it would go beyond them, is the optimum (Karush, Kuhn, Tucker).
         if ((lower <= x) & (x <= upper)).all() and outwards[held].all():
             return Solution(x, np.zeros((0, 0)), np.zeros((0, 0, 3, 3)))
-    from .convex_program import solve_refit  # here, because cvxpy takes half a second to load
-
     return solve_refit(scaled.shape(), r, d, scaled.limits)
 
 
@@ -224,8 +239,6 @@ class _Passive:
         """The refit with S + allowance + ease >= 0 at the control points; None when no values do that."""
         if not self.scaled.symbols:
             return None
-        from .convex_program import solve_refit  # here, as in `_within_limits`
-
         law = replace(self.laws.numbers, allowance=self.laws.numbers.allowance + ease * np.eye(3))
         shape = self.scaled.shape(len(law.power), self.laws.degree, self.laws.mass)
         return solve_refit(shape, self.scaled.factor, self.scaled.target, self.scaled.limits, law)
@@ -285,3 +298,123 @@ def _factor(normal: Array, pull: Array) -> tuple[Array, Array]:
     flat = size <= _FLAT * size.max()
     root = np.sqrt(np.where(flat, size.max(), size))
     return root[:, None] * vectors.T, np.where(flat, 0.0, vectors.T @ pull) / root
+
+
+@dataclass(frozen=True, slots=True)
+class Lawful:
+    """A corrected model.
+
+    Attributes
+    ----------
+    vehicle : the model to be written
+    unconstrained : what the data alone ask for, under the limits of single parameters
+    passivity : how the law stands in `vehicle`
+    """
+
+    vehicle: Vehicle
+    unconstrained: Vehicle
+    passivity: Passivity
+
+
+def lawful_model(
+    motions: Sequence[Motion], scores: GramScores, chosen: Sequence[Option], nominal: Vehicle, name: str
+) -> Lawful:
+    """Fit the chosen options under the laws over the envelope of the motions.
+
+    The law wins over the data for effects of the catalogue. A term that nobody has named may be the trace of something
+    that does create energy (a drag law with a wrong sign in a simulator); where the law makes 10 s rollouts
+    significantly worse than the estimate, the estimate is kept and the verdict is "fail".
+
+    Parameters
+    ----------
+    name : of the corrected vehicle
+
+    Raises
+    ------
+    RequestError
+        when a solver fails, or a returned number breaks a constraint.
+    """
+    if all(option.kind is Kind.SENSOR for option in chosen):
+        envelope = envelope_of(motions, nominal)
+        return Lawful(nominal, nominal, judge_passivity(nominal, envelope))
+    start = {s: v for option in chosen for s, v in zip(option.symbols, option.start, strict=True)}
+    envelope = envelope_of(motions, nominal.with_values(start))
+    fit = passive_refit(scores, chosen, nominal, envelope)
+    grown = _union(envelope, envelope_of(motions, nominal.with_values(fit.values)))
+    if grown != envelope:  # the current, and with it the velocity relative to the water, has moved
+        envelope, fit = grown, passive_refit(scores, chosen, nominal, grown)
+    vehicle, free = (nominal.with_values(v, name=name) for v in (fit.values, fit.free))
+    unnamed = [option.key for option in chosen if option.kind is Kind.TERM]
+    if unnamed and fit.binding is not None and predicts_worse(motions, free, vehicle):
+        return Lawful(free.checked(), free, judge_passivity(free, envelope, fit, unnamed))
+    return Lawful(vehicle.checked(), free, judge_passivity(vehicle, envelope, fit))
+
+
+def judge_passivity(
+    vehicle: Vehicle, envelope: Envelope, fit: LawfulFit | None = None, against: Sequence[str] = ()
+) -> Passivity:
+    """The verdict on a model, checked by a proof and independently by a random search of 1e5 states.
+
+    Parameters
+    ----------
+    fit : the refit from which the model comes; None for a model that was not fitted
+    against : terms that are kept although the law speaks against them
+    """
+    proved = certify(vehicle, envelope).holds
+    worst = worst_dissipation(vehicle, envelope)
+    verdict = "pass" if proved or worst.power <= 0.0 else "fail"
+    proof = "vertex LMI" if proved else "search"
+    price, binding = (0.0, None) if fit is None else (fit.price, fit.binding)
+    found = f"up to {worst.power:.3g} W, at {state_in_words(worst.state)}"
+    if against:
+        sentence = (
+            f"The log asks for a force that creates energy ({', '.join(against)}). Under the law the misfit would "
+            f"rise by {percent(price)} and predictions would get worse, so the force is kept as it was found: this "
+            f"model puts energy into the hull ({found}) and is not to be trusted beyond the log."
+        )
+    elif fit is not None:
+        sentence = fit.sentence
+    elif verdict == "pass":
+        sentence = "The model's damping takes energy out of the hull everywhere in the envelope."
+    else:
+        sentence = "The model's damping creates energy in a part of the envelope."
+    if verdict == "fail" and not against:
+        sentence += f" A random search finds {found}."
+    elif not proved and not against:
+        sentence += (
+            " There is no proof for the corrected model, but a random search of 100 000 states finds no violation."
+        )
+    return Passivity(
+        verdict=verdict,
+        proof=proof,
+        envelope=envelope,
+        price=price,
+        binding=binding,
+        worst=MostPower(value=worst.power, at=worst.state),
+        sentence=sentence,
+    )
+
+
+def _union(a: Envelope, b: Envelope) -> Envelope:
+    low, high = np.minimum(a.lower, b.lower).tolist(), np.maximum(a.upper, b.upper).tolist()
+    return Envelope((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+
+
+def check_shown(symbols: Sequence[str], power: Array) -> None:
+    """Refuse parameters of which the data show nothing.
+
+    Parameters
+    ----------
+    symbols, power : names, and squared size of the columns (n,) without what sensor noise makes of them
+
+    Raises
+    ------
+    RequestError
+        naming those without any.
+    """
+    silent = [symbol for symbol, own in zip(symbols, power, strict=True) if not own > 0.0]
+    if silent:
+        raise RequestError(
+            f"lawful refit: beyond sensor noise the log says nothing about {', '.join(silent)}; see with 'undertow "
+            "inspect' whether every thruster has its own command and every sensor works, or give a livelier log"
+        )

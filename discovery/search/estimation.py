@@ -24,16 +24,16 @@ from ..candidates.linearisation import Linearisation, Option
 from .gram import RIDGE, GramScores, bounded_solve
 
 _SMALL = 1e-12
-"""Square that stands for that of a column without any."""
+"""Square of a column without any: it stands for none."""
 RESOLVED = 1e-3
 """Share of a value that no interval is narrower than to either side: steps of integrators, which are in all blocks
 alike, leave up to so much where there is no noise."""
 _PROFILE, _LEAST_PROFILE, _PROFILED = 0.5, 0.05, 40
-"""A profile first reaches half the value (or half of 0.05) to either side, in so many steps."""
+"""Values that are tried of a profile: half the value (or half of 0.05) to either side, in so many steps."""
 _WIDER = 5
 """Times that the reach may double: even from the least one, that is more than half of full command."""
-_RARELY = 0.02
-"""Share of draws in which an end of the profile may be as good as the best value."""
+_TAIL = 0.025
+"""Share of draws beyond either end of a 95 % interval."""
 
 
 class Interval(NamedTuple):
@@ -168,7 +168,7 @@ def profile_interval(
     for widened in range(_WIDER + 1):
         total = counts @ seen
         best = total <= total.min(axis=1, keepdims=True) * (1.0 + 1e-9)
-        below, above = (float(best[:, end].mean()) > _RARELY for end in (0, -1))
+        below, above = (float(best[:, end].mean()) > _TAIL for end in (0, -1))
         below, above = below and grid[0] > least, above and grid[-1] < most
         if not (below or above) or widened == _WIDER:
             break
@@ -179,17 +179,17 @@ def profile_interval(
         lower, upper = lower[lower < grid[0]], upper[upper > grid[-1]]
         grid, seen = np.concatenate([lower, grid, upper]), np.hstack([errors(lower), seen, errors(upper)])
     first, last = best.argmax(axis=1), grid.size - 1 - best[:, ::-1].argmax(axis=1)
-    low, high = np.quantile(grid[first], 0.025), np.quantile(grid[last], 0.975)
+    low, high = np.quantile(grid[first], _TAIL), np.quantile(grid[last], 1.0 - _TAIL)
     within = (grid >= min(low, value)).argmax(), grid.size - 1 - (grid <= max(high, value))[::-1].argmax()
     return Interval(float(grid[max(int(within[0]) - 1, 0)]), float(grid[min(int(within[1]) + 1, grid.size - 1)]))
 
 
 _LEAST_MASS_SHARE = 0.05
-"""Share of the start's mass and inertia that a fit leaves at least, so that they stay positive."""
+"""Share of the start's mass and inertia that a fit leaves at least, which regularises it: they stay positive."""
 _STEP, _LEAST_STEP = 1e-3, 1e-5
 """Step of a difference, as a share of the value and at least: far above the rounding of a rollout, and small."""
 _DONE = 1e-4
-"""Relative fall of the cost from one step below which a fit has ended; a judgement."""
+"""Relative fall of the cost from one step below which a fit has ended: its precision."""
 
 
 @dataclass(frozen=True, slots=True)

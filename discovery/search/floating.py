@@ -1,24 +1,23 @@
-"""Floating search over effects, and the same search without one fold, judged on the rows held out.
+"""Floating search over effects, its moves, and the same search without one fold, judged on the rows held out.
 
 Effects are added, dropped, swapped or reshaped until no change lowers the score (Pudil, Novovicova and Kittler 1994).
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ...measurements.preparation.split import Fold
 from ...measurements.statistics.processors import parallel_map
-from ...physics.presentation import words
+from ...physics.presentation import listing, words
 from ...physics.stage import Say, Stage
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Linearisation, Option
 from .gram import GramScores
-from .neighbours import changes, difference, present_keys, split_effects
-from .scoring import ALIVE, Scoring, SearchSettings, State, noise_by_block
+from .scoring import ALIVE, TELL_APART, Scoring, SearchSettings, State, noise_by_block, present_keys
 
 __all__ = ["ALIVE", "Search", "SearchSettings", "State", "static_effects"]
 
@@ -167,12 +166,9 @@ def _silent(text: str) -> None:
 
 
 _ADDITIONS, _SWAPS = 8, 4
-"""Additions that are scored in full, of all that the screen ranks; and those in place of each effect of a model."""
+"""Additions that are tried in full, of all that the screen ranks; and those in place of each effect of a model."""
 _MOVES = 30
-"""Changes after which a search ends in any case; the largest models seen have a dozen effects."""
-
-_EARNED = 5.0
-"""Log-likelihood that an effect must earn to be called one: as much as tells two effects apart."""
+"""Changes after which a search ends in any case, for each costs time; the largest models seen have a dozen effects."""
 
 Chosen = dict[str, Option]
 
@@ -356,6 +352,80 @@ class _Options:
             share = float((np.sqrt(lost) / scoring.share_scale).max())
             least = settings.least if known is None or key in known else settings.materiality
             gain = scoring.score(without, rest) - score
-            if gain < (0.0 if key in untold else _EARNED) or share < least:
+            if gain < (0.0 if key in untold else TELL_APART) or share < least:
                 found.append((gain, key))
         return [key for _, key in sorted(found)]
+
+
+_SPLIT = 6
+"""Additions that are tried first, and beside each of them second, in the place of one effect."""
+_PROMISING = 12
+"""Additions that are tried in full for each set of dropped effects."""
+
+
+def changes(
+    linear: Linearisation,
+    scores: GramScores,
+    now: dict[str, Option],
+    kept_always: Sequence[str] = (),
+) -> Iterator[dict[str, Option]]:
+    """Neighbouring models worth a score: one effect added, dropped, reshaped or swapped.
+
+    For each set of dropped effects, only the most promising additions by in-sample error are given.
+
+    Parameters
+    ----------
+    kept_always : keys that are never dropped
+    """
+    others = [key for key in linear.options if key not in now and key not in kept_always]
+    new = [option for key in others for option in linear.options[key][1:]]
+    loose = [key for key in now if key not in kept_always]
+    for drop in (None, *loose):
+        # A dropped effect leaves its offset behind: the columns were taken with it in place.
+        kept = dict(now) if drop is None else {key: o for key, o in now.items() if key != drop}
+        if drop is not None:
+            kept[drop] = linear.options[drop][1]
+            yield kept
+        gains = scores.screen(list(kept.values()), new)
+        for n in np.argsort(-gains, kind="stable")[:_PROMISING]:
+            yield {**kept, new[n].key: new[n]}
+    for key in now:
+        for option in linear.options[key][2:]:
+            yield {**now, key: option}
+
+
+def split_effects(
+    linear: Linearisation, scores: GramScores, now: dict[str, Option], kept_always: Sequence[str] = ()
+) -> Iterator[dict[str, Option]]:
+    """Neighbouring models in which two others stand in the place of one effect: it may be the mean of both.
+
+    No addition, drop or swap leads there where neither of the two alone betters the model. See `changes`.
+
+    Parameters
+    ----------
+    linear : options of all candidates
+    scores : of the columns
+    now : the option of each effect in the model, by key
+    kept_always : keys that stay, nuisances
+    """
+    others = [key for key in linear.options if key not in now and key not in kept_always]
+    new = [option for key in others for option in linear.options[key][1:]]
+    for gone in (key for key in now if key not in kept_always):
+        kept = {key: option for key, option in now.items() if key != gone} | {gone: linear.options[gone][1]}
+        for one in _promising(scores, kept, new)[:_SPLIT]:
+            for other in _promising(scores, {**kept, one.key: one}, new)[:_SPLIT]:
+                if one.key != other.key:
+                    yield {**kept, one.key: one, other.key: other}
+
+
+def _promising(scores: GramScores, kept: Mapping[str, Option], new: Sequence[Option]) -> list[Option]:
+    """Additions to a model, those of the largest gain by in-sample error first."""
+    return [new[n] for n in np.argsort(-scores.screen(list(kept.values()), new), kind="stable")]
+
+
+def difference(before: Sequence[str], after: Sequence[str]) -> str:
+    """A change in words for the progress lines: a move of the search, which later moves may take back."""
+    gone = [words(key) for key in before if key not in after]
+    come = [words(key) for key in after if key not in before]
+    moves = [f"with {listing(come)}"] * bool(come) + [f"without {listing(gone)}"] * bool(gone)
+    return f"trying {' and '.join(moves) or 'other shapes'}"

@@ -21,7 +21,8 @@ that differ by more than rounding is moved."""
 _TOGETHER = 32
 """Choices that are fitted together: their matrices stay in the cache of any core, a megabyte of a model of nine."""
 _MOST_NOISE = 0.5
-"""Share of the square of any combination of columns that clearing may take off."""
+"""Share of the square of any combination of columns that clearing may take off: it regularises the cleared
+equations."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,17 +24,19 @@ from .scoring import Scoring
 
 Single = NDArray[np.float32]
 SURROGATES = 999
-"""Copies: where none of them looks as good as the log, that is 1 in 1,000."""
+"""How many draws are looked at: where none of them looks as good as the log, that is 1 in 1,000."""
 _NUMBERS = 500_000
 """Numbers of the copies that are worked on at a time, in single precision: 2 MB."""
 _SLOWEST = 4
-"""Slowest waves of a rest that tell how large the mean of noise of its colour is."""
+"""Slowest waves of a rest that tell how large the mean of noise of its colour is: no number that decides."""
 _LEAST_SIZE = 0.1
-"""Least size of the rest in a block, as a share of its size in the whole log: no block is without noise."""
+"""Least size of the rest in a block, as a share of its size in the whole log, a regulariser: no block is without
+noise."""
 _TOLD = 64
-"""Copies of sensor noise of which the spectrum is the mean: it is then known to an eighth at each frequency."""
+"""How many draws of sensor noise the spectrum is the mean of: it is then known to an eighth at each frequency."""
 _BROAD, _FEW = 0.125, 12
-"""Frequencies on either side over which spectra are compared: this share of the frequency, and never fewer."""
+"""Half the band in which spectra are compared: this share of the frequency, and never fewer frequencies than so
+many."""
 
 
 class NoiseCopies:

@@ -9,7 +9,7 @@ from rich.text import Text
 from ...comparison.facts import Comparison
 from ...discovery.effect_findings import EffectFinding, FittedTerm
 from ...discovery.findings import Advice, Calibrated, Findings, NotCalibrated, SensorError, Step
-from ...discovery.lawful.price_of_law import Passivity
+from ...discovery.lawful.laws_over import Passivity
 from ...discovery.search.estimation import Interval
 from ...physics.motion import AXES
 from ...physics.presentation import listing, number, percent, unit_text, words

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from ...comparison.audit import Audit
 from ...comparison.error_limits import HeldLimit, HeldLimits
-from ...discovery.distillation.distilled import Distilled
+from ...discovery.distillation import Distilled
 from ...physics.effects import EFFECTS, Effect, Parameter
 from ...physics.laws.audit.base import Ruling
 from ...physics.motion import FORCE_UNITS, Array

@@ -13,8 +13,8 @@ import pytest
 from made_up_records import NAMES, claim, drawn, record
 from places import ROOT
 
+from undertow.discovery.effect_findings import Reason
 from undertow.discovery.judgement import SUPPORT, Logistic, Odds
-from undertow.discovery.reason import Reason
 
 SURE, UNSURE = (Odds(one, one, 0.001, 0.05, {}) for one in (Logistic(zero, {"gain": 1.0}) for zero in (0.0, -9.0)))
 

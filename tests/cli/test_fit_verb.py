@@ -8,7 +8,7 @@ import yaml
 from verbs import call, done, refused, strict
 
 import undertow
-from undertow.discovery.lawful.price_of_law import MostPower, Passivity
+from undertow.discovery.lawful.laws_over import MostPower, Passivity
 from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.wording import energy_lines, energy_verdict

@@ -25,9 +25,8 @@ from undertow.comparison.comparison import (
 )
 from undertow.comparison.facts import Comparison
 from undertow.comparison.recommendation import best
-from undertow.discovery.basis import choose_balance
+from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.effect_findings import EffectFinding
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.preparation.prepare import WEAK, DataSet
 from undertow.measurements.prepared_logs import ALL, Inputs, Parts
 from undertow.physics.errors import RequestError

@@ -7,15 +7,14 @@ import pytest
 
 from undertow.discovery.candidates.candidate import Kind, candidates
 from undertow.discovery.claims import Tests as Asked
-from undertow.discovery.claims import gather_claims, widen_intervals
+from undertow.discovery.claims import gather_claims, null_distance, widen_intervals
+from undertow.discovery.effect_findings import Reason
 from undertow.discovery.evidence.invariance import Invariance
-from undertow.discovery.evidence.limits import null_distance
 from undertow.discovery.evidence.record_errors import Misalignment
 from undertow.discovery.evidence.unmodelled_forces import FreeFormRefit, UnmodelledForces
 from undertow.discovery.evidence.weighing import Evidence
 from undertow.discovery.findings import OtherForm
 from undertow.discovery.judgement import REASONS, features
-from undertow.discovery.reason import Reason
 from undertow.discovery.search.estimation import Interval
 from undertow.discovery.search.surrogates import Chance
 from undertow.physics.effects import EFFECTS

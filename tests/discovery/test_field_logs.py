@@ -7,18 +7,17 @@ import pytest
 
 from undertow.discovery import discover, selection
 from undertow.discovery.add_effects import Bench, add_effects
-from undertow.discovery.balance.long_logs import UNKNOWN, correct_compass
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.basis import fit_all_forces
+from undertow.discovery.basis import UNKNOWN, DiscoverySettings, correct_compass
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
+from undertow.discovery.effect_findings import Reason
 from undertow.discovery.evidence.record_errors import clocks, out_of_step
+from undertow.discovery.evidence.unexplained import fit_all_forces
 from undertow.discovery.findings import Step
 from undertow.discovery.identifiability.rehearsal import Rehearsal
-from undertow.discovery.reason import Reason
 from undertow.discovery.run_models import values_of_step
 from undertow.discovery.search.floating import Search, SearchSettings, State
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.compass import Compass, compass_of, corrected
 from undertow.physics.forces import apparent_wind
 from undertow.physics.integration import simulate_motion

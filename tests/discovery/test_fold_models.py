@@ -9,14 +9,13 @@ import pytest
 from undertow.discovery.add_effects import add_effects
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
-from undertow.discovery.basis import choose_balance
+from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.candidates.linearisation import Linearisation
 from undertow.discovery.discover import find_missing
 from undertow.discovery.findings import Folds
 from undertow.discovery.search.floating import Search, WithoutFold
 from undertow.discovery.search.gram import GramScores
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.preparation.split import folds_of
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle

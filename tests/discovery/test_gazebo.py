@@ -10,9 +10,9 @@ import pytest
 from places import ROOT, shared
 
 from undertow.discovery.add_effects import add_effects
+from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.findings import FittedTerm
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.prepared_logs import Inputs
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.scores import RolloutRecord, rollout_scores

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from undertow.discovery.effect_findings import LIKELY, MISSING, Claim, Worth
+from undertow.discovery.effect_findings import LIKELY, MISSING, Claim, Reason, Worth
 from undertow.discovery.judgement import (
     REASONS,
     SHARE,
@@ -18,7 +18,6 @@ from undertow.discovery.judgement import (
     probability,
     verdict,
 )
-from undertow.discovery.reason import Reason
 
 DOUBTS = (
     "file_value",

@@ -2,10 +2,10 @@
 
 import pytest
 
-from undertow.discovery import kept_effects
+from undertow.discovery import run_models
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.candidates.candidate import candidates
-from undertow.discovery.kept_effects import add_subthreshold
+from undertow.discovery.run_models import add_subthreshold
 from undertow.discovery.search.floating import Search, SearchSettings, State
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -44,7 +44,7 @@ def test_one_that_earns_nothing_does_not_keep_another_out(search: Search, drag: 
 
 
 def test_what_ends_at_a_limit_does_not_join(search: Search, drag: State, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(kept_effects, "at_limit", lambda candidate, nominal, vehicle: candidate.key == EXPONENT)
+    monkeypatch.setattr(run_models, "at_limit", lambda candidate, nominal, vehicle: candidate.key == EXPONENT)
     assert add_subthreshold(search, drag, (EXPONENT,), ShootingSettings()) is drag
 
 

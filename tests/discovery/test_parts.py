@@ -7,20 +7,19 @@ import pytest
 from undertow.discovery.add_effects import add_effects
 from undertow.discovery.balance.shooting import rollout_squares, rollouts_contradict
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import shortlist
 from undertow.discovery.discover import find_missing
-from undertow.discovery.effect_findings import EffectFinding
+from undertow.discovery.effect_findings import EffectFinding, Reason
 from undertow.discovery.findings import Findings
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.refit import lawful_refit
-from undertow.discovery.reason import Reason
 from undertow.discovery.search import estimation as bootstrap
 from undertow.discovery.search.estimation import block_bootstrap
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
-from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
 from undertow.physics.integration import simulate_motion
 from undertow.physics.motion import Motion

@@ -7,17 +7,16 @@ import pytest
 
 from undertow.discovery.balance.shooting import rollout_difference
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.basis import choose_balance, residual_of_few_forces
+from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.candidates.candidate import Kind, candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.unexplained import inclusion
+from undertow.discovery.evidence.unexplained import inclusion, residual_of_few_forces
 from undertow.discovery.search.estimation import profile_interval
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
-from undertow.discovery.search.thruster_scales import as_common_scale, is_equivalent
-from undertow.discovery.settings import DiscoverySettings
+from undertow.discovery.search.rival_explanations import as_common_scale, is_equivalent
 from undertow.measurements.statistics.signals import sensor_noise
 from undertow.physics.effects import PARAMETERS
 from undertow.physics.integration import simulate_motion

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import add_effects
+from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.discover import find_missing
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.prepare import prepare

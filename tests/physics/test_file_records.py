@@ -11,7 +11,7 @@ from sample_run import compare_many, write_sample
 from undertow.comparison.facts import Comparison, MadeFrom, RulingRecord
 from undertow.discovery.findings import Advice, Calibrated, Findings, FittedTerm, LogFacts
 from undertow.discovery.identifiability.rehearsal import Excitation, Identifiability
-from undertow.discovery.lawful.price_of_law import Binding, MostPower, Passivity
+from undertow.discovery.lawful.laws_over import Binding, MostPower, Passivity
 from undertow.discovery.search.estimation import Interval
 from undertow.physics.errors import RequestError
 from undertow.physics.file_records import Record

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from verbs import call, refused, strict
 
-from undertow.discovery.settings import DiscoverySettings
+from undertow.discovery.basis import DiscoverySettings
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading

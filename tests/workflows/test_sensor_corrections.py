@@ -6,10 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.discovery.basis import choose_balance
+from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.candidates.candidate import Kind
 from undertow.discovery.sensor_error_search import ARM, COMPASS, HiddenErrors
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log_options import Reading
 from undertow.physics.effects import COMMAND_OFFSET
 from undertow.physics.errors import RequestError

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from undertow.discovery.settings import DiscoverySettings
+from undertow.discovery.basis import DiscoverySettings
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import load_vehicle

@@ -9,11 +9,10 @@ import pytest
 from undertow.comparison.comparison import Judged, judge
 from undertow.comparison.facts import CALIBRATED, CORRECTED, NOMINAL, Best
 from undertow.comparison.recommendation import shares_of_error
-from undertow.discovery.basis import choose_balance
+from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.effect_findings import FittedTerm
 from undertow.discovery.findings import Findings
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

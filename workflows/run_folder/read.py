@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...comparison.facts import AuditRecord, Comparison, MadeFrom
+from ...discovery.basis import DiscoverySettings
 from ...discovery.effect_findings import FoldRecord
 from ...discovery.findings import Findings
 from ...discovery.run_models import values_of_step
-from ...discovery.settings import DiscoverySettings
 from ...measurements.inspection import Inspections
 from ...measurements.log_options import Reading
 from ...measurements.prepared_logs import FOLDS, Inputs, PathLike

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from ...comparison.audit import Audit
 from ...comparison.facts import Comparison
+from ...discovery.basis import DiscoverySettings
 from ...discovery.candidates.candidate import holds_guesses
 from ...discovery.candidates.linearisation import step_forces
 from ...discovery.discover import Discovery
 from ...discovery.findings import Findings
-from ...discovery.settings import DiscoverySettings
 from ...exports.mcap_series import Prediction, mcap_installed, write_series
 from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections

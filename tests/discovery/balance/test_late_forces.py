@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery.balance.products import LateForces
+from undertow.discovery.balance.base import LateForces
 from undertow.physics.forces import thruster_response
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle

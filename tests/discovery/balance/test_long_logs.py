@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from undertow.discovery.balance.base import WeakSettings
-from undertow.discovery.balance.long_logs import MOST_TESTS, subsample_long_log
+from undertow.discovery.basis import MOST_TESTS, subsample_long_log
 from undertow.discovery.discover import find_missing
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle

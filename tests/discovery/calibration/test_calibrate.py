@@ -5,6 +5,7 @@ import pytest
 
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.calibration.before_calibration import rollouts_over
 from undertow.discovery.calibration.calibrate import Calibration, calibrate, rollout_step
 from undertow.discovery.candidates.candidate import (
@@ -17,7 +18,6 @@ from undertow.discovery.candidates.candidate import (
 from undertow.discovery.discover import find_missing
 from undertow.discovery.identifiability.identifiable_effects import identified
 from undertow.discovery.search.floating import Search, SearchSettings
-from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
 from undertow.physics.integration import simulate_motion
 from undertow.physics.laws.damping_power import envelope_of, mass_margin, worst_dissipation

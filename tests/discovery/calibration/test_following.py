@@ -25,7 +25,7 @@ from undertow.discovery.calibration.following import (
     rehearsed_watch,
 )
 from undertow.discovery.calibration.forgetting_fit import AdaptSettings
-from undertow.discovery.lawful.certify import certify
+from undertow.discovery.lawful.laws_over import certify
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Array, Motion
 from undertow.physics.vehicle import load_vehicle

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import add_effects
+from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.candidates.candidate import calibratable
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.record_errors import record_errors
 from undertow.discovery.search.estimation import Interval
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.canonical import Channel
 from undertow.measurements.kinematics import gyro_lateness
 from undertow.measurements.log import read_log

@@ -1,8 +1,8 @@
 """Where all thrusters push harder than a file says, that is told, and not as an asymmetry alone."""
 
 from undertow.discovery.add_effects import add_effects
-from undertow.discovery.search.thruster_scales import all_thrusters
-from undertow.discovery.settings import DiscoverySettings
+from undertow.discovery.basis import DiscoverySettings
+from undertow.discovery.search.rival_explanations import all_thrusters
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 

@@ -8,11 +8,9 @@ from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.unnamed_terms import free_forms
-from undertow.discovery.evidence.residual_selection import FormColumns, ResidualSelection
-from undertow.discovery.evidence.unmodelled_forces import Substitute, substitute_forces
-from undertow.discovery.evidence.weighing import TELL_APART
+from undertow.discovery.evidence.unmodelled_forces import FormColumns, ResidualSelection, Substitute, substitute_forces
 from undertow.discovery.search.floating import Search
-from undertow.discovery.search.scoring import SearchSettings
+from undertow.discovery.search.scoring import TELL_APART, SearchSettings
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import NOISE, simulate_world

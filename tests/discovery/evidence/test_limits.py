@@ -6,11 +6,11 @@ import pytest
 from undertow.discovery import verdicts as words
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import Candidate, candidates
+from undertow.discovery.claims import at_limits
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.limits import at_limits
+from undertow.discovery.effect_findings import Reason
 from undertow.discovery.identifiability.rehearsal import Identifiability
 from undertow.discovery.lawful.refit import lawful_refit
-from undertow.discovery.reason import Reason
 from undertow.discovery.search.estimation import Interval
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.vehicle import load_vehicle

@@ -8,7 +8,7 @@ from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
-from undertow.discovery.evidence.unmodelled_forces import find_changing_forces
+from undertow.discovery.evidence.invariance import find_changing_forces
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
 from undertow.physics.motion import Motion

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add_effects import add_effects
+from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.record_errors import turning
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.kinematics import kinematics_of, turning_of
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle

@@ -13,10 +13,9 @@ from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.unnamed_terms import finer_forms, free_forms
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.unmodelled_forces import UnmodelledForces, fit_unmodelled_forces
-from undertow.discovery.evidence.weighing import TELL_APART
 from undertow.discovery.findings import OtherForm
 from undertow.discovery.search.floating import Search
-from undertow.discovery.search.scoring import SearchSettings
+from undertow.discovery.search.scoring import TELL_APART, SearchSettings
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import NOISE, simulate_world

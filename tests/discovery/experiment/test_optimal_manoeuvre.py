@@ -10,7 +10,7 @@ import pytest
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.weighing import CERTAINLY, TELL_APART
+from undertow.discovery.evidence.weighing import CERTAINLY
 from undertow.discovery.experiment import optimal_manoeuvre
 from undertow.discovery.experiment.optimal_manoeuvre import (
     ENOUGH,
@@ -25,6 +25,7 @@ from undertow.discovery.experiment.optimal_manoeuvre import (
 from undertow.discovery.experiment.separation import OpenQuestion, Rehearsed, open_question
 from undertow.discovery.identifiability.rehearsal import plausible_amounts, rehearse
 from undertow.discovery.search.floating import Search, SearchSettings
+from undertow.discovery.search.scoring import TELL_APART
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from envelopes import encloses
 
-from undertow.discovery.lawful.certify import certify
+from undertow.discovery.lawful.laws_over import certify
 from undertow.physics.effects import monomials
 from undertow.physics.errors import RequestError
 from undertow.physics.laws.damping_power import (

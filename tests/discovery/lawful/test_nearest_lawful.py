@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from undertow.discovery.lawful.certify import certify
-from undertow.discovery.lawful.convex_program import solve_refit
+from undertow.discovery.lawful.convex_program import Shape, solve_refit
+from undertow.discovery.lawful.laws_over import certify
 from undertow.discovery.lawful.nearest_lawful import LawfulSet
-from undertow.discovery.lawful.program_data import Shape
 from undertow.physics.laws.damping_power import Envelope, mass_margin
 from undertow.physics.motion import Array
 from undertow.physics.vehicle import Vehicle, load_vehicle

@@ -7,18 +7,18 @@ import pytest
 from envelopes import encloses
 
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.basis import DiscoverySettings
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
 from undertow.discovery.lawful import convex_program
 from undertow.discovery.lawful import refit as lawful
-from undertow.discovery.lawful.certify import certify
-from undertow.discovery.lawful.program_data import Shape
+from undertow.discovery.lawful.convex_program import Shape
+from undertow.discovery.lawful.laws_over import certify
 from undertow.discovery.lawful.refit import passive_refit
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
-from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
 from undertow.physics.laws.damping_power import Envelope, envelope_of, mass_margin, worst_dissipation
 from undertow.physics.motion import Motion

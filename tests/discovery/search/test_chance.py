@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from undertow.discovery.basis import choose_balance
+from undertow.discovery.basis import DiscoverySettings, choose_balance
 from undertow.discovery.discover import find_missing
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.surrogates import SURROGATES, Chance, SurrogateTest
-from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.statistics.processors import single_threaded
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

@@ -9,7 +9,7 @@ from undertow.discovery.balance.base import Balance, WeakSettings
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.discover import find_missing
-from undertow.discovery.search.record_errors_in_search import coarse_records
+from undertow.discovery.search.rival_explanations import coarse_records
 from undertow.discovery.sensor_error_search import HiddenErrors
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle

@@ -2,7 +2,7 @@
 
 import pytest
 
-from undertow.discovery.search.neighbours import difference
+from undertow.discovery.search.floating import difference
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,7 @@ from rich.console import Console
 from scipy.ndimage import gaussian_filter1d
 
 import undertow
-from undertow.discovery.distillation.distil import distil_model
-from undertow.discovery.distillation.distilled import AxisShare, Distilled
+from undertow.discovery.distillation import AxisShare, Distilled, distil_model
 from undertow.measurements.preparation.resampling import smooth
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import modelled_acceleration

@@ -6,7 +6,7 @@ import numpy as np
 import pysindy
 import pytest
 
-from undertow.discovery.factors.factors import (
+from undertow.discovery.factors import (
     Column,
     Factors,
     compress,

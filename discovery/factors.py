@@ -17,13 +17,13 @@ from typing import ClassVar, cast
 
 import numpy as np
 
-from ...measurements.statistics.blocks import block_draws
-from ...measurements.statistics.processors import single_threaded
-from ...physics.errors import RequestError
-from ...physics.file_records import Record
-from ...physics.files import strict_json, write_bytes
-from ...physics.motion import Array
-from ...physics.reading import parse_json, read_bytes, reason
+from ..measurements.statistics.blocks import block_draws
+from ..measurements.statistics.processors import single_threaded
+from ..physics.errors import RequestError
+from ..physics.file_records import Record
+from ..physics.files import strict_json, write_bytes
+from ..physics.motion import Array
+from ..physics.reading import parse_json, read_bytes, reason
 
 _CHUNK = 1 << 16
 """Numbers of the rows that are reduced at a time: half a megabyte stays in the cache of any core."""

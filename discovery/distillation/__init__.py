@@ -1,1 +1,0 @@
-"""Distillation of any model's correction into named effects, unnamed terms and memory."""

@@ -1,1 +1,0 @@
-"""Logs in a few kilobytes: triangular factors that stand for all rows of a regression, and sparse fits to them."""
