@@ -241,7 +241,7 @@ def polish(
     if not names or len(set(names)) < len(names):
         raise RequestError(f"polish: expected different symbols, at least one, got {', '.join(names) or 'none'}")
     form = Shooting(motions, vehicle, settings)
-    problem = _Problem(names, _limits(vehicle, names, limits or {}))
+    problem = _Problem(names, *_limits(vehicle, names, limits or {}))
     x = np.clip([vehicle.value(s) for s in names], problem.lower, problem.upper)
     vehicle = vehicle.with_values(dict(zip(names, x.tolist(), strict=True)))
     damping = 1e-3
@@ -271,15 +271,8 @@ class _Problem:
     """Symbols and their limits; every error in units of its axis' scale."""
 
     symbols: tuple[str, ...]
-    bounds: tuple[Array, Array]
-
-    @property
-    def lower(self) -> Array:
-        return self.bounds[0]
-
-    @property
-    def upper(self) -> Array:
-        return self.bounds[1]
+    lower: Array
+    upper: Array
 
     def columns(self, form: Shooting, vehicle: Vehicle) -> tuple[Array, Array]:
         """Errors (rows,) and what a unit of each parameter takes off them (rows, p)."""
