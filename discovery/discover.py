@@ -190,7 +190,6 @@ class LawfulFit:
     state : the model with the names that stand and those that only predict better
     kept, subthreshold : keys of the ones and of the others
     about : columns and scores about it
-    chosen : its options
     lawful : the model under the laws
     intervals : 95 % intervals of total values by symbol, of all that was selected
     """

@@ -199,23 +199,13 @@ class Polish:
     Attributes
     ----------
     vehicle : the model with the polished values
-    values : total values by symbol
-    symbols : order of the rows of `covariance`
-    covariance : (p, p) from blocks of the log, which allows residuals that are not independent
-    intervals : 95 % intervals by symbol, cut at the limits; none for a parameter that is held at one, and none at all
-        when there are no more blocks than free parameters
-    error_before, error : (3,) root mean square rollout error [m/s, m/s, rad/s], weighted as at the end
-    rounds : steps made
+    intervals : 95 % intervals by symbol from blocks of the log, which allow residuals that are not independent, cut at
+        the limits; none for a parameter that is held at one, and none at all when there are no more blocks than free
+        parameters
     """
 
     vehicle: Vehicle
-    values: dict[str, float]
-    symbols: tuple[str, ...]
-    covariance: Array
     intervals: dict[str, Interval]
-    error_before: Array
-    error: Array
-    rounds: int
 
 
 def polish(
@@ -250,10 +240,10 @@ def polish(
     if not names or len(set(names)) < len(names):
         raise RequestError(f"polish: expected different symbols, at least one, got {', '.join(names) or 'none'}")
     form = Shooting(motions, vehicle, settings)
-    problem = _Problem(names, _limits(vehicle, names, limits or {}))
+    problem = _Problem(names, *_limits(vehicle, names, limits or {}))
     x = np.clip([vehicle.value(s) for s in names], problem.lower, problem.upper)
     vehicle = vehicle.with_values(dict(zip(names, x.tolist(), strict=True)))
-    start, damping, made = vehicle, 1e-3, 0
+    damping = 1e-3
     for _ in range(rounds):
         form = form.refreshed(vehicle)
         error, jacobian = problem.columns(form, vehicle)
@@ -263,19 +253,16 @@ def polish(
         moved, better, damping = problem.step(form, vehicle, error, jacobian, cost, damping)
         if moved is None:
             break
-        vehicle, made = moved, made + 1
+        vehicle = moved
         if better >= cost * (1.0 - _DONE):
             break
-    form = form.refreshed(vehicle)
-    covariance, spread = problem.spread(form, vehicle)
-    values = {s: vehicle.value(s) for s in names}
+    spread = problem.spread(form.refreshed(vehicle), vehicle)
     intervals = {
-        s: Interval(float(max(values[s] - reach, low)), float(min(values[s] + reach, high)))
+        s: Interval(float(max(vehicle.value(s) - reach, low)), float(min(vehicle.value(s) + reach, high)))
         for s, reach, low, high in zip(names, spread, problem.lower, problem.upper, strict=True)
         if np.isfinite(reach)
     }
-    before, after = (np.sqrt((form.residual(v) ** 2).mean(axis=0)) for v in (start, vehicle))
-    return Polish(vehicle, values, names, covariance, intervals, before, after, made)
+    return Polish(vehicle, intervals)
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,15 +270,8 @@ class _Problem:
     """Symbols and their limits; every error in units of its axis' scale."""
 
     symbols: tuple[str, ...]
-    bounds: tuple[Array, Array]
-
-    @property
-    def lower(self) -> Array:
-        return self.bounds[0]
-
-    @property
-    def upper(self) -> Array:
-        return self.bounds[1]
+    lower: Array
+    upper: Array
 
     def columns(self, form: Shooting, vehicle: Vehicle) -> tuple[Array, Array]:
         """Errors (rows,) and what a unit of each parameter takes off them (rows, p)."""
@@ -325,8 +305,8 @@ class _Problem:
             damping *= 10.0
         return None, cost, damping
 
-    def spread(self, form: Shooting, vehicle: Vehicle) -> tuple[Array, Array]:
-        """Covariance (p, p) from blocks, and half widths of 95 % intervals (p,), nan where none can be told.
+    def spread(self, form: Shooting, vehicle: Vehicle) -> Array:
+        """Half widths of 95 % intervals from blocks (p,), nan where none can be told.
 
         The sandwich H^-1 (sum over blocks of g g^T) H^-1 with g the gradient of a block (White 1982, Liang and Zeger
         1986); parameters at a limit are held, and have no width (nan). At the optimum the g add up to zero: no more
@@ -340,13 +320,12 @@ class _Problem:
         scores = block_scores(jacobian, error, block)
         x = np.array([vehicle.value(s) for s in self.symbols])
         free = (x > self.lower) & (x < self.upper)
-        covariance, reach = np.zeros((x.size, x.size)), np.full(x.size, np.nan)
-        if free.any():
+        reach = np.full(x.size, np.nan)
+        if free.any() and blocks > free.sum():
             inverse = np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free], rcond=1e-12, hermitian=True)
-            covariance[np.ix_(free, free)] = sandwich(inverse, scores[:, free]) / np.outer(size[free], size[free])
-        if blocks > free.sum():
-            reach[free] = student(blocks - 1, 0.975) * np.sqrt(np.diag(covariance)[free])
-        return covariance, reach
+            covariance = sandwich(inverse, scores[:, free]) / np.outer(size[free], size[free])
+            reach[free] = student(blocks - 1, 0.975) * np.sqrt(np.diag(covariance))
+        return reach
 
 
 def _limits(

@@ -12,7 +12,7 @@ from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
-from undertow.discovery.lawful import convex_program
+from undertow.discovery.lawful import convex_program, refit
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.convex_program import Shape
 from undertow.discovery.lawful.laws_over import certify
@@ -152,7 +152,7 @@ def test_a_solution_that_breaks_the_law_is_an_error(monkeypatch: pytest.MonkeyPa
         assert found is not None
         return found if law is None else replace(found, values=found.values + 0.5)
 
-    monkeypatch.setattr(convex_program, "solve_refit", careless)
+    monkeypatch.setattr(refit, "solve_refit", careless)
     with pytest.raises(RequestError, match="breaks dissipation"):
         passive_refit(scores, chosen, nominal, envelope_of([motion], nominal))
 
