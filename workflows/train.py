@@ -152,21 +152,17 @@ class TrainRun:
         }
 
 
-def _left(inputs: Inputs, *, decline: bool) -> LearnableResidual:
+def _left(inputs: Inputs, settings: TrainingSettings) -> LearnableResidual:
     """What there is to learn beside the vehicle on the rows that do not judge.
-
-    Parameters
-    ----------
-    decline : where nothing is
 
     Raises
     ------
     NothingToLearnError
-        where nothing is, and it is to decline then.
+        where nothing is, and the settings say to decline then.
     """
     split = inputs.parts.split
     left = measure_learnable_residual(at_beginning(inputs.vehicle), (split.train, split.validation))
-    if decline and not left.worth_it:
+    if settings.decline and not left.worth_it:
         raise NothingToLearnError(
             f"Nothing is left for a network to learn beside a vehicle {why_declined(left)}: {say_learnable(left)}. Use "
             "the vehicle as it is; train all the same with --set decline=0"
@@ -230,8 +226,7 @@ def train(
         audits.append(audit_along(model, inputs.parts))
         return Verdict(audits[-1].verdict == "pass", audits[-1].against)
 
-    # Of the best kind, blocks of the log say whether there is something to learn.
-    left = None if chosen.pure else _left(inputs, decline=recipe.decline and chosen.network != BEST)
+    left = None if chosen.pure else _left(inputs, recipe)
     kinds: tuple[Candidate, ...] = ()
     if chosen.network == BEST:
         kinds = tuple(candidates(inputs.parts.split, alone, recipe, progress=_trying(progress)))

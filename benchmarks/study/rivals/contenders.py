@@ -7,6 +7,7 @@ from typing import Any
 
 from undertow.physics.forces import at_beginning
 from undertow.physics.vehicle import Vehicle
+from undertow.residuals.learnable_residual import measure_learnable_residual
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.training.best_kind import candidates
 from undertow.residuals.training.epochs import train
@@ -73,10 +74,13 @@ KINDS = ("mlp", "symmetric", "lstm", "tcn", "transformer", "dissipative", "trees
 def _best(whole: bool, data: Data, vehicle: Vehicle, name: str, seed: int) -> Model:
     """The network that blocks of the training run choose: beside the calibrated vehicle, or what `discover` names.
 
-    The vehicle alone where no network errs less in another part of the run, as the verbs do.
+    The vehicle alone where it leaves nothing to learn, or no network errs less in another part of the run, as the verbs
+    have it.
     """
     if whole:
         vehicle = at_beginning(discover(data.run, progress=None).discovery.corrected)
+    if not measure_learnable_residual(vehicle, (data.split.train, data.split.validation)).worth_it:
+        return VehicleModel(vehicle, name)
     settings = TrainingSettings(seed=seed, epochs=EPOCHS, patience=EPOCHS, device="cpu")
     chosen = candidates(data.split, vehicle, settings)[0]
     if chosen.ratio >= 1.0:
