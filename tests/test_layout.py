@@ -419,3 +419,10 @@ def test_constraints_cover_every_dependency():
 def test_no_registry_address(name: str):
     text = (ROOT / name).read_text(encoding="utf-8")
     assert re.findall(r"index-url|find-links|trusted-host|file://|https?://\S*(?:simple|pypi|npmjs)\S*", text) == []
+
+
+@pytest.mark.parametrize(
+    "question", tomllib.loads((ROOT / "tests/questions.toml").read_text("utf-8"))["question"], ids=str
+)
+def test_what_a_newcomer_is_asked_stands_where_the_answers_say(question: dict[str, str]):
+    assert question["holds"] in (ROOT / question["file"]).read_text("utf-8"), question["ask"]
