@@ -7,7 +7,6 @@ give equal bytes.
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 
@@ -24,23 +23,7 @@ MEASURED, BEFORE, BETWEEN, AFTER = "#b3bec7", "#d55e00", "#a9bccb", "#0072b2"
 INK, MUTED, GRID = "#1b2329", "#5d6a75", "#dfe4e8"
 COLUMNS = (("position", "m"), ("surge", "m/s"), ("sway", "m/s"), ("yaw", "rad/s"))
 WIDTH, HEIGHT = 10.0, 5.8  # inches, 72 points each
-STYLE: dict[Any, Any] = {
-    "font.family": ["DejaVu Sans"],
-    "font.size": 11.0,
-    "text.color": INK,
-    "text.parse_math": False,
-    "axes.labelcolor": MUTED,
-    "axes.edgecolor": GRID,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "xtick.color": GRID,
-    "ytick.color": GRID,
-    "xtick.labelcolor": MUTED,
-    "ytick.labelcolor": MUTED,
-    "lines.solid_capstyle": "round",
-    "svg.fonttype": "path",
-    "svg.hashsalt": "undertow",
-}
+STYLE = Path(__file__).with_name("figures.mplstyle")
 
 
 def main(picture: Path) -> None:
@@ -49,7 +32,7 @@ def main(picture: Path) -> None:
     errors = pd.DataFrame([step.rollout_rmse["10"].to_dict() for step in run.findings.steps])
     added = [step.added for step in run.findings.steps]
     names = [f"+ {effect.replace('_', ' ')}" if effect else "nominal model" for effect in added]
-    with plt.rc_context(STYLE):
+    with plt.rc_context({"lines.solid_capstyle": "round"}, STYLE):
         figure = plt.figure(figsize=(WIDTH, HEIGHT), facecolor="white")
         draw_steps(figure, errors, names)
         draw_yaw_rate(figure, run.series[run.series["part"] == "test"])

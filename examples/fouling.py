@@ -6,7 +6,6 @@ run. The picture in `docs/` is made this way. Equal inputs give equal bytes.
 
 import sys
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 
@@ -22,22 +21,7 @@ from undertow.physics.worlds.world import NOISE, World
 TRUTH, FOLLOWED, NOMINAL = "#1b2329", "#0072b2", "#d55e00"
 INK, MUTED, GRID, BAND, REST = "#1b2329", "#5d6a75", "#dfe4e8", "#bcdcf0", "#eef1f3"
 DURATION, FOULED_AT, DRAG = 240.0, 120.0, -16.0  # [s], [s], [N s^2/m^2]
-STYLE: dict[Any, Any] = {
-    "font.family": ["DejaVu Sans"],
-    "font.size": 11.0,
-    "text.color": INK,
-    "text.parse_math": False,
-    "axes.labelcolor": MUTED,
-    "axes.edgecolor": GRID,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "xtick.color": GRID,
-    "ytick.color": GRID,
-    "xtick.labelcolor": MUTED,
-    "ytick.labelcolor": MUTED,
-    "svg.fonttype": "path",
-    "svg.hashsalt": "undertow",
-}
+STYLE = Path(__file__).with_name("figures.mplstyle")
 
 
 def main(picture: Path) -> None:
@@ -51,7 +35,7 @@ def main(picture: Path) -> None:
     print(f"X_uu is {old:g} {found.units[0]} in the model, and {DRAG:g} from {FOULED_AT:g} s on")
     print(f"followed to within 10 % after {since[first]:.0f} s of excitation ({found.time[first] - FOULED_AT:.0f} s)")
     print(f"at the end: {value[-1]:.1f} +- {2.0 * found.deviation[-1, 0]:.1f}")
-    with plt.rc_context(STYLE):
+    with plt.rc_context(fname=STYLE):
         figure = plt.figure(figsize=(10.0, 5.2), facecolor="white")
         axes = figure.add_axes((0.075, 0.125, 0.9, 0.7))
         draw(axes, found, old)
