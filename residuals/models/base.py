@@ -39,8 +39,8 @@ class Model(ABC):
     seen : lower and upper ends of u, v, r and the thrusts that it was trained on; None where it does not tell
     band : of its predictions, as the run that it comes from has it; None where it comes from none
     fades : whether its correction counts by a gain that falls with the distance from its training
-    far : distance beyond its training from which rows are far from it [standard deviations]: the farthest that its gain
-        knows of, or what other networks have hardly ever met
+    far : distance beyond its training from which rows are far from it [standard deviations]: where its gain ends, or
+        what other networks have hardly ever met
     """
 
     name: str

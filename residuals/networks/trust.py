@@ -1,8 +1,8 @@
 """The gain of a correction, 0 to 1 on each axis, falling smoothly with the distance from the training data.
 
 g is the weight of Wolpert's (1992) stacking, from networks of the same kind tried on parts of the log that they do not
-know, with columns that fade within several reaches l_j, under the limits of Yao et al. (2018); see `stacked`. Beyond
-the farthest distance tried g stays w_0.
+know, with columns that fade within several reaches l_j, under the limits of Yao et al. (2018); see `stacked`. What the
+farthest distance tried does not take fades within `ENDS` times that distance.
 """
 
 from collections.abc import Sequence
@@ -20,6 +20,8 @@ NARROW = 0.5
 """The least of the reaches, each twice the one before [deviations]: closer, and rounding of a log is a distance."""
 _TRIED = 0.9
 """Quantile of the distances beyond training that counts as tried: single jumps of a command go farther."""
+ENDS = 4.0
+"""Times the last reach that was tried, within which the rest of a gain fades; `benchmarks/trust.py` tries others."""
 _DRAWS = 100
 """Of whole stretches: their mean is then known to a tenth of its scatter."""
 _SUM = 1e3
@@ -105,11 +107,13 @@ def stacked(
 
     With c the correction at a distance d from training,
 
-        g(d) = w_0 + sum_j w_j (1 - (d / l_j)^2)^2 for d < l_j,   w >= 0,   sum w <= 1,
+        g(d) = sum_j w_j (1 - (d / l_j)^2)^2 for d < l_j,   w >= 0,   sum w <= 1,
 
     by least squares of what the vehicle lacks, both integrated over some seconds, since rollouts add up what is slow
     and forget what is quick. Draws of whole stretches give the spread (Rubin 1981), and the gain is their mean, as of
     bagged predictors (Breiman 1996).
+
+    The last reach lies beyond all that was tried: its weight is fitted as if it did not fade.
 
     Parameters
     ----------
@@ -148,6 +152,9 @@ def stacked(
     draws = rng.dirichlet(np.ones(len(grams)), _DRAWS) * len(grams)
     found = np.zeros((_DRAWS, 3, reaches.size + 1))
     found[..., :count] = [[_weights(gram) for gram in np.tensordot(draw, grams, 1)] for draw in draws]
+    if count > reaches.size:
+        reaches = np.append(reaches, ENDS * reaches[-1])
+        found = np.append(found, np.zeros((_DRAWS, 3, 1)), axis=-1)
     at = np.append(0.0, reaches)
     return reaches, found.mean(axis=0), (found @ _faded(at, reaches).T).std(axis=0)
 

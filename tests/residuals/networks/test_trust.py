@@ -11,7 +11,7 @@ from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import scaling_of
 from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import NETWORKS, build
-from undertow.residuals.networks.trust import NARROW, Gain, HeldOutTrial, Trust, directions, stacked
+from undertow.residuals.networks.trust import ENDS, NARROW, Gain, HeldOutTrial, Trust, directions, stacked
 
 HULL = load_vehicle("blueboat")
 KNOWN = 5
@@ -112,10 +112,11 @@ def stretches(holds: float, beyond: float, noise: float = 0.0, seed: int = 0) ->
 def test_the_gain_is_what_was_lacking_of_what_was_said(holds: float, beyond: float):
     reaches, weights, error = stacked(stretches(holds, beyond), 20)
     trust = Trust(np.zeros(25), np.zeros(25), reaches, weights, error)
-    assert reaches.tolist() == [NARROW, 1.0, 2.0, 4.0]
-    near, far = trust.gain(np.array([0.0, 5.0]))
+    assert reaches.tolist() == [NARROW, 1.0, 2.0, 4.0, 4.0 * ENDS]
+    near, far, gone = trust.gain(np.array([0.0, 5.0, 4.0 * ENDS]))
     assert near == pytest.approx(np.clip(holds, 0.0, 1.0), abs=0.02)
-    assert far == pytest.approx(np.clip(beyond, 0.0, 1.0), abs=0.02)
+    assert far == pytest.approx(np.clip(beyond, 0.0, 1.0) * (1.0 - (5.0 / reaches[-1]) ** 2) ** 2, abs=0.02)
+    assert gone.tolist() == [0.0, 0.0, 0.0], "it ends"
     steps = np.diff(trust.gain(np.linspace(0.0, 8.0, 100)), axis=0)
     assert (steps <= 1e-12).all(), "no correction is trusted more where it is farther from home"
 
