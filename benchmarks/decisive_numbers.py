@@ -4,7 +4,7 @@ A number is a constant of a module of discovery or of the checks of a log; those
 rounding, steps, how many trials, in which band and over which pieces) decide nothing: their sentences have words of
 `COMPUTATION`. A number is calibrated where its sentence names a script or a page of one, or where a script writes it
 (the odds), derived where its sentence says from what (words of `DERIVED`), and else a judgement of ours, until somebody
-says where it comes from.
+says where it comes from. What `steady_numbers.py` has seen to change an answer decides, whatever its sentence says.
 
     python benchmarks/decisive_numbers.py [--every]
 """
@@ -98,6 +98,15 @@ def listed() -> list[Number]:
     return found
 
 
+def decisive() -> list[Number]:
+    """The numbers that decide: by their sentences, or as they were seen to at half or at twice."""
+    seen = [
+        number._replace(origin="judgement") if number.origin == "computation" and steady(number) is False else number
+        for number in listed()
+    ]
+    return [number for number in seen if number.origin != "computation"]
+
+
 def candidates() -> list[Number]:
     """The numbers of discovery that may decide a verdict, whatever their sentences say; see `steady_numbers.py`."""
     rooms = [
@@ -124,7 +133,7 @@ def _tried() -> dict[str, dict[str, object]]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the numbers by room and origin; with `--every` each of them."""
     given = sys.argv[1:] if arguments is None else arguments
-    numbers = [number for number in listed() if number.origin != "computation"]
+    numbers = decisive()
     if "--every" in given:
         for number in numbers:
             print(f"{number.path}: {number.name} = {number.value} ({number.origin}): {number.sentence[:100]}")

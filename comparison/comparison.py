@@ -328,7 +328,7 @@ def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
         far = distance >= found.model.far
         if far.mean() > _FAR_OUT:
             why = (
-                "its correction ends far beyond what its log tried"
+                "that is beyond all that its correction knows"
                 if found.model.fades
                 else "its errors there say little of it elsewhere"
             )

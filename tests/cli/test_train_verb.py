@@ -89,7 +89,7 @@ def test_train_writes_a_network_that_compare_reads(place: Path) -> None:
     assert said[0] > 20.0 * said[1:].max(), "in sway and yaw there is nothing to learn"
     (note,) = [note for note in strict(done(*words))["notes"] if "far from" in note]
     assert note.startswith("M is judged far from what it was trained on at")
-    assert note.endswith("in the median): its correction ends far beyond what its log tried")
+    assert note.endswith("in the median): that is beyond all that its correction knows")
 
 
 def test_train_explains_what_was_learnt(place: Path, tmp_path: Path) -> None:
