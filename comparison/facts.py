@@ -325,7 +325,7 @@ class ComparedModel(Record):
     seconds_to_fit, seconds_to_evaluate : wall times [s]; None where nobody took them
     fitted_here : it was fitted to rows that are judged, so that its errors are too small
     band : 95 % band of its predictions; of the model that is drawn alone
-    held : the predictions here that lie in the band of the run that it comes from; None where it comes from none
+    held : the predictions here that lie in the band of its run or its own file; None where neither has one
     """
 
     name: str

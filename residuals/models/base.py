@@ -37,7 +37,7 @@ class Model(ABC):
         `residuals.models.bounds` may find
     time_step : of rollouts, where no motion gives one [s]
     seen : lower and upper ends of u, v, r and the thrusts that it was trained on; None where it does not tell
-    band : of its predictions, as the run that it comes from has it; None where it comes from none
+    band : of its predictions, as its run or its own file has it; None where neither does
     fades : whether its correction counts by a gain that falls with the distance from its training
     far : distance beyond its training from which rows are far from it [standard deviations]: where its gain ends, or
         what other networks have hardly ever met
