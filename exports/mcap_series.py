@@ -9,13 +9,13 @@ the log's own, so that the file lies over the log in a viewer.
 import json
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from heapq import merge
-from itertools import chain, zip_longest
+from io import BytesIO
 from math import isfinite
 from pathlib import Path
-from typing import TypedDict
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from ..discovery.candidates.linearisation import FORCES, effect_forces, effects_
 from ..measurements.prepared_logs import Parts
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError, one_line
-from ..physics.files import writing
+from ..physics.files import write_bytes
 from ..physics.momentum_balance import mass_matrix
 from ..physics.motion import FORCE_UNITS, Array, heading_from_enu
 from ..physics.registry_members import how_to_install
@@ -67,16 +67,8 @@ FRAME_TRANSFORM_TEXT = (
 )
 
 
-class Schema(TypedDict, total=False):
-    """What of JSON Schema the messages need."""
-
-    title: str
-    type: str
-    description: str
-    minimum: int
-    maximum: int
-    properties: "dict[str, Schema]"
-    items: "Schema"
+Schema = dict[str, Any]
+"""A JSON Schema."""
 
 
 def _object(title: str, properties: "Mapping[str, Schema]") -> Schema:
@@ -90,7 +82,7 @@ def _numbers(title: str, told: Mapping[str, str]) -> Schema:
 def measured_schema(channels: Sequence[str]) -> Schema:
     """The schema of what was measured, commands included."""
     commands = dict.fromkeys(channels, "command, in the unit of its name: pwm [us], normalized, rad_s or newton [N]")
-    numbers = _numbers("undertow.Measured", STATE | RATES | commands).get("properties", {})
+    numbers = _numbers("undertow.Measured", STATE | RATES | commands)["properties"]
     return _object(
         "undertow.Measured", {**numbers, "part": {"type": "string", "description": "train, validation or test"}}
     )
@@ -215,131 +207,87 @@ def write_series(
         when the package mcap is missing.
     """
     require_mcap()
-    from .mcap_file import McapFile, Message
+    from mcap.writer import Writer
 
     table = predictions[0].table
-    logs = {stretch.log: stretch.motion.source for stretch in stretches(parts)}
     time = in_order([stretch.columns for stretch in stretches(parts)], rounded=False)["time"]
-    definitions = {**SCHEMAS, "undertow.Measured": measured_schema(channels)}
-    done = 0
-
-    def made(rows: int) -> None:
-        nonlocal done
-        done += rows
-        if progress is not None:
-            progress(done, len(table))
-
-    with writing(path) as content:
-        writer = McapFile(content, "undertow")
-        schemas: dict[str, int] = {}
-        recorded: list[Iterator[Message]] = []
-        about = {"schema": "undertow.viewer/1", "axes": AXES_TOLD}
-        for (log, source), prefix in zip(sorted(logs.items()), log_prefixes(list(logs)), strict=True):
-            rows = np.flatnonzero(table["log"] == log)  # one after the other
-            start = starts[source]
+    logs = sorted({stretch.log: stretch.motion.source for stretch in stretches(parts)}.items())
+    about = {"schema": "undertow.viewer/1", "axes": AXES_TOLD}
+    content = BytesIO()  # the writer asks where it is, which a pipe does not tell
+    writer = Writer(content)
+    writer.start(library="undertow")
+    schemas = {
+        name: writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
+        for name, schema in (SCHEMAS | {"undertow.Measured": measured_schema(channels)}).items()
+    }
+    for (log, source), prefix in zip(logs, log_prefixes([log for log, _ in logs]), strict=True):
+        (rows,) = np.nonzero(table["log"] == log)  # one after the other
+        stamps, shift = _stamps(time[rows], starts[source])
+        about[f"log{log}"] = one_line(called(source))
+        if starts[source]:
+            about[f"log{log}_starts_at_ns"] = str(starts[source])
+        if shift:
+            about[f"log{log}_stamps_moved_by_s"] = str(shift)
+        numbers: list[int] = []
+        for begin in range(0, rows.size, _AT_ONCE):  # so that a long log is never in memory as text
+            block = slice(begin, begin + _AT_ONCE)
             boat = f"{prefix}/{BOAT}".removeprefix("/")
-            blocks = _blocks(predictions, channels, slice(int(rows[0]), int(rows[-1]) + 1), time, start, boat, made)
-            clock, topics = next(blocks)
-            about[f"log{log}"] = one_line(called(source))
-            if start:
-                about[f"log{log}_starts_at_ns"] = str(start)
-            if clock.shift:
-                about[f"log{log}_stamps_moved_by_s"] = str(clock.shift)
-            taken: set[str] = set()
-            numbers: list[int] = []
-            for topic in topics:
-                if topic.schema not in schemas:
-                    definition = json.dumps(definitions[topic.schema]).encode()
-                    schemas[topic.schema] = writer.schema(topic.schema, definition)
-                name = topic.name
-                while name in taken:  # two models whose names differ in no letter
-                    name += "_"
-                taken.add(name)
-                told = {key: one_line(text) for key, text in topic.about.items()}
-                numbers.append(writer.channel(prefix + name, schemas[topic.schema], told))
-            recorded.append(_in_turn(numbers, chain([(clock, topics)], blocks)))
-        writer.messages(recorded[0] if len(recorded) == 1 else merge(*recorded))
-        writer.metadata("undertow", about)
-        writer.finish()
-    return Path(path)
+            topics = _topics(predictions, channels, rows[block], stamps[block], boat)
+            if not numbers:
+                named = zip(_distinct([topic.name for topic in topics]), topics, strict=True)
+                numbers = [
+                    writer.register_channel(prefix + name, "json", schemas[topic.schema], dict(topic.about))
+                    for name, topic in named
+                ]
+                way = writer.register_channel(f"{prefix}/measured/path", "json", schemas["foxglove.PosesInFrame"])
+                text = _path(_place(table.rows(rows[::_PATH_STEP]), ""), stamps[0])
+                writer.add_message(way, int(stamps[0]), text.encode(), int(stamps[0]))
+            every = zip(*(topic.texts for topic in topics), strict=True)
+            for stamp, texts in zip(stamps[block].tolist(), every, strict=True):
+                for number, text in zip(numbers, texts, strict=True):
+                    if text:
+                        writer.add_message(number, stamp, text.encode(), stamp)
+            if progress is not None:
+                progress(int(rows[block][-1]) + 1, len(table))
+    writer.add_metadata("undertow", about)
+    writer.finish()
+    return write_bytes(path, content.getvalue())
 
 
-@dataclass(frozen=True, slots=True)
-class _Clock:
-    """The time stamps of a log: whole seconds, nanoseconds, and by how many seconds a log before zero was moved."""
-
-    seconds: list[int]
-    nanos: list[int]
-    shift: int
-
-    @classmethod
-    def of(cls, time: Array, start: int, first: float) -> "_Clock":
-        """From times [s] since a stamp [ns], `first` that of the log; MCAP has none below zero."""
-        whole = np.floor(time)
-        nanos = np.round((time - whole) * _SECOND).astype(np.int64)
-        shift = max(0, -((start + int(np.floor(first)) * _SECOND) // _SECOND))
-        both = zip(whole.astype(np.int64).tolist(), nanos.tolist(), strict=True)
-        stamps = [divmod(start + (sec + shift) * _SECOND + nsec, _SECOND) for sec, nsec in both]
-        return cls([sec for sec, _ in stamps], [nsec for _, nsec in stamps], shift)
-
-    def __iter__(self) -> Iterator[int]:
-        """Stamps in nanoseconds."""
-        return (sec * _SECOND + nsec for sec, nsec in zip(self.seconds, self.nanos, strict=True))
+def _stamps(time: Array, start: int) -> tuple[np.ndarray, int]:
+    """Stamps [ns] of times [s] after a stamp, and by how many seconds they were moved: MCAP has none below zero."""
+    whole = np.floor(time).astype(np.int64)
+    stamps = start + whole * _SECOND + np.round((time - whole) * _SECOND).astype(np.int64)
+    shift = max(0, -((start + int(whole[0]) * _SECOND) // _SECOND))
+    return stamps + shift * _SECOND, shift
 
 
-def _in_turn(
-    channels: Sequence[int], blocks: Iterable[tuple[_Clock, Sequence["_Topic"]]]
-) -> Iterator[tuple[int, int, bytes]]:
-    """Stamp, channel and content of the messages of one log, made as they are asked for: an hour has half a million."""
-    for clock, topics in blocks:
-        every = zip_longest(*(topic.texts for topic in topics), fillvalue="")  # the way has one message
-        for stamp, texts in zip(clock, every, strict=True):
-            for channel, text in zip(channels, texts, strict=True):
-                if text:
-                    yield stamp, channel, text.encode()
+def _distinct(names: Sequence[str]) -> list[str]:
+    """Names of which none is twice: those of two models may differ in no letter."""
+    result: list[str] = []
+    for name in names:
+        while name in result:
+            name += "_"
+        result.append(name)
+    return result
 
 
 # Topics
 
 
-@dataclass(frozen=True, slots=True)
-class _Topic:
+class _Topic(NamedTuple):
     """A message, JSON text, at each of the log's stamps; none where it is empty."""
 
     name: str
     schema: str
     texts: Iterator[str]
-    about: Mapping[str, str] = field(default_factory=dict)
-
-
-def _blocks(
-    predictions: Sequence[Prediction],
-    channels: Sequence[str],
-    rows: slice,
-    time: Array,
-    start: int,
-    boat: str,
-    made: Callable[[int], None],
-) -> Iterator[tuple[_Clock, list[_Topic]]]:
-    """Everything along the rows of one log, block by block, so that a long one is never in memory as text.
-
-    `made` is told how many rows a block had, once its messages were taken.
-    """
-    for begin in range(rows.start, rows.stop, _AT_ONCE):
-        block = slice(begin, min(begin + _AT_ONCE, rows.stop))
-        clock = _Clock.of(time[block], start, float(time[rows.start]))
-        way = ""
-        if begin == rows.start:
-            few = slice(rows.start, rows.stop, _PATH_STEP)
-            way = _path(_place(predictions[0].table.rows(few), ""), clock)
-        yield clock, _topics(predictions, channels, block, clock, boat, way)
-        made(block.stop - block.start)
+    about: Mapping[str, str] = MappingProxyType({})
 
 
 def _topics(
-    predictions: Sequence[Prediction], channels: Sequence[str], rows: slice, clock: _Clock, boat: str, way: str
+    predictions: Sequence[Prediction], channels: Sequence[str], rows: np.ndarray, stamps: np.ndarray, boat: str
 ) -> list[_Topic]:
-    """Everything along some rows of one log; `boat` is the name of its frame, `way` the message with its whole way."""
+    """Everything along some rows of one log but its whole way; `boat` is the name of its frame."""
     table = predictions[0].table.rows(rows)
     names = (*STATE, *RATES, *channels)
     flat = _flat(names, table[[_IN_TABLE.get(name, name) for name in names]])
@@ -347,15 +295,14 @@ def _topics(
     place = _place(table, "")
     result = [
         _Topic("/measured", "undertow.Measured", parts),
-        _Topic("/measured/pose", "foxglove.PoseInFrame", _stamped(POSE_IN_FRAME_TEXT, place, clock)),
-        _Topic("/measured/path", "foxglove.PosesInFrame", iter([way])),
-        _Topic("/tf", "foxglove.FrameTransform", _stamped(FRAME_TRANSFORM_TEXT.replace("BOAT", boat), place, clock)),
+        _Topic("/measured/pose", "foxglove.PoseInFrame", _stamped(POSE_IN_FRAME_TEXT, place, stamps)),
+        _Topic("/tf", "foxglove.FrameTransform", _stamped(FRAME_TRANSFORM_TEXT.replace("BOAT", boat), place, stamps)),
     ]
     for model in predictions:
         table, name = model.table.rows(rows), _plain(model.name)
         columns = [f"{_IN_TABLE.get(field, field)}_{model.suffix}" for field in (*STATE, *RATES)]
         states = _flat((*STATE, *RATES), table[columns])
-        pose = _stamped(POSE_IN_FRAME_TEXT, _place(table, f"_{model.suffix}"), clock)
+        pose = _stamped(POSE_IN_FRAME_TEXT, _place(table, f"_{model.suffix}"), stamps)
         left = _flat(FORCES, _residual(model, table))
         result += [
             _Topic(f"/predicted/{name}", "undertow.Predicted", states),
@@ -365,8 +312,9 @@ def _topics(
         for topic, forces in model.effects.items():
             effect = BY_NAME.get(topic.split("/")[-1].split("[")[0])
             about = {} if effect is None else {"equation": effect.equation, "meaning": effect.meaning}
+            told = {key: one_line(text) for key, text in about.items()}
             texts = _flat(FORCES, forces.rows(rows)[FORCES])
-            result.append(_Topic(effect_topic(topic), "undertow.Force", texts, about))
+            result.append(_Topic(effect_topic(topic), "undertow.Force", texts, told))
     return result
 
 
@@ -411,13 +359,14 @@ def _place(table: SeriesTable, suffix: str) -> Array:
     return np.column_stack([east, north, np.sin(half).round(_DIGITS), np.cos(half).round(_DIGITS)])
 
 
-def _stamped(text: str, place: Array, clock: _Clock) -> Iterator[str]:
+def _stamped(text: str, place: Array, stamps: np.ndarray) -> Iterator[str]:
     """A message a row: `text` with its stamp and place; none where a place is not finite."""
-    for sec, nsec, row, whole in zip(clock.seconds, clock.nanos, place.tolist(), _sound(place).tolist(), strict=True):
-        yield text % (sec, nsec, *row) if whole else ""
+    seconds, nanos = np.divmod(stamps, _SECOND)
+    each = zip(seconds.tolist(), nanos.tolist(), place.tolist(), _sound(place).tolist(), strict=True)
+    return (text % (sec, nsec, *row) if sound else "" for sec, nsec, row, sound in each)
 
 
-def _path(place: Array, clock: _Clock) -> str:
+def _path(place: Array, stamp: int) -> str:
     """One message with the whole way, of a place a second."""
     poses = ",".join(POSE_TEXT % tuple(row) for row in place.tolist())
-    return PATH_TEXT % (clock.seconds[0], clock.nanos[0], poses)
+    return PATH_TEXT % (*divmod(stamp, _SECOND), poses)
