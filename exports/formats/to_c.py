@@ -134,14 +134,25 @@ def test_program(program: Program, name: str, envelope: Envelope, paths: tuple[s
     """A C program that compares a header with vectors of undertow's own simulation; paths of the header and of it."""
     states, (rolled,) = drawn(program, envelope, _ROWS), driven(program, envelope, _SECONDS)
     prefix = f"{name}_"
-    arrays = {
-        "drawn_inputs": states.inputs,
-        "drawn_expected": states.expected,
-        "drawn_sizes": _sizes(states.expected),
-        "driven_start": rolled.start,
-        "driven_inputs": rolled.steps,
-        "driven_expected": rolled.expected[1:],
-        "driven_sizes": _sizes(rolled.expected),
+    rows = {
+        "drawn": (program.derivatives.inputs, states.inputs),
+        "begun": (program.start.inputs, rolled.start[None]),
+        "driven": (program.step.inputs[1:], rolled.steps),
+    }
+    arrays = [
+        _array(f"{prefix}real {begin}_{group.name}", values)
+        for begin, (groups, given) in rows.items()
+        for group, values in zip(groups, _by_group(groups, given), strict=True)
+    ]
+    for begin, expected in (("drawn", states.expected), ("driven", rolled.expected)):
+        sizes = np.abs(expected).max(axis=0, keepdims=True)
+        arrays += [
+            _array(f"double {begin}_expected", expected),
+            _array(f"double {begin}_sizes", np.where(sizes > 0.0, sizes, 1.0)),
+        ]
+    taken = {
+        begin: ", ".join(f"{begin}_{group.name}[{row}]{'[0]' * group.single}" for group in groups)
+        for row, (begin, (groups, _)) in zip(("k", "0", "k"), rows.items(), strict=True)
     }
     return filled(
         Path(__file__).with_name("header_test.c.in"),
@@ -149,47 +160,22 @@ def test_program(program: Program, name: str, envelope: Envelope, paths: tuple[s
         test=paths[1],
         upper=name.upper(),
         prefix=prefix,
-        arrays="\n".join(_numbers(array, values) for array, values in arrays.items()),
+        arrays="\n".join(arrays),
         rows=_ROWS,
         rates=states.expected.shape[1],
         states=len(program.state),
         steps=len(rolled.steps),
-        derivatives=_called(prefix, program.derivatives, "drawn_inputs[k]", ()),
-        start=_called(prefix, program.start, "driven_start", ("state",)),
-        step=_called(prefix, program.step, "driven_inputs[k]", ("state",)),
+        **taken,
     )
 
 
-def _sizes(expected: Array) -> Array:
-    found = np.abs(expected).max(axis=0)
-    return np.where(found > 0.0, found, 1.0)
+def _by_group(groups: Sequence[Group], rows: Array) -> list[Array]:
+    return np.split(rows, np.cumsum([len(group.members) for group in groups])[:-1], axis=1)
 
 
-def _numbers(name: str, values: Array) -> str:
-    rows = np.atleast_2d(values)
-    inside = [f"{{{', '.join(map(repr, row.tolist()))}}}" for row in rows]
-    if values.ndim == 1:
-        return f"static const double {name}[{values.size}] = {inside[0]};"
-    return f"static const double {name}[{len(rows)}][{rows.shape[1]}] = {{\n" + ",\n".join(inside) + "\n};"
-
-
-def _called(prefix: str, function: Function, row: str, there: tuple[str, ...]) -> str:
-    """Lines that take the inputs of a function from a row of numbers and call it; groups that are `there` stay."""
-    real, declared, copied, at = f"{prefix}real", [], [], 0
-    for group in function.inputs:
-        if group.name in there:
-            continue
-        count = len(group.members)
-        if group.single:
-            declared.append(f"const {real} {group.name} = ({real}){row}[{at}];")
-        else:
-            declared.append(f"{real} {group.name}[{count}];")
-            copied.append(f"copy({group.name}, {row} + {at}, {count});")
-        at += count
-    outputs = [group for group, _ in function.outputs]
-    results = [f"{real} {group.name}[{len(group.members)}];" for group in outputs if group.name not in there]
-    call = f"{prefix}{function.name}({', '.join(group.name for group in (*function.inputs, *outputs))});"
-    return "\n".join(f"            {line}" for line in [*results, *declared, *copied, call])
+def _array(name: str, values: Array) -> str:
+    rows = ",\n".join(f"{{{', '.join(map(repr, row))}}}" for row in values.tolist())
+    return f"static const {name}[{len(values)}][{values.shape[1]}] = {{\n{rows}\n}};"
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
