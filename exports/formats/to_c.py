@@ -27,11 +27,11 @@ _ROWS, _SECONDS = 50, 10.0
 
 _SPELLING = {
     **{name: f"UT_FUNCTION({name})({{}})" for name in ("sqrt", "cos", "sin")},
-    "abs": "UT_FUNCTION(fabs)({})",
-    "min": "UT_FUNCTION(fmin)({}, {})",
-    "max": "UT_FUNCTION(fmax)({}, {})",
-    "pow": "UT_FUNCTION(pow)({}, {})",
-    "select": "({} ? {} : {})",
+    "absolute": "UT_FUNCTION(fabs)({})",
+    "minimum": "UT_FUNCTION(fmin)({}, {})",
+    "maximum": "UT_FUNCTION(fmax)({}, {})",
+    "power": "UT_FUNCTION(pow)({}, {})",
+    "where": "({} ? {} : {})",
 }
 
 

@@ -5,6 +5,7 @@ the wake's memory are states.
 """
 
 import json
+import operator
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -16,24 +17,23 @@ from ...physics.motion import Array
 from ..network_operations import Built, CorrectedProgram, Vector, VectorOperations
 from ..program.model_program import Program, program_of
 from ..program.printer import identifier
-from ..program.symbols import ARITHMETIC, Function, evaluate
+from ..program.symbols import Function, evaluate
 from .base import Export, Given, required
 
 Operations = Mapping[str, Callable[..., Any]]
+_NAMES = {
+    **{"add": "plus", "subtract": "minus", "multiply": "times", "divide": "rdivide"},
+    **{"less": "lt", "less_equal": "le", "greater": "gt", "greater_equal": "ge"},
+    **{name: name for name in ("sign", "power", "sqrt", "cos", "sin")},
+    **{"absolute": "fabs", "minimum": "fmin", "maximum": "fmax", "where": "if_else"},
+}
+"""Names there of the operations, but for a sign before."""
 
 
 def operations(casadi: ModuleType) -> Operations:
     """What a program is made of, on CasADi's symbols."""
-    return ARITHMETIC | {
-        "abs": casadi.fabs,
-        "sign": casadi.sign,
-        "min": casadi.fmin,
-        "max": casadi.fmax,
-        "pow": casadi.power,
-        "sqrt": casadi.sqrt,
-        "cos": casadi.cos,
-        "sin": casadi.sin,
-        "select": casadi.if_else,
+    return {name: getattr(casadi, theirs) for name, theirs in _NAMES.items()} | {
+        "negative": operator.neg,
         "interp": partial(_interpolated, casadi),
         "constant": casadi.SX,
         "table": lambda values: values,

@@ -69,9 +69,12 @@ thrust rates derivatives start step
 """
 """What the language, node or a browser keeps for itself, and the functions of the module."""
 _SPELLING = {
-    **{name: f"Math.{name}({{}})" for name in ("sqrt", "cos", "sin", "abs", "sign")},
-    **{name: f"Math.{name}({{}}, {{}})" for name in ("min", "max", "pow")},
-    "select": "({} ? {} : {})",
+    **{name: f"Math.{name}({{}})" for name in ("sqrt", "cos", "sin", "sign")},
+    "absolute": "Math.abs({})",
+    "minimum": "Math.min({}, {})",
+    "maximum": "Math.max({}, {})",
+    "power": "Math.pow({}, {})",
+    "where": "({} ? {} : {})",
 }
 
 

@@ -20,10 +20,12 @@ thrust rates derivatives start step
 """
 """What the language keeps for itself, and what the file calls."""
 _SPELLING = {
-    **{name: f"{name}({{}})" for name in ("sqrt", "cos", "sin", "abs", "sign")},
-    **{name: f"{name}({{}}, {{}})" for name in ("min", "max")},
-    "pow": "({}) .^ ({})",
-    "select": "pick({}, {}, {})",
+    **{name: f"{name}({{}})" for name in ("sqrt", "cos", "sin", "sign")},
+    "absolute": "abs({})",
+    "minimum": "min({}, {})",
+    "maximum": "max({}, {})",
+    "power": "({}) .^ ({})",
+    "where": "pick({}, {}, {})",
 }
 
 
@@ -32,7 +34,7 @@ class Matlab(ArrayLanguage):
     """MATLAB functions on columns, side by side where there are several boats."""
 
     spelling = _SPELLING
-    infix = INFIX | COMPARED | {"mul": ".*", "div": "./"}
+    infix = INFIX | COMPARED | {"multiply": ".*", "divide": "./"}
     item = "{}({}, :)"
     between = "; "
     named = "{} = {};"

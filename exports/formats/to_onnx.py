@@ -19,16 +19,14 @@ from .base import Export, Given, required
 
 _OPSET, _IR = 17, 8
 """Versions of the operators and of the file: of 2022 (ONNX 1.12), which every runtime of today reads."""
-_SAME = ("add", "sub", "mul", "div", "neg", "abs", "sign", "min", "max", "pow", "sqrt", "cos", "sin")
-"""Operations that bear the same names there, but for the capital."""
 _NODES = {
-    **{name: name.capitalize() for name in _SAME},
-    "select": "Where",
-    "lt": "Less",
-    "le": "LessOrEqual",
-    "gt": "Greater",
-    "ge": "GreaterOrEqual",
+    **{name: name.capitalize() for name in ("add", "less", "greater", "sign", "sqrt", "cos", "sin", "where")},
+    **{name: name[:3].capitalize() for name in ("subtract", "multiply", "divide", "negative", "absolute")},
+    **{name: name[:3].capitalize() for name in ("minimum", "maximum", "power")},
+    "less_equal": "LessOrEqual",
+    "greater_equal": "GreaterOrEqual",
 }
+"""Names there of the operations."""
 _BOATS = "boats"
 """Name of the number of rows, which is free."""
 

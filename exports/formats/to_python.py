@@ -10,20 +10,16 @@ from ..program.printer import ArrayLanguage, wrapped
 from ..program.symbols import Function
 from .base import Export, Given
 
-_SPELLING = {
-    **{name: f"np.{name}({{}})" for name in ("sqrt", "cos", "sin", "abs", "sign")},
-    "min": "np.minimum({}, {})",
-    "max": "np.maximum({}, {})",
-    "pow": "np.power({}, {})",
-    "select": "np.where({}, {}, {})",
-}
-
-
 @final
 class PythonModule(ArrayLanguage):
     """Python functions on arrays."""
 
-    spelling = _SPELLING
+    spelling = {
+        **{name: f"np.{name}({{}})" for name in ("sqrt", "cos", "sin", "sign")},
+        **{name: f"np.{name}({{}}, {{}})" for name in ("minimum", "maximum", "power")},
+        "absolute": "np.abs({})",
+        "where": "np.where({}, {}, {})",
+    }
     packed = "_rows({})"
     several = "{}"
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from .symbols import COMPARED, INFIX, Function, Group, Symbol, in_order
 
-_BINDS = dict.fromkeys(COMPARED, 0) | {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 3}
+_BINDS = dict.fromkeys(COMPARED, 0) | {"add": 1, "subtract": 1, "multiply": 2, "divide": 2, "negative": 3}
 """How strongly operations bind: one that binds less stands in brackets within one that binds more."""
 _ATOM = 9
 """How strongly a name, a number or a call binds: more than any operation."""
@@ -116,7 +116,7 @@ class Language(ABC):
         """Text of an operation, and how strongly it binds."""
         if symbol.operation == "constant":
             size = self.number(abs(symbol.data))
-            return (size, _ATOM) if symbol.data >= 0.0 else (f"-{size}", _BINDS["neg"])
+            return (size, _ATOM) if symbol.data >= 0.0 else (f"-{size}", _BINDS["negative"])
         if symbol.operation == "interp":
             name, *_ = self._curves[id(symbol.operands[1]), id(symbol.operands[2])]
             return f"{name}({told[id(symbol.operands[0])][0]})", _ATOM
@@ -124,7 +124,7 @@ class Language(ABC):
         binds = _BINDS.get(symbol.operation)
         if binds is None:
             return self.spelling[symbol.operation].format(*(text for text, _ in operands)), _ATOM
-        if symbol.operation == "neg":
+        if symbol.operation == "negative":
             return f"-{_within(operands[0], binds + 1)}", binds
         sign = self.infix[symbol.operation]
         # The right side of equal rank keeps its brackets: sums of floating-point numbers depend on their order.

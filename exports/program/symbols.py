@@ -5,7 +5,6 @@ NumPy hands its functions to an operand that asks for it (NEP 13 and NEP 18), so
 """
 
 import math
-import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count, islice
@@ -17,53 +16,10 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from ...physics.motion import Array
 
-INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
-COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">="}
-ARITHMETIC: dict[str, Callable[..., Any]] = {
-    "add": operator.add,
-    "sub": operator.sub,
-    "mul": operator.mul,
-    "div": operator.truediv,
-    "neg": operator.neg,
-    "lt": operator.lt,
-    "le": operator.le,
-    "gt": operator.gt,
-    "ge": operator.ge,
-}
-"""Operations that Python has signs for."""
-OPERATIONS: dict[str, Callable[..., Any]] = ARITHMETIC | {
-    "abs": abs,
-    "sign": lambda a: (a > 0.0) - (a < 0.0),
-    "min": min,
-    "max": max,
-    "pow": operator.pow,
-    "sqrt": math.sqrt,
-    "cos": math.cos,
-    "sin": math.sin,
-    "select": lambda chosen, a, b: a if chosen else b,
-    "interp": np.interp,
-}
-"""Every operation on plain numbers, by its name; `interp` takes two tables, `select` a comparison."""
-
-_UFUNCS = {
-    np.add: "add",
-    np.subtract: "sub",
-    np.multiply: "mul",
-    np.divide: "div",
-    np.negative: "neg",
-    np.absolute: "abs",
-    np.sign: "sign",
-    np.minimum: "min",
-    np.maximum: "max",
-    np.power: "pow",
-    np.sqrt: "sqrt",
-    np.cos: "cos",
-    np.sin: "sin",
-    np.less: "lt",
-    np.less_equal: "le",
-    np.greater: "gt",
-    np.greater_equal: "ge",
-}
+INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
+COMPARED = {"less": "<", "less_equal": "<=", "greater": ">", "greater_equal": ">="}
+OPERATIONS = (*INFIX, *COMPARED, "negative", "absolute", "sign", "minimum", "maximum", "power", "sqrt", "cos", "sin")
+"""Every operation on numbers, by its name in NumPy; beside them are `where`, and `interp`, which takes two tables."""
 
 
 @final
@@ -72,7 +28,8 @@ class Symbol(NDArrayOperatorsMixin):
 
     Attributes
     ----------
-    operation : one of `OPERATIONS`, or `input`, `constant`, `table`, `call` of a function and `item` of what it gives
+    operation : one of `OPERATIONS`, `where` or `interp`, or `input`, `constant`, `table`, `call` of a function and
+        `item` of what it gives
     operands : what it acts on
     data : name of an input, value of a constant, numbers of a table, the function that is called, or place of an item
     """
@@ -96,14 +53,14 @@ class Symbol(NDArrayOperatorsMixin):
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         """Write an operation of NumPy down, of single symbols or, one by one, of arrays that hold some."""
-        if method != "__call__" or ufunc not in _UFUNCS or not set(kwargs) <= {"out", "where"}:
+        if method != "__call__" or ufunc.__name__ not in OPERATIONS or not set(kwargs) <= {"out", "where"}:
             return NotImplemented
         if any(isinstance(each, np.ndarray) and each.ndim for each in inputs):
             spread = np.broadcast(*(np.asarray(each, dtype=object) for each in inputs))
             return np.array([ufunc(*each) for each in spread], dtype=object).reshape(spread.shape)
-        done = operation(_UFUNCS[ufunc], *inputs)
+        done = operation(ufunc.__name__, *inputs)
         where = kwargs.get("where", True)
-        return done if where is True else operation("select", where, done, kwargs["out"][0])
+        return done if where is True else operation("where", where, done, kwargs["out"][0])
 
     def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
         """Write a function of NumPy down."""
@@ -147,7 +104,7 @@ def operation(name: str, *given: Any) -> Symbol:
     """An operation on symbols or numbers; what can be worked out or left out is."""
     operands = tuple(map(symbolic, given))
     if all(each.operation in ("constant", "table") for each in operands):
-        return constant(OPERATIONS[name](*(each.data for each in operands)))
+        return constant(getattr(np, name)(*(each.data for each in operands)))
     simpler = _SIMPLER.get(name)
     found = simpler(*operands) if simpler else None
     return _symbol(name, operands) if found is None else found
@@ -161,15 +118,15 @@ def is_known(symbol: Symbol, value: float) -> bool:
 def _add(a: Symbol, b: Symbol) -> Symbol | None:
     if is_known(a, 0.0) or is_known(b, 0.0):
         return b if is_known(a, 0.0) else a
-    return operation("sub", a, b.operands[0]) if b.operation == "neg" else None
+    return operation("subtract", a, b.operands[0]) if b.operation == "negative" else None
 
 
 def _sub(a: Symbol, b: Symbol) -> Symbol | None:
     if is_known(b, 0.0):
         return a
     if is_known(a, 0.0):
-        return operation("neg", b)
-    return operation("add", a, b.operands[0]) if b.operation == "neg" else None
+        return operation("negative", b)
+    return operation("add", a, b.operands[0]) if b.operation == "negative" else None
 
 
 def _mul(a: Symbol, b: Symbol) -> Symbol | None:
@@ -179,13 +136,13 @@ def _mul(a: Symbol, b: Symbol) -> Symbol | None:
         if is_known(one, 1.0):
             return other
         if is_known(one, -1.0):
-            return operation("neg", other)
+            return operation("negative", other)
         if one.operation in COMPARED:
-            return operation("select", one, other, 0.0)
-        if one.operation == "neg":
-            return operation("neg", operation("mul", one.operands[0], other))
+            return operation("where", one, other, 0.0)
+        if one.operation == "negative":
+            return operation("negative", operation("multiply", one.operands[0], other))
         if one.operation == "constant" and one.data < 0.0:
-            return operation("neg", operation("mul", -one.data, other))
+            return operation("negative", operation("multiply", -one.data, other))
     return None
 
 
@@ -196,18 +153,18 @@ def _div(a: Symbol, b: Symbol) -> Symbol | None:
 
 
 def _neg(a: Symbol) -> Symbol | None:
-    return a.operands[0] if a.operation == "neg" else None
+    return a.operands[0] if a.operation == "negative" else None
 
 
 def _abs(a: Symbol) -> Symbol | None:
-    return operation("abs", a.operands[0]) if a.operation == "neg" else None
+    return operation("absolute", a.operands[0]) if a.operation == "negative" else None
 
 
 def _pow(a: Symbol, b: Symbol) -> Symbol | None:
     if is_known(b, 1.0):
         return a
     if is_known(b, 2.0):
-        return operation("mul", a, a)
+        return operation("multiply", a, a)
     return operation("sqrt", a) if is_known(b, 0.5) else None
 
 
@@ -219,23 +176,23 @@ def _select(chosen: Symbol, a: Symbol, b: Symbol) -> Symbol | None:
 
 _SIMPLER: dict[str, Callable[..., Symbol | None]] = {
     "add": _add,
-    "sub": _sub,
-    "mul": _mul,
-    "div": _div,
-    "neg": _neg,
-    "abs": _abs,
-    "pow": _pow,
-    "select": _select,
+    "subtract": _sub,
+    "multiply": _mul,
+    "divide": _div,
+    "negative": _neg,
+    "absolute": _abs,
+    "power": _pow,
+    "where": _select,
 }
 
 
 def _clip(value: Any, low: Any, high: Any) -> Symbol:
-    found = symbolic(value) if low == -np.inf else operation("max", value, low)
-    return found if high == np.inf else operation("min", found, high)
+    found = symbolic(value) if low == -np.inf else operation("maximum", value, low)
+    return found if high == np.inf else operation("minimum", found, high)
 
 
 _FUNCTIONS: dict[Any, Callable[..., Symbol]] = {
-    np.where: lambda chosen, a, b: operation("select", chosen, a, b),
+    np.where: lambda chosen, a, b: operation("where", chosen, a, b),
     np.clip: _clip,
     np.interp: lambda x, xs, ys: operation("interp", x, table(xs), table(ys)),
     np.zeros_like: lambda like: constant(0.0),
@@ -345,7 +302,7 @@ def evaluate(asked: Function, operations: Mapping[str, Callable[..., Any]], inpu
 
     Parameters
     ----------
-    operations : by name, as `symbols.OPERATIONS` has them; and `constant` of a number, `table` of numbers
+    operations : by their names in NumPy; and `constant` of a number, `table` of numbers
     inputs : all numbers of all groups, one after the other
     """
     places = (f"{group.name}.{k}" for group in asked.inputs for k in range(len(group.members)))
