@@ -24,27 +24,19 @@ if TYPE_CHECKING:
 
 
 Vector = Any
-"""Whatever stands for a vector there."""
+"""Whatever stands for a vector there: `+`, `-` and `*` act on elements, slices take some, as those of arrays do."""
 
 
 class VectorOperations(ABC):
-    """Operations on vectors."""
+    """Operations on vectors that no sign stands for."""
 
     @abstractmethod
-    def constant(self, values: Array) -> Vector:
-        """A vector that is known."""
+    def zeros(self, count: int) -> Vector:
+        """A vector of zeros."""
 
     @abstractmethod
     def affine(self, weight: Array, bias: Array | None, x: Vector) -> Vector:
         """weight x + bias, for weight (m, n), bias (m,) and x (n,)."""
-
-    @abstractmethod
-    def add(self, a: Vector, b: Vector) -> Vector:
-        """Elements added."""
-
-    @abstractmethod
-    def mul(self, a: Vector, b: Vector) -> Vector:
-        """Elements multiplied."""
 
     @abstractmethod
     def tanh(self, x: Vector) -> Vector:
@@ -53,10 +45,6 @@ class VectorOperations(ABC):
     @abstractmethod
     def relu(self, x: Vector) -> Vector:
         """Each element, or zero where it is negative."""
-
-    @abstractmethod
-    def part(self, x: Vector, begin: int, end: int) -> Vector:
-        """The elements from one place up to another, which is left out."""
 
     @abstractmethod
     def joined(self, parts: Sequence[Vector]) -> Vector:
@@ -86,8 +74,6 @@ class Built:
 
 
 Weights = Mapping[str, Array]
-_GATES = 4
-"""Of a cell of an LSTM, in PyTorch's order: input, forget, cell, output."""
 _AXES = 3
 """Surge, sway and yaw."""
 
@@ -109,14 +95,9 @@ class _Layers:
         """A fully connected layer."""
         return self.on.affine(self.weights[f"{name}.weight"], self.weights[f"{name}.bias"], x)
 
-    def scaled(self, values: Array, x: Vector) -> Vector:
-        """Elements times numbers."""
-        return self.on.mul(self.on.constant(values), x)
-
     def gate(self, x: Vector) -> Vector:
         """1 / (1 + exp(-x)) by a hyperbolic tangent, which overflows nowhere."""
-        half = np.array([0.5])
-        return self.on.add(self.on.constant(half), self.scaled(half, self.on.tanh(self.scaled(half, x))))
+        return self.on.tanh(x * 0.5) * 0.5 + 0.5
 
 
 _Told = tuple[Vector, Vector | None]
@@ -129,6 +110,11 @@ def _hidden(layers: _Layers, activation: Callable[[Vector], Vector], x: Vector) 
         x = activation(layers.linear(f"body.{layer}", x))
         layer += 2  # after each its activation
     return x
+
+
+def _parts(x: Vector, count: int, size: int = 1, begin: int = 0) -> list[Vector]:
+    """Neighbouring parts of a vector, of one size."""
+    return [x[k : k + size] for k in range(begin, begin + count * size, size)]
 
 
 def _perceptron(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
@@ -144,21 +130,15 @@ def _recurrence(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None)
     on, weights = layers.on, layers.weights
     count = sum(name.startswith("body.weight_hh") for name in weights)
     units = weights["body.weight_hh_l0"].shape[1]
-    before = on.constant(np.zeros(2 * count * units)) if memory is None else memory
+    before = _parts(on.zeros(2 * count * units) if memory is None else memory, 2 * count, units)
     hidden, cells = [], []
     for k in range(count):
-        own = on.part(before, k * units, (k + 1) * units)
-        cell = on.part(before, (count + k) * units, (count + k + 1) * units)
-        drive = on.add(
-            on.affine(weights[f"body.weight_ih_l{k}"], weights[f"body.bias_ih_l{k}"], x),
-            on.affine(weights[f"body.weight_hh_l{k}"], weights[f"body.bias_hh_l{k}"], own),
-        )
-        gates = [on.part(drive, n * units, (n + 1) * units) for n in range(_GATES)]
-        taken, kept, given = (layers.gate(gates[n]) for n in (0, 1, 3))
-        cell = on.add(on.mul(kept, cell), on.mul(taken, on.tanh(gates[2])))
-        x = on.mul(given, on.tanh(cell))
+        drive = on.affine(weights[f"body.weight_ih_l{k}"], weights[f"body.bias_ih_l{k}"], x)
+        drive = drive + on.affine(weights[f"body.weight_hh_l{k}"], weights[f"body.bias_hh_l{k}"], before[k])
+        taken, kept, cell, given = _parts(drive, 4, units)  # in PyTorch's order
+        cells.append(layers.gate(kept) * before[count + k] + layers.gate(taken) * on.tanh(cell))
+        x = layers.gate(given) * on.tanh(cells[k])
         hidden.append(x)
-        cells.append(cell)
     return layers.linear("head", x), on.joined([*hidden, *cells])
 
 
@@ -172,17 +152,15 @@ def _convolutions(layers: _Layers, x: Vector, seen: Vector, memory: Vector | Non
             weight = weights[f"blocks.{block}.{n}.weight"]
             units, _, kernel = weight.shape
             reach = (kernel - 1) * 2**block
-            if memory is None:  # as if the first row had lasted
-                rows = [inner] * reach
-            else:
-                rows = [on.part(memory, used + k * units, used + (k + 1) * units) for k in range(reach)]
+            # At first as if the first row had lasted.
+            rows = [inner] * reach if memory is None else _parts(memory, reach, units, used)
             used += reach * units
             rows.append(inner)
             kept += rows[1:]
             taps = on.joined(rows[:: 2**block])
             flat = weight.transpose(0, 2, 1).reshape(units, kernel * units)
             inner = on.relu(on.affine(flat, weights[f"blocks.{block}.{n}.bias"], taps))
-        signal = on.add(signal, inner)
+        signal = signal + inner
         block += 1
     return layers.linear("head", signal), on.joined(kept) if kept else None
 
@@ -197,18 +175,15 @@ def _stores(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> 
     on, weights = layers.on, layers.weights
     x = _hidden(layers, on.tanh, x)
     count = weights["kept"].size
-    scale = np.repeat(weights["factor_scale"], count)
-    ports = layers.scaled(scale, layers.linear("ports", x))
-    moved = on.affine(np.repeat(np.eye(_AXES), count, axis=0), None, on.part(seen, 0, _AXES))
-    wanted = on.affine(np.tile(np.eye(count), _AXES), None, on.mul(ports, moved))
+    ports = layers.linear("ports", x) * np.repeat(weights["factor_scale"], count)
+    moved = on.affine(np.repeat(np.eye(_AXES), count, axis=0), None, seen[0:_AXES])
+    wanted = on.affine(np.tile(np.eye(count), _AXES), None, ports * moved)
     if layers.left is not None:
-        wanted = on.mul(on.affine(np.eye(_AXES)[[0] * count], None, layers.left), wanted)
+        wanted = wanted * on.affine(np.eye(_AXES)[[0] * count], None, layers.left)
     kept = 1.0 / (1.0 + np.exp(-weights["kept"]))
-    stored = wanted
-    if memory is not None:  # else as if the first row had lasted
-        stored = on.add(layers.scaled(kept, memory), layers.scaled(1.0 - kept, wanted))
-    back = on.affine(-np.repeat(np.eye(_AXES), count, axis=1), None, on.mul(ports, on.joined([stored] * _AXES)))
-    return _accelerated(layers, on.add(_dissipated(layers, x, seen), back)), stored
+    stored = wanted if memory is None else memory * kept + wanted * (1.0 - kept)  # at first as if the row had lasted
+    back = on.affine(np.repeat(np.eye(_AXES), count, axis=1), None, ports * on.joined([stored] * _AXES))
+    return _accelerated(layers, _dissipated(layers, x, seen) - back), stored
 
 
 def _accelerated(layers: _Layers, force: Vector) -> Vector:
@@ -219,64 +194,45 @@ def _accelerated(layers: _Layers, force: Vector) -> Vector:
 def _dissipated(layers: _Layers, x: Vector, seen: Vector) -> Vector:
     """The force -(L L^T + S) nu_r + G T, element by element."""
     on, weights = layers.on, layers.weights
-    u, v, r = (on.part(seen, k, k + 1) for k in range(_AXES))
+    u, v, r = _parts(seen, _AXES)
     scale = weights["factor_scale"][[0, 1, 1, 2, 2, 2]]  # of the rows of the lower triangle
-    lower = layers.scaled(scale, layers.linear("factor", x))
-    a, b, c, d, e, f = (on.part(lower, k, k + 1) for k in range(6))
-    skew = layers.scaled(weights["skew_scale"], layers.linear("skew", x))
-    p, q, w = (on.part(skew, k, k + 1) for k in range(_AXES))
-
-    def summed(*products: tuple[Vector, Vector]) -> Vector:
-        total = on.mul(*products[0])
-        for pair in products[1:]:
-            total = on.add(total, on.mul(*pair))
-        return total
-
-    along = (summed((a, u), (b, v), (d, r)), summed((c, v), (e, r)), on.mul(f, r))
-    damping = (
-        on.mul(a, along[0]),
-        summed((b, along[0]), (c, along[1])),
-        summed((d, along[0]), (e, along[1]), (f, along[2])),
+    a, b, c, d, e, f = _parts(layers.linear("factor", x) * scale, 6)
+    p, q, w = _parts(layers.linear("skew", x) * weights["skew_scale"], _AXES)
+    one, two, three = a * u + b * v + d * r, c * v + e * r, f * r  # L^T nu_r
+    lost = on.joined(
+        [
+            a * one + p * v + q * r,
+            b * one + c * two + w * r - p * u,
+            d * one + e * two + f * three - q * u - w * v,
+        ]
     )
-    back = layers.scaled(np.array([-1.0]), on.joined([u, v]))
-    minus_u, minus_v = on.part(back, 0, 1), on.part(back, 1, 2)
-    turning = (summed((p, v), (q, r)), summed((w, r), (p, minus_u)), summed((q, minus_u), (w, minus_v)))
     drives = weights["drive.bias"].size // _AXES
-    gains = layers.scaled(np.repeat(weights["drive_scale"], drives), on.tanh(layers.linear("drive", x)))
-    thrusts = on.part(seen, _AXES, _AXES + drives)
-    pushed = on.mul(gains, on.joined([thrusts] * _AXES))
-    sums = np.repeat(np.eye(_AXES), drives, axis=1)
-    lost = layers.scaled(np.full(_AXES, -1.0), on.add(on.joined(damping), on.joined(turning)))
-    return on.add(on.affine(sums, None, pushed), lost)
+    gains = on.tanh(layers.linear("drive", x)) * np.repeat(weights["drive_scale"], drives)
+    pushed = gains * on.joined([seen[_AXES : _AXES + drives]] * _AXES)
+    return on.affine(np.repeat(np.eye(_AXES), drives, axis=1), None, pushed) - lost
 
 
 def _monomials(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
     """Products of velocities, thrusts and heading, and of lags behind filters; memory: the filters."""
     on, weights = layers.on, layers.weights
     lower, upper, share = (weights[name] for name in ("lower", "upper", "share"))
-    states, angles = lower.size, weights["input_mean"].size - lower.size
-    given = on.part(seen, 0, states)
-    both = np.vstack([np.eye(states), -np.eye(states)])
-    beyond = on.relu(on.affine(-both, np.concatenate([lower, -upper]), given))
-    held = on.add(given, on.affine(both.T, None, beyond))
+    states, inputs = lower.size, weights["input_mean"].size
+    given = seen[0:states]
     unit = np.hypot(weights["input_mean"], weights["input_scale"])[:states]
-    held = layers.scaled(1.0 / unit, held)
-    size = on.affine(np.abs(both).T, None, on.relu(on.affine(both, None, held)))
-    around = [on.part(seen, states, states + angles)] if angles else []
+    held = (given + on.relu(given * -1.0 + lower) - on.relu(given - upper)) * (1.0 / unit)
+    size = on.relu(held) + on.relu(held * -1.0)
+    around = [seen[states:inputs]] if inputs > states else []
     one = on.affine(np.zeros((1, states)), np.ones(1), held)  # of as many rows as `held`, where a tool has rows
     factors = on.joined([one, held, size, *around])
-    every = np.eye(1 + 2 * states + angles)[weights["factors"].astype(int)]
-    chosen = [on.affine(every[:, k], None, factors) for k in range(every.shape[1])]
-    told = on.mul(on.mul(chosen[0], chosen[1]), chosen[2])
+    every = np.eye(1 + states + inputs)[weights["factors"].astype(int)]
+    first, second, third = (on.affine(every[:, k], None, factors) for k in range(every.shape[1]))
+    told = first * second * third
     if not share.size:
         return on.affine(weights["head.weight"], None, told), None
     now = on.affine(np.tile(np.eye(states), (share.size, 1)), None, held)
-    after = now  # as if the first row had lasted
-    if memory is not None:
-        way = np.repeat(share, states)
-        after = on.add(layers.scaled(1.0 - way, memory), layers.scaled(way, now))
-    lag = on.add(now, layers.scaled(np.full(share.size * states, -1.0), after))
-    return on.affine(weights["head.weight"], None, on.joined([told, lag])), after
+    way = np.repeat(share, states)
+    after = now if memory is None else memory * (1.0 - way) + now * way  # at first as if the row had lasted
+    return on.affine(weights["head.weight"], None, on.joined([told, now - after])), after
 
 
 _KINDS: dict[str, Callable[[_Layers, Vector, Vector, Vector | None], _Told]] = {
@@ -306,10 +262,10 @@ def _gain(on: VectorOperations, gain: "Gain", standardised: Vector) -> Vector:
     """The gain of a correction on each axis, see `residuals.networks.trust`."""
     names = ("rows", "ends", "steep", "weights")
     rows, ends, steep, weights = (gain.get_buffer(name).cpu().numpy().astype(float) for name in names)
-    over = on.relu(on.affine(rows, -ends, on.part(standardised, 0, gain.inputs)))
+    over = on.relu(on.affine(rows, -ends, standardised[0 : gain.inputs]))
     lost = np.repeat(-steep[:, None], ends.size, axis=1)
-    left = on.relu(on.affine(lost, np.ones(steep.size), on.mul(over, over)))
-    return on.affine(weights, np.zeros(_AXES), on.mul(left, left))
+    left = on.relu(on.affine(lost, np.ones(steep.size), over * over))
+    return on.affine(weights, np.zeros(_AXES), left * left)
 
 
 def weights_of(network: "Network") -> dict[str, Array]:
@@ -352,23 +308,22 @@ class CorrectedProgram:
         about = "What the network says of what it sees and remembers."
         kept = (self._memory,) * bool(self._memory.members)
         after = tuple(Group("memory_after", "what it remembers then", one.members) for one in kept)
-        listens = Built("correction", about, (self.seen.outputs[0][0], *kept), (said, *after), self._listened)
+
+        def listen(on: VectorOperations, given: Mapping[str, Vector]) -> list[Vector]:
+            return self._says(on, given["seen"], given.get("memory"))
+
+        listens = Built("correction", about, (self.seen.outputs[0][0], *kept), (said, *after), listen)
         self.built = (listens, self._start(), self._step())
 
-    def _says(self, on: VectorOperations, seen: Vector, memory: Vector | None) -> _Told:
-        """What the network says in m/s^2 and rad/s^2, and remembers."""
+    def _says(self, on: VectorOperations, seen: Vector, memory: Vector | None) -> list[Vector]:
+        """What the network says in m/s^2 and rad/s^2, and what it remembers, if anything."""
         w = self._weights
-        shifted = on.add(on.constant(-w["input_mean"]), seen)
-        standardised = on.mul(on.constant(1.0 / w["input_scale"]), shifted)
-        layers = _Layers(on, w, None if self._trusted is None else _gain(on, self._trusted, standardised))
-        said, after = _KINDS[self._kind](layers, standardised, seen, memory)
-        if layers.left is not None:
-            said = on.mul(layers.left, said)
-        return layers.scaled(w["output_scale"], said), after
-
-    def _listened(self, on: VectorOperations, given: Mapping[str, Vector]) -> list[Vector]:
-        said, after = self._says(on, given["seen"], given.get("memory"))
-        return [said] if after is None else [said, after]
+        standardised = (seen - w["input_mean"]) * (1.0 / w["input_scale"])
+        left = None if self._trusted is None else _gain(on, self._trusted, standardised)
+        said, after = _KINDS[self._kind](_Layers(on, w, left), standardised, seen, memory)
+        if left is not None:
+            said = said * left
+        return [said * w["output_scale"], *([] if after is None else [after])]
 
     @property
     def _whole(self) -> Group:
@@ -388,8 +343,8 @@ class CorrectedProgram:
 
         def build(on: VectorOperations, given: Mapping[str, Vector]) -> list[Vector]:
             first = on.called(start, given)
-            said, memory = self._says(on, on.called(self.seen, {**given, "state": first}), None)
-            return [on.joined([first, *([] if memory is None else [memory]), said, said])]
+            said, *memory = self._says(on, on.called(self.seen, {**given, "state": first}), None)
+            return [on.joined([first, *memory, said, said])]
 
         about = f"{start.about} The network has seen nothing before."
         return Built("start_corrected", about, tuple(self._inputs(start)), (self._whole,), build)
@@ -400,15 +355,14 @@ class CorrectedProgram:
 
         def build(on: VectorOperations, given: Mapping[str, Vector]) -> list[Vector]:
             state, here = given["state"], size + kept
-            memory = on.part(state, size, here) if kept else None
-            now, last = (on.part(state, here + k, here + k + _AXES) for k in (0, _AXES))
-            held = on.add(on.mul(on.constant(np.array([1.5])), now), on.mul(on.constant(np.array([-0.5])), last))
-            after = on.called(step, {**given, "state": on.part(state, 0, size), "added": held})
+            memory = state[size:here] if kept else None
+            now, last = _parts(state, 2, _AXES, here)
+            after = on.called(step, {**given, "state": state[0:size], "added": now * 1.5 - last * 0.5})
             then = dict(given)
             if "minutes" in given:
-                then["minutes"] = on.add(given["minutes"], on.constant(np.array([self.program.time_step / 60.0])))
-            said, memory = self._says(on, on.called(self.seen, {**then, "state": after}), memory)
-            return [on.joined([after, *([] if memory is None else [memory]), said, now])]
+                then["minutes"] = given["minutes"] + self.program.time_step / 60.0
+            said, *memory_after = self._says(on, on.called(self.seen, {**then, "state": after}), memory)
+            return [on.joined([after, *memory_after, said, now])]
 
         after = Group("after", f"the next {whole.about}", whole.members)
         return Built("step_corrected", step.about, (whole, *self._inputs(step)), (after,), build)

@@ -66,22 +66,14 @@ class _Vectors(VectorOperations):
     def __init__(self, casadi: ModuleType, functions: Mapping[str, Any]) -> None:
         self._casadi, self._functions = casadi, functions
 
-    def constant(self, values: Array) -> Vector:
-        """See `VectorOperations.constant`."""
-        return self._casadi.DM(values)
+    def zeros(self, count: int) -> Vector:
+        """See `VectorOperations.zeros`."""
+        return self._casadi.DM.zeros(count)
 
     def affine(self, weight: Array, bias: Array | None, x: Vector) -> Vector:
         """See `VectorOperations.affine`."""
         product = self._casadi.mtimes(self._casadi.DM(weight), x)
         return product if bias is None else product + bias
-
-    def add(self, a: Vector, b: Vector) -> Vector:
-        """See `VectorOperations.add`."""
-        return a + b
-
-    def mul(self, a: Vector, b: Vector) -> Vector:
-        """See `VectorOperations.mul`."""
-        return a * b
 
     def tanh(self, x: Vector) -> Vector:
         """See `VectorOperations.tanh`."""
@@ -90,10 +82,6 @@ class _Vectors(VectorOperations):
     def relu(self, x: Vector) -> Vector:
         """See `VectorOperations.relu`."""
         return self._casadi.fmax(x, 0.0)
-
-    def part(self, x: Vector, begin: int, end: int) -> Vector:
-        """See `VectorOperations.part`."""
-        return x[begin:end]
 
     def joined(self, parts: Sequence[Vector]) -> Vector:
         """See `VectorOperations.joined`."""

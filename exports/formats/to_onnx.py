@@ -4,12 +4,14 @@ Inputs and outputs bear the names of the groups of `step`. Beside it stands the 
 beside physics or in its place, the step has what the network remembers among the states.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any, final
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from ...physics.motion import Array
 from ..network_operations import Built, CorrectedProgram, Vector, VectorOperations
@@ -32,100 +34,99 @@ _BOATS = "boats"
 
 
 @final
+class _Tensor(NDArrayOperatorsMixin):
+    """A value of a graph, (boats, n), or a known one (n,), which is for all boats; what acts on it becomes a node."""
+
+    def __init__(self, graph: "_Graph", name: str, known: bool = False) -> None:
+        self.graph, self.name, self.known = graph, name, known
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any) -> "_Tensor":
+        """The node of a function of NumPy."""
+        return self.graph.node(_NODES[ufunc.__name__], *inputs)
+
+    def __getitem__(self, part: slice) -> "_Tensor":
+        """Some of the n elements; the last axis is that of a tensor and of known numbers alike."""
+        places = (np.array([place]) for place in (part.start, part.stop, -1))
+        return self.graph.node("Slice", self, *map(self.graph.tensor, places))
+
+
+@final
 class _Graph(VectorOperations):
-    """Nodes as they come; a value is the name of a tensor (boats, n), or of a constant (n,), which is for all boats."""
+    """Nodes as they come."""
 
     def __init__(self, onnx: ModuleType) -> None:
         self.onnx = onnx
         self.nodes: list[Any] = []
         self.tensors: list[Any] = []
-        self.constants: dict[tuple[float, ...], str] = {}
+        self._numbers: dict[tuple[float, ...], _Tensor] = {}
 
-    def node(self, kind: str, *inputs: str, outputs: Sequence[str] = (), **attributes: int) -> str:
-        """One node more; the name of its first output."""
+    def node(self, kind: str, *inputs: Any, outputs: Sequence[str] = (), **attributes: int) -> _Tensor:
+        """Add a node on tensors or numbers; its first output."""
+        given = [each if isinstance(each, _Tensor) else self.number(*np.ravel(each).tolist()) for each in inputs]
         names = list(outputs) or [f"t{len(self.nodes)}"]
-        self.nodes.append(self.onnx.helper.make_node(kind, list(inputs), names, **attributes))
-        return names[0]
+        made = self.onnx.helper.make_node(kind, [each.name for each in given], names, **attributes)
+        self.nodes.append(made)
+        return _Tensor(self, names[0])
 
-    def tensor(self, values: Array) -> str:
-        """Name of a tensor of known numbers, whole or not."""
+    def tensor(self, values: Array) -> _Tensor:
+        """Known numbers, whole or not."""
         name = f"w{len(self.tensors)}"
         self.tensors.append(self.onnx.numpy_helper.from_array(np.ascontiguousarray(values), name))
-        return name
+        return _Tensor(self, name, known=True)
 
-    def number(self, *values: float) -> str:
-        """Name of known numbers, the same for the same."""
-        if values not in self.constants:
-            self.constants[values] = self.tensor(np.array(values))
-        return self.constants[values]
+    def number(self, *values: float) -> _Tensor:
+        """Known numbers in a row, the same for the same."""
+        if values not in self._numbers:
+            self._numbers[values] = self.tensor(np.array(values))
+        return self._numbers[values]
 
-    def interpolated(self, x: str, xs: tuple[float, ...], ys: tuple[float, ...]) -> str:
+    def interpolated(self, x: _Tensor, xs: tuple[float, ...], ys: tuple[float, ...]) -> _Tensor:
         """Linear between points, constant beyond: the sum of what every piece contributes."""
-        low, high = self.number(*xs[:-1]), self.number(*xs[1:])
-        inside = self.node("Sub", self.node("Min", self.node("Max", x, low), high), low)
+        low, high = np.array(xs[:-1]), np.array(xs[1:])
+        inside = np.minimum(np.maximum(x, low), high) - low
         return self.affine((np.diff(ys) / np.diff(xs))[None], np.array(ys[:1]), inside)
 
-    def operations(self) -> Mapping[str, Callable[..., Any]]:
-        """What a program is made of, as nodes."""
+    def zeros(self, count: int) -> _Tensor:
+        """See `VectorOperations.zeros`."""
+        return self.number(*[0.0] * count)
 
-        def of(kind: str) -> Callable[..., str]:
-            return lambda *operands: self.node(kind, *operands)
-
-        beside = {"interp": self.interpolated, "constant": self.number, "table": lambda values: values}
-        return {name: of(kind) for name, kind in _NODES.items()} | beside
-
-    def constant(self, values: Array) -> Vector:
-        """See `VectorOperations.constant`."""
-        return self.number(*values.tolist())
-
-    def affine(self, weight: Array, bias: Array | None, x: Vector) -> Vector:
+    def affine(self, weight: Array, bias: Array | None, x: Vector) -> _Tensor:
         """See `VectorOperations.affine`."""
         product = self.node("MatMul", x, self.tensor(weight.T))
-        return product if bias is None else self.add(product, self.constant(bias))
+        return product if bias is None else product + bias
 
-    def add(self, a: Vector, b: Vector) -> Vector:
-        """See `VectorOperations.add`."""
-        return self.node("Add", a, b)
-
-    def mul(self, a: Vector, b: Vector) -> Vector:
-        """See `VectorOperations.mul`."""
-        return self.node("Mul", a, b)
-
-    def tanh(self, x: Vector) -> Vector:
+    def tanh(self, x: Vector) -> _Tensor:
         """See `VectorOperations.tanh`."""
         return self.node("Tanh", x)
 
-    def relu(self, x: Vector) -> Vector:
+    def relu(self, x: Vector) -> _Tensor:
         """See `VectorOperations.relu`."""
         return self.node("Relu", x)
 
-    def part(self, x: Vector, begin: int, end: int) -> Vector:
-        """See `VectorOperations.part`."""
-        axis = -1  # of a tensor and of a constant alike
-        return self.node("Slice", x, *(self.tensor(np.array([place])) for place in (begin, end, axis)))
-
-    def joined(self, parts: Sequence[Vector]) -> Vector:
+    def joined(self, parts: Sequence[Vector]) -> _Tensor:
         """See `VectorOperations.joined`."""
         return self.node("Concat", *parts, axis=1)
 
-    def called(self, function: Function, groups: Mapping[str, Vector]) -> Vector:
+    def called(self, function: Function, groups: Mapping[str, Vector]) -> _Tensor:
         """See `VectorOperations.called`."""
         return self.worked_out(function, groups)[0]
 
-    def worked_out(self, function: Function, groups: Mapping[str, Vector]) -> list[Vector]:
+    def worked_out(self, function: Function, groups: Mapping[str, Vector]) -> list[_Tensor]:
         """All groups that a function of a program gives."""
-        inputs = []
+        inputs: list[_Tensor] = []
         for group in function.inputs:
             parts = [f"{group.name}_{len(self.nodes)}_{k}" for k in range(len(group.members))]
             self.node("Split", groups[group.name], outputs=parts, axis=1)
-            inputs += parts
-        values = iter(evaluate(function, self.operations(), inputs))
+            inputs += [_Tensor(self, part) for part in parts]
+        operations = {name: partial(self.node, kind) for name, kind in _NODES.items()}
+        known = {"interp": self.interpolated, "constant": self.number, "table": lambda values: values}
+        values = iter(evaluate(function, operations | known, inputs))
         like = self.node("Shape", inputs[0])
-        return [self.joined([self._of_all(next(values), like) for _ in symbols]) for _, symbols in function.outputs]
 
-    def _of_all(self, value: str, like: str) -> str:
-        """A value as a column, a constant as one of a shape."""
-        return self.node("Expand", value, like) if value in self.constants.values() else value
+        def column(value: _Tensor) -> _Tensor:
+            return self.node("Expand", value, like) if value.known else value
+
+        return [self.joined([column(next(values)) for _ in symbols]) for _, symbols in function.outputs]
 
     def file(self, name: str, told: Sequence[str], inputs: Sequence[Group], outputs: Sequence[Group]) -> bytes:
         """The graph as an ONNX file; tensors of inputs and outputs bear the names of the groups."""
@@ -145,7 +146,7 @@ class _Graph(VectorOperations):
 def onnx_graph(asked: Function | Built, facts: Sequence[str]) -> bytes:
     """A function of a program, or one that is built of vectors, as an ONNX file."""
     graph = _Graph(required("onnx"))
-    given = {group.name: group.name for group in asked.inputs}
+    given = {group.name: _Tensor(graph, group.name) for group in asked.inputs}
     if isinstance(asked, Built):
         outputs, found = asked.outputs, asked.build(graph, given)
     else:
