@@ -217,8 +217,8 @@ class Group:
     single: bool = False
 
     @property
-    def symbols(self) -> tuple[Symbol, ...]:
-        """An input for each number; the name tells group and place."""
+    def symbols(self) -> tuple[Any, ...]:
+        """A `Symbol` of an input for each number, which stands where numbers do; its name tells group and place."""
         return tuple(variable(f"{self.name}.{k}") for k in range(len(self.members)))
 
 
@@ -251,9 +251,9 @@ class Function:
         groups = (*self.inputs, *(group for group, _ in self.outputs))
         return [self.about, *(f"{group.name}: {group.about}" for group in groups)]
 
-    def __call__(self, **groups: Sequence[Symbol]) -> tuple[tuple[Symbol, ...], ...]:
-        """Symbols of a call with symbols for each group, by group of the results; groups it lacks are passed over."""
-        called = _symbol("call", tuple(symbol for group in self.inputs for symbol in groups[group.name]), self)
+    def __call__(self, **groups: Sequence[Any]) -> tuple[tuple[Symbol, ...], ...]:
+        """Symbols of a call with symbols or numbers by group, in groups of the results; groups it lacks are left."""
+        called = _symbol("call", tuple(symbolic(x) for group in self.inputs for x in groups[group.name]), self)
         items = (_symbol("item", (called,), place) for place in count())
         return tuple(tuple(islice(items, len(symbols))) for _, symbols in self.outputs)
 
@@ -267,11 +267,11 @@ def function(
     name: str,
     about: str,
     inputs: Sequence[Group],
-    outputs: Sequence[tuple[Group, Sequence[Symbol]]],
+    outputs: Sequence[tuple[Group, Sequence[Any]]],
     labels: Mapping[Symbol, str] | None = None,
 ) -> Function:
     """A function of the inputs that it uses: groups of which nothing is used are left out, but for the first."""
-    results = tuple((group, tuple(symbols)) for group, symbols in outputs)
+    results = tuple((group, tuple(map(symbolic, values))) for group, values in outputs)
     used = {
         symbol.data.partition(".")[0]
         for symbol in in_order([symbol for _, symbols in results for symbol in symbols])
