@@ -39,22 +39,13 @@ _SPELLING = {
 class C99(Language):
     """C99 functions that take and fill arrays."""
 
+    literal = "UT_NUMBER({!r})"
+
     def __init__(self, prefix: str, functions: Sequence[Function]) -> None:
         super().__init__(prefix, functions)
         self._real = f"{prefix}real"
         self.spelling = _SPELLING | {"sign": f"{prefix}sign({{}})"}
-
-    def number(self, value: float) -> str:
-        """See `Language.number`."""
-        return f"UT_NUMBER({value!r})"
-
-    def element(self, array: str, place: int) -> str:
-        """See `Language.element`."""
-        return f"{array}[{place}]"
-
-    def assigned(self, name: str, text: str) -> str:
-        """See `Language.assigned`."""
-        return f"const {self._real} {name} = {text};"
+        self.named = f"const {self._real} {{}} = {{}};"
 
     def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
         """See `Language.called`."""
@@ -74,10 +65,10 @@ class C99(Language):
         lines = [f"const {self._real} {name}[{len(texts)}] = {{{first}", *(f"    {line}" for line in more)]
         return [*lines[:-1], f"{lines[-1]}}};"]
 
-    def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
+    def curve(self, name: str, xs: Sequence[str], ys: Sequence[str]) -> str:
         """See `Language.curve`."""
-        tables = [line for n, v in (("xs", xs), ("ys", ys)) for line in self._array(n, [self._signed(x) for x in v])]
-        text = "".join(f"    static {line}\n" if line.startswith("const") else f"    {line}\n" for line in tables)
+        tables = (self._array("xs", xs), self._array("ys", ys))
+        text = "".join("    static " + "\n    ".join(lines) + "\n" for lines in tables)
         return f"""
 static inline {self._real} {name}({self._real} x)
 {{
@@ -91,9 +82,6 @@ static inline {self._real} {name}({self._real} x)
     }}
     return ys[low] + (ys[high] - ys[low]) / (xs[high] - xs[low]) * (x - xs[low]);
 }}"""
-
-    def _signed(self, value: float) -> str:
-        return self.number(value) if value >= 0.0 else f"-{self.number(-value)}"
 
     def define(self, function: Function, body: Sequence[str], results: Sequence[Sequence[str]]) -> str:
         """See `Language.define`."""

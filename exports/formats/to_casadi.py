@@ -21,12 +21,12 @@ from ..program.symbols import Function, evaluate
 from .base import Export, Given, required
 
 Operations = Mapping[str, Callable[..., Any]]
-_NAMES = {
-    **{"add": "plus", "subtract": "minus", "multiply": "times", "divide": "rdivide"},
-    **{"less": "lt", "less_equal": "le", "greater": "gt", "greater_equal": "ge"},
-    **{name: name for name in ("sign", "power", "sqrt", "cos", "sin")},
-    **{"absolute": "fabs", "minimum": "fmin", "maximum": "fmax", "where": "if_else"},
-}
+_NAMES = (
+    {"add": "plus", "subtract": "minus", "multiply": "times", "divide": "rdivide"}
+    | {"less": "lt", "less_equal": "le", "greater": "gt", "greater_equal": "ge"}
+    | {"absolute": "fabs", "minimum": "fmin", "maximum": "fmax", "where": "if_else"}
+    | {name: name for name in ("sign", "power", "sqrt", "cos", "sin")}
+)
 """Names there of the operations, but for a sign before."""
 
 

@@ -17,7 +17,7 @@ from ...physics.thrusters import GAINS, Thruster
 from ...physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ..known_facts import filled, remarks
 from ..program.model_program import program_of
-from ..program.printer import ArrayLanguage, identifier, wrapped
+from ..program.printer import Language, identifier, wrapped
 from ..program.symbols import Function
 from .base import Export, Given
 
@@ -79,15 +79,15 @@ _SPELLING = {
 
 
 @final
-class JavaScript(ArrayLanguage):
+class JavaScript(Language):
     """JavaScript functions on arrays."""
 
     spelling = _SPELLING
     named = "const {} = {};"
 
-    def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
+    def curve(self, name: str, xs: Sequence[str], ys: Sequence[str]) -> str:
         """See `Language.curve`."""
-        points = ["\n    ".join(wrapped([repr(x) for x in line], 100)) for line in (xs, ys)]
+        points = ["\n    ".join(wrapped(line, 100)) for line in (xs, ys)]
         return f"""
 function {name}(x) {{
   const xs = [{points[0]}];

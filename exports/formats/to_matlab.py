@@ -8,7 +8,7 @@ from typing import final
 from ...physics.errors import RequestError, shown
 from ..known_facts import filled, remarks
 from ..program.model_program import program_of
-from ..program.printer import ArrayLanguage, wrapped
+from ..program.printer import Language, wrapped
 from ..program.symbols import COMPARED, INFIX, Function
 from .base import Export, Given
 
@@ -30,7 +30,7 @@ _SPELLING = {
 
 
 @final
-class Matlab(ArrayLanguage):
+class Matlab(Language):
     """MATLAB functions on columns, side by side where there are several boats."""
 
     spelling = _SPELLING
@@ -40,9 +40,9 @@ class Matlab(ArrayLanguage):
     named = "{} = {};"
     first = 1
 
-    def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
+    def curve(self, name: str, xs: Sequence[str], ys: Sequence[str]) -> str:
         """See `Language.curve`."""
-        points = [" ...\n    ".join(wrapped([repr(x) for x in line], 100)) for line in (xs, ys)]
+        points = [" ...\n    ".join(wrapped(line, 100)) for line in (xs, ys)]
         return (
             f"\nfunction y = {name}(x)\nxs = [{points[0]}];\nys = [{points[1]}];\n"
             "x = min(max(x, xs(1)), xs(end));\nk = sum(x >= xs(1:end-1)', 1);\n"
@@ -50,7 +50,7 @@ class Matlab(ArrayLanguage):
         )
 
     def pack(self, texts: Sequence[str], apart: str = " ") -> str:
-        """See `ArrayLanguage.pack`; a number that all boats share is repeated."""
+        """See `Language.pack`; a number that all boats share is repeated."""
         shared = any(re.fullmatch(r"-?[\d.]+(e[-+]?\d+)?", text) for text in texts)
         return f"rows({f',{apart}'.join(texts)})" if shared else f"[{f';{apart}'.join(texts)}]"
 

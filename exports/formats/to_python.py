@@ -6,26 +6,30 @@ from typing import final
 
 from ..known_facts import filled, remarks
 from ..program.model_program import Program, program_of
-from ..program.printer import ArrayLanguage, wrapped
+from ..program.printer import Language, wrapped
 from ..program.symbols import Function
 from .base import Export, Given
 
+
+_SPELLING = {
+    **{name: f"np.{name}({{}})" for name in ("sqrt", "cos", "sin", "sign")},
+    **{name: f"np.{name}({{}}, {{}})" for name in ("minimum", "maximum", "power")},
+    "absolute": "np.abs({})",
+    "where": "np.where({}, {}, {})",
+}
+
+
 @final
-class PythonModule(ArrayLanguage):
+class PythonModule(Language):
     """Python functions on arrays."""
 
-    spelling = {
-        **{name: f"np.{name}({{}})" for name in ("sqrt", "cos", "sin", "sign")},
-        **{name: f"np.{name}({{}}, {{}})" for name in ("minimum", "maximum", "power")},
-        "absolute": "np.abs({})",
-        "where": "np.where({}, {}, {})",
-    }
+    spelling = _SPELLING
     packed = "_rows({})"
     several = "{}"
 
-    def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
+    def curve(self, name: str, xs: Sequence[str], ys: Sequence[str]) -> str:
         """See `Language.curve`."""
-        points = ["\n".join(f"        {line}" for line in wrapped([repr(x) for x in p], 100)) for p in (xs, ys)]
+        points = ["\n".join(f"        {line}" for line in wrapped(p, 100)) for p in (xs, ys)]
         inside = ",\n".join(f"        [\n    {text.replace(chr(10), chr(10) + '    ')}\n        ]" for text in points)
         return f"\n\ndef {name}(x):\n    return np.interp(\n        x,\n{inside},\n    )"
 

@@ -1,11 +1,11 @@
-"""Printing of a program as text: the base of all languages, and of those in which arrays are values."""
+"""Printing of a program as text: the base of all languages."""
 
 import re
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
-from .symbols import COMPARED, INFIX, Function, Group, Symbol, in_order
+from .symbols import COMPARED, INFIX, Function, Symbol, in_order
 
 _BINDS = dict.fromkeys(COMPARED, 0) | {"add": 1, "subtract": 1, "multiply": 2, "divide": 2, "negative": 3}
 """How strongly operations bind: one that binds less stands in brackets within one that binds more."""
@@ -18,17 +18,25 @@ _PLAIN = ("input", "constant", "table", "item")
 
 
 class Language(ABC):
-    """How a language spells functions of a program.
+    """How a language spells functions of a program; texts have braces for what they are about.
 
     Attributes
     ----------
-    spelling : of the operations that are no signs between or before, with braces for operands
+    spelling : of the operations that are no signs between or before
     infix : signs between operands
     prefix : of all names that are seen from outside
+    literal : a number that is known and not negative
+    item, first : an element of an array, and the place of the first
+    packed, between : an array of numbers, and what stands between two
+    named, several : a name for an expression, and names of more than one result
     """
 
     spelling: Mapping[str, str]
     infix: Mapping[str, str] = INFIX | COMPARED
+    literal = "{!r}"
+    item, first = "{}[{}]", 0
+    packed, between = "[{}]", ", "
+    named, several = "{} = {}", "[{}]"
 
     def __init__(self, prefix: str, functions: Sequence[Function]) -> None:
         self.prefix = prefix
@@ -41,25 +49,22 @@ class Language(ABC):
                     name = f"{prefix}curve_{len(self._curves) + 1}"
                     self._curves.setdefault((id(xs), id(ys)), (name, xs, ys))
 
-    @abstractmethod
-    def number(self, value: float) -> str:
-        """A number that is known and not negative."""
+    def pack(self, texts: Sequence[str]) -> str:
+        """An array of numbers."""
+        return self.packed.format(self.between.join(texts))
 
-    @abstractmethod
-    def element(self, array: str, place: int) -> str:
-        """One number of an array, the first at place 0."""
-
-    @abstractmethod
-    def assigned(self, name: str, text: str) -> str:
-        """A name for an expression."""
-
-    @abstractmethod
     def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
         """Lines that call a function: text of each of its inputs, and a name for each group of its results."""
+        arguments = [
+            texts[0] if group.single else self.pack(texts)
+            for group, texts in zip(function.inputs, function.split(given), strict=True)
+        ]
+        found = names[0] if len(names) == 1 else self.several.format(", ".join(names))
+        return [self.named.format(found, f"{function.name}({', '.join(arguments)})")]
 
     @abstractmethod
-    def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
-        """A function that is linear between points, and constant beyond the ends."""
+    def curve(self, name: str, xs: Sequence[str], ys: Sequence[str]) -> str:
+        """A function that is linear between points, and constant beyond the ends, from texts of numbers."""
 
     @abstractmethod
     def define(self, function: Function, body: Sequence[str], results: Sequence[Sequence[str]]) -> str:
@@ -67,12 +72,17 @@ class Language(ABC):
 
     def text(self) -> str:
         """All curves and functions."""
-        curves = (self.curve(name, xs.data, ys.data) for name, xs, ys in self._curves.values())
+        curves = (
+            self.curve(name, *(list(map(self._number, points.data)) for points in both))
+            for name, *both in self._curves.values()
+        )
         return "\n".join([*curves, *(self.define(each, *self._body(each)) for each in self.functions)])
 
-    def argument(self, group: Group, place: int) -> str:
-        """A number of a group that goes in."""
-        return group.name if group.single else self.element(group.name, place)
+    def _number(self, value: float) -> str:
+        return "-" * (value < 0.0) + self.literal.format(abs(value))
+
+    def _element(self, array: str, place: int) -> str:
+        return self.item.format(array, place + self.first)
 
     def _body(self, asked: Function) -> tuple[list[str], list[list[str]]]:
         order = in_order(asked.results)
@@ -96,9 +106,9 @@ class Language(ABC):
                 continue
             if symbol.operation == "input":
                 name, _, place = symbol.data.partition(".")
-                text, binds = self.argument(groups[name], int(place)), _ATOM
+                text, binds = name if groups[name].single else self._element(name, int(place)), _ATOM
             elif symbol.operation == "item":
-                text, binds = self.element(*calls[id(symbol.operands[0])][symbol.data]), _ATOM
+                text, binds = self._element(*calls[id(symbol.operands[0])][symbol.data]), _ATOM
             elif symbol.operation == "table":
                 continue
             else:
@@ -107,7 +117,7 @@ class Language(ABC):
             several = symbol.operation not in _PLAIN and (uses[id(symbol)] > 1 or len(text) > _LONGEST)
             if label or several:
                 name = names.new(label or "")
-                lines.append(self.assigned(name, text))
+                lines.append(self.named.format(name, text))
                 text, binds = name, _ATOM
             told[id(symbol)] = text, binds
         return lines, [[told[id(each)][0] for each in results] for _, results in asked.outputs]
@@ -115,8 +125,7 @@ class Language(ABC):
     def _expression(self, symbol: Symbol, told: Mapping[int, tuple[str, int]]) -> tuple[str, int]:
         """Text of an operation, and how strongly it binds."""
         if symbol.operation == "constant":
-            size = self.number(abs(symbol.data))
-            return (size, _ATOM) if symbol.data >= 0.0 else (f"-{size}", _BINDS["negative"])
+            return self._number(symbol.data), _ATOM if symbol.data >= 0.0 else _BINDS["negative"]
         if symbol.operation == "interp":
             name, *_ = self._curves[id(symbol.operands[1]), id(symbol.operands[2])]
             return f"{name}({told[id(symbol.operands[0])][0]})", _ATOM
@@ -174,48 +183,3 @@ def wrapped(texts: Sequence[str], width: int = 110) -> Iterator[str]:
             line = f"{line} {piece}" if line else piece
     if line:
         yield line
-
-
-class ArrayLanguage(Language):
-    """A language in which arrays are values.
-
-    Attributes
-    ----------
-    item : an element of an array, with braces for the array and the place
-    packed, between : an array of numbers, with braces for them, and what stands between two
-    named : a name for an expression, with braces for both
-    several : names of more than one result, with braces for them
-    first : the place of an array's first element
-    """
-
-    item = "{}[{}]"
-    packed = "[{}]"
-    between = ", "
-    named = "{} = {}"
-    several = "[{}]"
-    first = 0
-
-    def number(self, value: float) -> str:
-        """See `Language.number`."""
-        return repr(value)
-
-    def element(self, array: str, place: int) -> str:
-        """See `Language.element`."""
-        return self.item.format(array, place + self.first)
-
-    def assigned(self, name: str, text: str) -> str:
-        """See `Language.assigned`."""
-        return self.named.format(name, text)
-
-    def pack(self, texts: Sequence[str]) -> str:
-        """An array of numbers."""
-        return self.packed.format(self.between.join(texts))
-
-    def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
-        """See `Language.called`."""
-        arguments = [
-            texts[0] if group.single else self.pack(texts)
-            for group, texts in zip(function.inputs, function.split(given), strict=True)
-        ]
-        found = names[0] if len(names) == 1 else self.several.format(", ".join(names))
-        return [self.assigned(found, f"{function.name}({', '.join(arguments)})")]
