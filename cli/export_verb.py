@@ -31,13 +31,13 @@ def export(
     force: ForceOption = False,
 ) -> None:
     """Write a model in the format of another tool, with its envelope, audit, intervals and sources inside."""
-    from ..exports.formats.base import chosen
+    from ..exports.formats.base import Choices
     from ..workflows.export import export as write
     from ..workflows.export import named_after
 
     target = out or named_after(model, to)
     earlier = earlier_files((("--out", "export", target),), (model,), force=force)
-    done = write(model, to, target, chosen(time_step, gz, added_mass), force=force)
+    done = write(model, to, target, Choices(time_step, gz, added_mass), force=force)
     tell_replaced(earlier)
     say(f"{to}: {', '.join(map(str, done.files))}")
     if done.facts.found:

@@ -5,7 +5,6 @@ Throttle and steering are those of autopilots: sum and difference of the shares 
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -71,10 +70,8 @@ def difference(one: Vehicle, other: Vehicle, envelope: Envelope, what: str = "th
     ----------
     what : name of the difference
     """
-    drawn = _drawn(one, envelope)
-    a, b = (forces(vehicle, drawn) for vehicle in (one, other))
     told = []
-    for axis, unit, x, y in zip(AXES, FORCE_UNITS, a, b, strict=True):
+    for axis, unit, x, y in zip(AXES, FORCE_UNITS, *_forces((one, other), envelope), strict=True):
         most = np.abs(x - y).max()
         if most > _NOTHING * max(np.abs(x).max(), 1.0):
             told.append(f"{axis} {np.sqrt(np.mean((x - y) ** 2)):.3g} {unit} (up to {most:.3g})")
@@ -83,35 +80,27 @@ def difference(one: Vehicle, other: Vehicle, envelope: Envelope, what: str = "th
     return f"{what}, root mean square over the envelope, is {listing(told)}."
 
 
-class _Drawn(NamedTuple):
-    """States: heading (n,), velocity over ground (3, n), shares of full command (n, thrusters), and the air."""
+def _forces(vehicles: Sequence[Vehicle], envelope: Envelope) -> list[Array]:
+    """Forces by axis (3, n) of each vehicle, in a breeze and some minutes after the start.
 
-    heading: Array
-    velocity: Array
-    share: Array
-    air: tuple[Array, Array]
-
-
-def _drawn(vehicle: Vehicle, envelope: Envelope) -> _Drawn:
+    States, and commands that have lasted, are drawn within an envelope in the water of the first.
+    """
     rng = np.random.default_rng(7)
     velocity = rng.uniform(envelope.lower, envelope.upper, (_STATES, 3)).T
     heading, direction = rng.uniform(-np.pi, np.pi, (2, _STATES))
-    flow = current_at(vehicle)
+    flow = current_at(vehicles[0])
     if flow is not None:
         velocity[:2] += earth_to_body(heading, *flow)
-    share = rng.uniform(-1.0, 1.0, (_STATES, len(vehicle.thrusters)))
-    return _Drawn(heading, velocity, share, (_WIND * np.cos(direction), _WIND * np.sin(direction)))
-
-
-def forces(vehicle: Vehicle, drawn: _Drawn) -> Array:
-    """Forces by axis (3, n), of commands that have lasted, in a breeze and some minutes after the beginning."""
-    u, v, r = drawn.velocity
-    relative = relative_velocity(vehicle, drawn.heading, (u, v, r), _MINUTES)
-    thrust, load = held_thrust(vehicle, commands_of(vehicle, drawn.share))
-    left = np.array([remaining_thrust(t, np.full(_STATES, _MINUTES)) for t in vehicle.thrusters])
-    wake = (relative[1], relative[2])
-    force = ForceEquation(vehicle).force(relative, drawn.heading, left * thrust, left * load, wake, drawn.air, _MINUTES)
-    return np.array(force)
+    share = rng.uniform(-1.0, 1.0, (_STATES, len(vehicles[0].thrusters)))
+    air = (_WIND * np.cos(direction), _WIND * np.sin(direction))
+    found = []
+    for vehicle in vehicles:
+        u, v, r = relative_velocity(vehicle, heading, tuple(velocity), _MINUTES)
+        thrust, load = held_thrust(vehicle, commands_of(vehicle, share))
+        left = np.array([remaining_thrust(t, np.full(_STATES, _MINUTES)) for t in vehicle.thrusters])
+        equation = ForceEquation(vehicle)
+        found.append(np.array(equation.force((u, v, r), heading, left * thrust, left * load, (v, r), air, _MINUTES)))
+    return found
 
 
 def total_thrust(vehicle: Vehicle, of: Sequence[Thruster] | None = None) -> float:

@@ -15,7 +15,7 @@ from io import BytesIO
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from ..physics.errors import RequestError, one_line
 from ..physics.files import write_bytes
 from ..physics.momentum_balance import mass_matrix
 from ..physics.motion import FORCE_UNITS, Array, heading_from_enu
+from ..physics.reading import Plain
 from ..physics.registry_members import how_to_install
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
@@ -67,19 +68,15 @@ FRAME_TRANSFORM_TEXT = (
 )
 
 
-Schema = dict[str, Any]
-"""A JSON Schema."""
-
-
-def _object(title: str, properties: "Mapping[str, Schema]") -> Schema:
+def _object(title: str, properties: Mapping[str, Plain]) -> Plain:
     return {"title": title, "type": "object", "properties": dict(properties)}
 
 
-def _numbers(title: str, told: Mapping[str, str]) -> Schema:
+def _numbers(title: str, told: Mapping[str, str]) -> Plain:
     return _object(title, {name: {"type": "number", "description": text} for name, text in told.items()})
 
 
-def measured_schema(channels: Sequence[str]) -> Schema:
+def measured_schema(channels: Sequence[str]) -> Plain:
     """The schema of what was measured, commands included."""
     commands = dict.fromkeys(channels, "command, in the unit of its name: pwm [us], normalized, rad_s or newton [N]")
     numbers = _numbers("undertow.Measured", STATE | RATES | commands)["properties"]
@@ -88,7 +85,7 @@ def measured_schema(channels: Sequence[str]) -> Schema:
     )
 
 
-SCHEMAS: dict[str, Schema] = {
+SCHEMAS: dict[str, Plain] = {
     "undertow.Predicted": _numbers("undertow.Predicted", STATE | RATES),
     "undertow.Force": _numbers("undertow.Force", _FORCE),
     **json.loads(Path(__file__).with_name("foxglove_schemas.json").read_text("utf-8")),

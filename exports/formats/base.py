@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import TYPE_CHECKING, Literal, cast
+from typing import TYPE_CHECKING
 
 from ...physics.errors import RequestError, shown
 from ...physics.registry_members import how_to_install
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from ...residuals.models.network_model import NetworkModel
     from ..known_facts import KnownFacts
 
-Gazebo = Literal["garden", "fortress"]
-AddedMass = Literal["plugin", "inertial"]
-
 
 @dataclass(frozen=True, slots=True)
 class Choices:
@@ -31,28 +28,24 @@ class Choices:
     Attributes
     ----------
     time_step : of the step function [s], where the format has one
-    gz : names of Gazebo's plugin elements: those of Garden and later, or of Fortress
-    added_mass : in Gazebo: of the plugin, or of the link's inertia, which SDF 1.10 has
-    """
-
-    time_step: float = 0.05
-    gz: Gazebo = "garden"
-    added_mass: AddedMass = "plugin"
-
-
-def chosen(time_step: float, gz: str, added_mass: str) -> Choices:
-    """Choices from words.
+    gz : whose names Gazebo's plugin elements have: those of garden and later, or of fortress
+    added_mass : in Gazebo: of the plugin, or inertial, of the link's inertia, which SDF 1.10 has
 
     Raises
     ------
     RequestError
-        for a word that is none.
+        for a word that is none of these.
     """
-    words = (("--gz", gz, ("garden", "fortress")), ("--added-mass", added_mass, ("plugin", "inertial")))
-    for option, word, known in words:
-        if word not in known:
-            raise RequestError(f"{option}: expected {' or '.join(known)}, got {shown(word)}")
-    return Choices(time_step, cast("Gazebo", gz), cast("AddedMass", added_mass))
+
+    time_step: float = 0.05
+    gz: str = "garden"
+    added_mass: str = "plugin"
+
+    def __post_init__(self) -> None:
+        words = (("--gz", self.gz, ("garden", "fortress")), ("--added-mass", self.added_mass, ("plugin", "inertial")))
+        for option, word, known in words:
+            if word not in known:
+                raise RequestError(f"{option}: expected {' or '.join(known)}, got {shown(word)}")
 
 
 def required(package: str) -> ModuleType:

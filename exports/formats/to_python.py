@@ -10,7 +10,6 @@ from ..program.printer import Language, wrapped
 from ..program.symbols import Function
 from .base import Export, Given
 
-
 _SPELLING = {
     **{name: f"np.{name}({{}})" for name in ("sqrt", "cos", "sin", "sign")},
     **{name: f"np.{name}({{}}, {{}})" for name in ("minimum", "maximum", "power")},

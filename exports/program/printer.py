@@ -1,9 +1,11 @@
 """Printing of a program as text: the base of all languages."""
 
 import re
+import textwrap
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import chain, count
 
 from .symbols import COMPARED, INFIX, Function, Symbol, in_order
 
@@ -91,7 +93,7 @@ class Language(ABC):
         groups = {group.name: group for group in asked.inputs}
         told: dict[int, tuple[str, int]] = {}
         lines: list[str] = []
-        names = _Names({group.name for group in asked.inputs} | {group.name for group, _ in asked.outputs})
+        names = {group.name for group in asked.inputs} | {group.name for group, _ in asked.outputs}
         calls: dict[int, list[tuple[str, int]]] = {}
         for symbol in order:
             if symbol.operation == "call":
@@ -116,7 +118,8 @@ class Language(ABC):
             label = asked.labels.get(symbol)
             several = symbol.operation not in _PLAIN and (uses[id(symbol)] > 1 or len(text) > _LONGEST)
             if label or several:
-                name = names.new(label or "")
+                name = _free_name(label or "", names)
+                names.add(name)
                 lines.append(self.named.format(name, text))
                 text, binds = name, _ATOM
             told[id(symbol)] = text, binds
@@ -145,20 +148,10 @@ def _within(told: tuple[str, int], least: int) -> str:
     return text if binds >= least else f"({text})"
 
 
-class _Names:
-    """Names of assignments: those of the field where there are some, else numbered."""
-
-    def __init__(self, taken: set[str]) -> None:
-        self._taken, self._count = set(taken), 0
-
-    def new(self, label: str) -> str:
-        """A name that is new."""
-        name = label
-        while not name or name in self._taken:
-            self._count += 1
-            name = f"{label}{self._count}" if label else f"t{self._count}"
-        self._taken.add(name)
-        return name
+def _free_name(label: str, taken: set[str]) -> str:
+    """A name that is not taken: that of the field where there is one, else with a number."""
+    numbered = (f"{label or 't'}{k}" for k in count(1))
+    return next(name for name in chain([label] * bool(label), numbered) if name not in taken)
 
 
 def identifier(name: str) -> str:
@@ -171,15 +164,12 @@ def identifier(name: str) -> str:
     return found if found[:1].isalpha() else f"boat_{found}".rstrip("_")
 
 
-def wrapped(texts: Sequence[str], width: int = 110) -> Iterator[str]:
-    """Texts with commas between, in lines of at most a width."""
-    line = ""
-    for k, text in enumerate(texts):
-        piece = text + "," * (k < len(texts) - 1)
-        if line and len(line) + 1 + len(piece) > width:
-            yield line
-            line = piece
-        else:
-            line = f"{line} {piece}" if line else piece
-    if line:
-        yield line
+_WHOLE = "\N{NO-BREAK SPACE}"
+"""Stands for a space within a text, at which no line ends."""
+
+
+def wrapped(texts: Sequence[str], width: int = 110) -> list[str]:
+    """Texts with commas between, each whole, in lines of at most a width."""
+    joined = ", ".join(text.replace(" ", _WHOLE) for text in texts)
+    lines = textwrap.wrap(joined, width, break_long_words=False, break_on_hyphens=False)
+    return [line.replace(_WHOLE, " ") for line in lines]

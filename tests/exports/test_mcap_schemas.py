@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from undertow.exports.mcap_series import SCHEMAS, Schema
+from undertow.exports.mcap_series import SCHEMAS
+from undertow.physics.reading import Plain
 
 _TIME = {"timestamp": "object", "timestamp.sec": "integer", "timestamp.nsec": "integer"}
 _PLACE = {"": "object", **dict.fromkeys((".x", ".y", ".z"), "number")}
@@ -32,7 +33,7 @@ PUBLISHED = {
 within `Transform` that came later and need not be there."""
 
 
-def fields(schema: Schema, at: str = "") -> Iterator[tuple[str, str]]:
+def fields(schema: Plain, at: str = "") -> Iterator[tuple[str, str]]:
     if at:
         yield at, schema.get("type", "")
     for name, part in schema.get("properties", {}).items():
