@@ -83,7 +83,7 @@ class _Graph(VectorOperations):
     def interpolated(self, x: _Tensor, xs: tuple[float, ...], ys: tuple[float, ...]) -> _Tensor:
         """Linear between points, constant beyond: the sum of what every piece contributes."""
         low, high = np.array(xs[:-1]), np.array(xs[1:])
-        inside = np.minimum(np.maximum(x, low), high) - low
+        inside = self.node("Min", self.node("Max", x, low), high) - low
         return self.affine((np.diff(ys) / np.diff(xs))[None], np.array(ys[:1]), inside)
 
     def zeros(self, count: int) -> _Tensor:

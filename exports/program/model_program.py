@@ -264,6 +264,7 @@ class _Functions:
         winds = [self._known[name] for name in _AIR.members] if self._blows else _AIR.symbols
         begin = self._outside(kept, winds, _NOW)
         end = self._outside(after, _AIR.symbols, _NOW + self._step / 60.0)
+        middle: dict[str, Sequence[Any]]
         middle = {name: [0.5 * (a + b) for a, b in zip(begin[name], end[name], strict=True)] for name in begin}
         middle["minutes"] = [_NOW + 0.5 * self._step / 60.0]
 
