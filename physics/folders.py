@@ -148,7 +148,9 @@ def _check_others(target: Path, new: Collection[str], own: Own, *, force: bool) 
     if not target.is_dir():
         return ()
     mine = own(target)
-    others = sorted(path.name for path in target.iterdir() if not _HIDDEN.fullmatch(path.name) and path.name not in mine)
+    others = sorted(
+        path.name for path in target.iterdir() if not _HIDDEN.fullmatch(path.name) and path.name not in mine
+    )
     lost = [name for name in others if name in new]
     folders = [name for name in lost if (target / name).is_dir()]
     if others and not mine and not force:

@@ -21,7 +21,7 @@ from ...physics.reading import read_json
 from ...residuals.models.foreign import is_function_name
 from ...residuals.models.model_files import NETWORK_FILES
 from ...residuals.models.neural import is_network_folder
-from .moved_files import made_logs, made_map, places
+from .moved_files import RunOrigin, places
 
 COMPARE = "compare"
 """The `verb` in the `run.json` of a comparison; that of a run has none."""
@@ -82,9 +82,8 @@ def seal(folder: Path, record: Mapping[str, Any], names: Collection[str]) -> Non
     record : what it says else; digests in it stay, but for those of `names`
     names : of the files that are new
     """
-    files = {name: digest for name, digest in record.get("files", {}).items() if name not in (RECORD, *names)}
-    new = {name: _digest(folder / name) for name in DATA if name in names}
-    files = {name: {**files, **new}[name] for name in DATA if {**files, **new}.get(name) is not None}
+    held = {**record.get("files", {}), **{name: _digest(folder / name) for name in names}}
+    files = {name: held[name] for name in DATA if held.get(name) is not None}
     sealed = {**record, "files": files}
     write_json(folder / RECORD, {**sealed, "files": {**files, RECORD: _own_digest(sealed)}})
 
@@ -331,10 +330,9 @@ def _inputs(name: str) -> Iterator[Path]:
 
 def _of_run(folder: Path) -> Iterator[Path]:
     """Logs and channel map of a run, wherever they may be now, as far as its record can be read."""
-    with suppress(OSError, ValueError, AttributeError):
-        record = read_json(folder / "run.json")
-        mapped = made_map(record)
-        made = [*made_logs(record), *([] if mapped is None else [mapped])]
+    with suppress(OSError, ValueError):
+        record = RunOrigin.read(read_json(folder / RECORD), RECORD, "")
+        made = [*record.made_logs, *([] if record.made_map is None else [record.made_map])]
         there = [place for one in made for place in places(folder, one) if os.path.exists(place)]
         yield from inputs_of([place for place in there if not is_run(place)])  # a run that names itself would never end
 
