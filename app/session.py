@@ -98,7 +98,9 @@ class Session:
                 fleet = fleet_in(source)
                 if not fleet:
                     opened = await self.errands.open(source, self.folder)
-                elif (diary := await self.errands.diary(fleet, self.folder)) is not None:
+                elif (
+                    diary := await self.errands.ask("reading the fleet", "diary", fleet, str(self.folder))
+                ) is not None:
                     self.shown.turn_to_fleet(diary)
             if opened is None:
                 self._refusal = self.errands.trouble
