@@ -96,7 +96,7 @@ def replace_folder(target: Path, build: Callable[[Path], Collection[str]], own: 
         with hold_folder(place, patience=PATIENCE):
             _roll_forward(place)
             mine = _check_others(place, new, own, force=force)
-            write_text(work / _STALE, json.dumps(sorted(set(mine) - set(os.listdir(work)))))
+            write_text(work / _STALE, json.dumps(sorted(mine.difference(os.listdir(work)))))
             os.rename(work, place / _COMMIT)
             _roll_forward(place)
 
@@ -143,14 +143,13 @@ def hold_folder(folder: Path, what: str = "is at work in", *, patience: float = 
         time.sleep(_PAUSE)
 
 
-def _check_others(target: Path, new: Collection[str], own: Own, *, force: bool) -> Collection[str]:
+def _check_others(target: Path, new: Collection[str], own: Own, *, force: bool) -> set[str]:
     """Refuse to write over what is not undertow's; give back the names of what is."""
     if not target.is_dir():
-        return ()
-    mine = own(target)
-    others = sorted(
-        path.name for path in target.iterdir() if not _HIDDEN.fullmatch(path.name) and path.name not in mine
-    )
+        return set()
+    names = {path.name for path in target.iterdir() if not _HIDDEN.fullmatch(path.name)}
+    mine = names.intersection(own(target))
+    others = sorted(names - mine)
     lost = [name for name in others if name in new]
     folders = [name for name in lost if (target / name).is_dir()]
     if others and not mine and not force:
@@ -192,7 +191,7 @@ def _roll_forward(place: Path) -> None:
             path.unlink(missing_ok=True)  # of two links to one file, the system leaves both
     if (commit / _STALE).is_file():
         for name in read_json(commit / _STALE):
-            (place / name).unlink(missing_ok=True)
+            (place / os.path.basename(name)).unlink(missing_ok=True)
         (commit / _STALE).unlink()
     commit.rmdir()
 
