@@ -21,8 +21,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ..physics.errors import RequestError
 from ..workflows.workbench_facts import Source
+from .session import Session
 from .steps import MOST_UPLOADED, SESSION, fleet_in
-from .worker import PrewarmedWorker
 
 COOKIE = "undertow"
 _ENTRY = "token"
@@ -186,11 +186,13 @@ def serve(
     hosts = _names(host, bound)
     address = f"http://{f'[{host}]' if ':' in host else host}:{bound}/" + (f"?token={token}" if token else "")
     saved = first is not None and any(path.lower().endswith(SESSION) for path in first.logs)
-    spare = PrewarmedWorker(None if saved or fleet_in(first) else first)  # computes while the pages are loaded
+    ahead = None if saved or fleet_in(first) else first
+    session = Session(paths=not token)
+    session.errands.read_ahead(ahead or Source(), session.folder)  # while the pages are loaded
     told(f"The workbench is at {address} (Ctrl-C ends it)")
     if browser:  # it is answered as soon as there is a page, and its window is there by then
         threading.Thread(target=_open, args=(address,), daemon=True).start()
-    application = ClosedToStrangers(_application(first, spare, hosts, paths=not token), hosts, token)
+    application = ClosedToStrangers(_application(first, session, hosts, paths=not token), hosts, token)
     import uvicorn
 
     config = uvicorn.Config(application, log_level="warning", ws_max_size=64 * 1024**2, timeout_graceful_shutdown=2)
@@ -230,8 +232,8 @@ def _as_if_absent(*names: str) -> Iterator[None]:
             del sys.modules[name]
 
 
-def _application(first: Source | None, spare: PrewarmedWorker, hosts: list[str], *, paths: bool) -> Any:
-    """The pages and their sockets."""
+def _application(first: Source | None, begun: Session | None, hosts: list[str], *, paths: bool) -> Any:
+    """The pages and their sockets; the first tab works on a session that is begun already."""
     with _as_if_absent(*_OF_CLIENTS):
         from nicegui import Client, core, ui
         from nicegui import app as nicegui_app
@@ -239,15 +241,15 @@ def _application(first: Source | None, spare: PrewarmedWorker, hosts: list[str],
 
     from ..physics.vehicle import load_vehicle, shipped_vehicles
     from .bench_page import Page
-    from .session import Session
     from .views.words import in_a_line
 
     vehicles = {name: in_a_line(load_vehicle(name)) for name in shipped_vehicles()}
     sessions: dict[str, Session] = {}
+    unused = [] if begun is None else [begun]
 
     def made() -> Session:
         """A session with its page."""
-        session = Session(spare, paths=paths)
+        session = unused.pop() if unused else Session(paths=paths)
         Page(session, vehicles, first, paths=paths)
         return session
 
@@ -279,8 +281,7 @@ def _application(first: Source | None, spare: PrewarmedWorker, hosts: list[str],
         client.on_delete(left)
 
     def end() -> None:
-        spare.close()
-        for session in sessions.values():
+        for session in (*unused, *sessions.values()):
             session.close()
         sessions.clear()
 

@@ -12,7 +12,6 @@ from typing import Any
 from ..workflows.workbench_facts import OWN_NUMBERS, Source, Trained, Way
 from .shown import Shown
 from .steps import SESSION, FileNames, History, Step, fleet_in, same_commands
-from .worker import PrewarmedWorker
 from .worker_client import Observers, Training, WorkerClient
 
 
@@ -21,7 +20,6 @@ class Session:
 
     Parameters
     ----------
-    spare : a worker that may have opened already what is asked for
     paths : files of this machine may be named; not where others than its user may see the page
 
     Attributes
@@ -34,10 +32,10 @@ class Session:
     waiting : how much that was asked for waits for its turn
     """
 
-    def __init__(self, spare: PrewarmedWorker | None = None, *, paths: bool = True) -> None:
+    def __init__(self, *, paths: bool = True) -> None:
         self._paths = paths
         self.audience = Observers()
-        self.errands = WorkerClient(self.audience, spare)
+        self.errands = WorkerClient(self.audience)
         self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
         self.names = FileNames(self.folder)
         self.shown = Shown(self.errands, self.audience, self.folder, self.names)
@@ -362,5 +360,4 @@ class Session:
         self.errands.end()
         self.audience.leave()
         self.shown.drop()  # FastAPI keeps the page's upload for longer, and that the session
-        for folder in filter(None, (self.folder, self.errands.lent)):
-            shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(self.folder, ignore_errors=True)

@@ -1,21 +1,17 @@
-"""Workers: a process for each open log, so that no failure of it stops the page, and one that is ready beforehand."""
+"""Workers: a process for each open log, so that no failure of it stops the page."""
 
 import asyncio
 import multiprocessing
 import os
-import shutil
 import signal
-import tempfile
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Any
 
 from ..physics.errors import LogError, RequestError, VehicleError
-from ..workflows.workbench_facts import Opened, Source
 
 Say = Callable[[Any], None]
 _ROOMS = ("undertow.app.preload", "undertow.__main__")
@@ -163,37 +159,3 @@ def _serve(pipe: Connection) -> None:
             answer = "fault", f"{type(error).__name__}: {error}"
         with suppress(OSError):
             pipe.send(answer)
-
-
-class PrewarmedWorker:
-    """The first worker of a server, for the first tab that opens something; it begins while the pages are loaded.
-
-    Parameters
-    ----------
-    first : what the first tab will open, as far as that is known; else the demo
-
-    Attributes
-    ----------
-    worker, folder, opened : the worker, where it writes, and its answer
-    """
-
-    def __init__(self, first: Source | None) -> None:
-        self._source = first or Source()
-        self._free = True
-        self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
-        self.worker = Worker()
-        self.opened: Future[Opened] = self.worker.begin("open", self._source, str(self.folder))
-
-    def take(self, source: Source) -> bool:
-        """Whether it is for who opens this and comes first, and for nobody else from now on."""
-        if source != self._source or not self._free or not self.worker.alive:
-            return False
-        self._free = False
-        return True
-
-    def close(self) -> None:
-        """End it, if nobody has taken it."""
-        if self._free:
-            self._free = False
-            self.worker.close()
-            shutil.rmtree(self.folder, ignore_errors=True)

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from ..physics.errors import LogError, RequestError, VehicleError
 from ..physics.stage import Stage
 from ..workflows.workbench_facts import Opened, Searched, Source, Trained
 from .steps import Step
-from .worker import PrewarmedWorker, Worker, WorkerLostError
+from .worker import Worker, WorkerLostError
 
 View = Callable[[], None]
 
@@ -113,23 +114,21 @@ class WorkerClient:
     Parameters
     ----------
     audience : told when work begins, goes on and ends
-    spare : a worker that may have opened already what is asked for
 
     Attributes
     ----------
     work : what goes on; None while nothing does
     trouble : what went wrong, in words; empty where nothing did
     lost : the worker has ended
-    lent : the folder of the spare worker, where that was taken
     """
 
-    def __init__(self, audience: Observers, spare: PrewarmedWorker | None) -> None:
-        self._audience, self._spare = audience, spare
+    def __init__(self, audience: Observers) -> None:
+        self._audience = audience
         self.work: Work | None = None
         self.trouble = ""
         self.lost = False
-        self.lent: Path | None = None
         self.worker: Worker | None = None
+        self._ahead: tuple[Source, Future[Opened]] | None = None
 
     async def ask(self, name: str, what: str, *given: Any) -> Any:
         """An answer of the worker; None where it refuses, and `trouble` says why.
@@ -143,12 +142,20 @@ class WorkerClient:
             self.worker = Worker()
         return await self._heard(name, self.worker.ask(what, *given, say=self._tell if name else None))
 
+    def read_ahead(self, source: Source, folder: Path) -> None:
+        """Begin to read a log before it is asked for."""
+        self.worker = Worker()
+        self._ahead = source, self.worker.begin("open", source, str(folder))
+
     async def open(self, source: Source, folder: Path) -> Opened | None:
-        """Read a log, or take what the spare worker has read of it already."""
-        name, spare = "reading the log", self._spare
-        if self.worker is None and spare is not None and spare.take(source):
-            self.worker, self.lent = spare.worker, spare.folder
-            return await self._heard(name, asyncio.wrap_future(spare.opened))
+        """Read a log, or take what was read ahead."""
+        name, (asked, opened) = "reading the log", self._ahead or (None, None)
+        self._ahead = None
+        if self.worker is not None and opened is not None:
+            if not self.worker.alive:
+                self.end()
+            elif asked == source:
+                return await self._heard(name, asyncio.wrap_future(opened))
         return await self.ask(name, "open", source, str(folder))
 
     async def _heard(self, name: str, answer: Awaitable[Any]) -> Any:
