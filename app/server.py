@@ -11,20 +11,18 @@ import socket
 import sys
 import threading
 import webbrowser
-from collections.abc import Awaitable, Callable, Iterator, MutableMapping, Sequence
-from http.cookies import CookieError, SimpleCookie
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import urlsplit
+
+from starlette.requests import HTTPConnection
+from starlette.responses import PlainTextResponse, RedirectResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ..physics.errors import RequestError
 from ..workflows.workbench_facts import Source
+from .session import Session
 from .steps import MOST_UPLOADED, SESSION, fleet_in
-from .worker import PrewarmedWorker
-
-Message = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[Message]]
-Send = Callable[[Message], Awaitable[None]]
-App = Callable[[Message, Receive, Send], Awaitable[None]]
 
 COOKIE = "undertow"
 _ENTRY = "token"
@@ -50,55 +48,41 @@ class ClosedToStrangers:
     most : bytes of an upload
     """
 
-    def __init__(self, app: App, hosts: Sequence[str], token: str = "", most: int = MOST_UPLOADED) -> None:
+    def __init__(self, app: ASGIApp, hosts: Sequence[str], token: str = "", most: int = MOST_UPLOADED) -> None:
         self._app, self._token, self._most = app, token, most
         self._hosts = {host.lower() for host in hosts}
 
-    async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See the class."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
-        alone = sum(name.lower() == b"host" for name, _ in scope["headers"]) == 1
-        if not alone or headers["host"].lower() not in self._hosts:
-            await _refuse(scope, send, 400, "this is not the address under which undertow serves")
-            return
-        origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc.lower() not in self._hosts:
-            await _refuse(scope, send, 400, "another page may not ask for this")
-            return
-        if self._token and not self._knows(headers.get("cookie", "")):
-            await self._exchange(scope, send)
-            return
-        said = headers.get("content-length", "0")
-        if not said.isdigit() or int(said) > self._most:
-            await _refuse(scope, send, 413, _too_large(self._most))
-            return
-        await self._within(scope, receive, send)
+        asked = HTTPConnection(scope)
+        origin, said = asked.headers.get("origin"), asked.headers.get("content-length", "0")
+        status, why = 0, ""
+        if [host.lower() in self._hosts for host in asked.headers.getlist("host")] != [True]:
+            status, why = 400, "this is not the address under which undertow serves"
+        elif origin is not None and urlsplit(origin).netloc.lower() not in self._hosts:
+            status, why = 400, "another page may not ask for this"
+        elif self._token and not self._is_token(asked.cookies.get(COOKIE, "")):
+            status, why = 403, "open the whole address that 'undertow app' printed, with its token"
+            first = scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == "/"
+            if first and self._is_token(asked.query_params.get(_ENTRY, "")):
+                answer = RedirectResponse("/", 303, {"referrer-policy": "no-referrer"})
+                answer.set_cookie(COOKIE, self._token, httponly=True, samesite="strict")
+                await answer(scope, receive, send)
+                return
+        elif not said.isdigit() or int(said) > self._most:
+            status, why = 413, _too_large(self._most)
+        if status:
+            await _refuse(scope, receive, send, status, why)
+        else:
+            await self._within(scope, receive, send)
 
-    def _knows(self, cookies: str) -> bool:
-        """True when the cookie is that of the token."""
-        jar = SimpleCookie()
-        try:
-            jar.load(cookies)
-        except CookieError:
-            return False
-        return COOKIE in jar and secrets.compare_digest(jar[COOKIE].value.encode(), self._token.encode())
+    def _is_token(self, given: str) -> bool:
+        return secrets.compare_digest(given.encode(), self._token.encode())
 
-    async def _exchange(self, scope: Message, send: Send) -> None:
-        """A cookie for who brings the token in the address; nothing for anybody else."""
-        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get(_ENTRY, [""])[0]
-        right = secrets.compare_digest(given.encode(), self._token.encode())
-        if scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == "/" and right:
-            cookie = f"{COOKIE}={self._token}; Path=/; HttpOnly; SameSite=Strict"
-            headers = [(b"location", b"/"), (b"set-cookie", cookie.encode()), (b"referrer-policy", b"no-referrer")]
-            await send({"type": "http.response.start", "status": 303, "headers": headers})
-            await send({"type": "http.response.body", "body": b""})
-            return
-        await _refuse(scope, send, 403, "open the whole address that 'undertow app' printed, with its token")
-
-    async def _within(self, scope: Message, receive: Receive, send: Send) -> None:
+    async def _within(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let it in, and count what it brings, for not every body says how large it is."""
         came, begun = 0, False
 
@@ -113,8 +97,8 @@ class ClosedToStrangers:
 
         async def told(message: Message) -> None:
             nonlocal begun
-            begun = begun or message["type"] == "http.response.start"
             if message["type"] == "http.response.start":
+                begun = True
                 message = {**message, "headers": [*message.get("headers", []), *_GUARDED]}
             await send(message)
 
@@ -122,7 +106,7 @@ class ClosedToStrangers:
             await self._app(scope, counted, told)
         except TooLargeError:
             if not begun:
-                await _refuse(scope, send, 413, _too_large(self._most))
+                await _refuse(scope, receive, send, 413, _too_large(self._most))
 
 
 _GUARDED = (
@@ -139,17 +123,12 @@ def _too_large(most: int) -> str:
     return f"more than {most // 1024**2} MB cannot be uploaded; open the file by its path instead"
 
 
-async def _refuse(scope: Message, send: Send, status: int, why: str) -> None:
+async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, why: str) -> None:
     """An answer of one line; a socket gets it in the place of the handshake where the server can say it."""
-    kind, body = "http.response", f"{why}\n".encode()
-    if scope["type"] == "websocket":
-        if "websocket.http.response" not in (scope.get("extensions") or {}):
-            await send({"type": "websocket.close", "code": 1008})
-            return
-        kind = "websocket.http.response"
-    headers = [(b"content-type", b"text/plain; charset=utf-8"), (b"content-length", str(len(body)).encode())]
-    await send({"type": f"{kind}.start", "status": status, "headers": headers})
-    await send({"type": f"{kind}.body", "body": body})
+    if scope["type"] == "websocket" and "websocket.http.response" not in (scope.get("extensions") or {}):
+        await send({"type": "websocket.close", "code": 1008})
+        return
+    await PlainTextResponse(f"{why}\n", status)(scope, receive, send)
 
 
 PORT, _TRIED = 8423, 20
@@ -207,11 +186,13 @@ def serve(
     hosts = _names(host, bound)
     address = f"http://{f'[{host}]' if ':' in host else host}:{bound}/" + (f"?token={token}" if token else "")
     saved = first is not None and any(path.lower().endswith(SESSION) for path in first.logs)
-    spare = PrewarmedWorker(None if saved or fleet_in(first) else first)  # computes while the pages are loaded
+    ahead = None if saved or fleet_in(first) else first
+    session = Session(paths=not token)
+    session.errands.read_ahead(ahead or Source(), session.folder)  # while the pages are loaded
     told(f"The workbench is at {address} (Ctrl-C ends it)")
     if browser:  # it is answered as soon as there is a page, and its window is there by then
         threading.Thread(target=_open, args=(address,), daemon=True).start()
-    application = ClosedToStrangers(_application(first, spare, hosts, paths=not token), hosts, token)
+    application = ClosedToStrangers(_application(first, session, hosts, paths=not token), hosts, token)
     import uvicorn
 
     config = uvicorn.Config(application, log_level="warning", ws_max_size=64 * 1024**2, timeout_graceful_shutdown=2)
@@ -251,8 +232,8 @@ def _as_if_absent(*names: str) -> Iterator[None]:
             del sys.modules[name]
 
 
-def _application(first: Source | None, spare: PrewarmedWorker, hosts: list[str], *, paths: bool) -> Any:
-    """The pages and their sockets."""
+def _application(first: Source | None, begun: Session | None, hosts: list[str], *, paths: bool) -> Any:
+    """The pages and their sockets; the first tab works on a session that is begun already."""
     with _as_if_absent(*_OF_CLIENTS):
         from nicegui import Client, core, ui
         from nicegui import app as nicegui_app
@@ -260,15 +241,15 @@ def _application(first: Source | None, spare: PrewarmedWorker, hosts: list[str],
 
     from ..physics.vehicle import load_vehicle, shipped_vehicles
     from .bench_page import Page
-    from .session import Session
     from .views.words import in_a_line
 
     vehicles = {name: in_a_line(load_vehicle(name)) for name in shipped_vehicles()}
     sessions: dict[str, Session] = {}
+    unused = [] if begun is None else [begun]
 
     def made() -> Session:
         """A session with its page."""
-        session = Session(spare, paths=paths)
+        session = unused.pop() if unused else Session(paths=paths)
         Page(session, vehicles, first, paths=paths)
         return session
 
@@ -300,8 +281,7 @@ def _application(first: Source | None, spare: PrewarmedWorker, hosts: list[str],
         client.on_delete(left)
 
     def end() -> None:
-        spare.close()
-        for session in sessions.values():
+        for session in (*unused, *sessions.values()):
             session.close()
         sessions.clear()
 

@@ -12,7 +12,6 @@ from typing import Any
 from ..workflows.workbench_facts import OWN_NUMBERS, Source, Trained, Way
 from .shown import Shown
 from .steps import SESSION, FileNames, History, Step, fleet_in, same_commands
-from .worker import PrewarmedWorker
 from .worker_client import Observers, Training, WorkerClient
 
 
@@ -21,7 +20,6 @@ class Session:
 
     Parameters
     ----------
-    spare : a worker that may have opened already what is asked for
     paths : files of this machine may be named; not where others than its user may see the page
 
     Attributes
@@ -34,10 +32,10 @@ class Session:
     waiting : how much that was asked for waits for its turn
     """
 
-    def __init__(self, spare: PrewarmedWorker | None = None, *, paths: bool = True) -> None:
+    def __init__(self, *, paths: bool = True) -> None:
         self._paths = paths
         self.audience = Observers()
-        self.errands = WorkerClient(self.audience, spare)
+        self.errands = WorkerClient(self.audience)
         self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
         self.names = FileNames(self.folder)
         self.shown = Shown(self.errands, self.audience, self.folder, self.names)
@@ -88,60 +86,60 @@ class Session:
         ----------
         opened_one : called when the log is shown, or was refused, before the search
         """
-        if any(path.lower().endswith(SESSION) for path in source.logs):
-            await self._reopen(source, opened_one)
-            return
+        saved = any(path.lower().endswith(SESSION) for path in source.logs)
+        unsearched = False
         async with self._my_turn():
-            self.errands.trouble, self.asked = "", source
-            opened = None
+            self.errands.trouble, self.asked = "", None if saved else source
             with self.errands.telling():
-                fleet = fleet_in(source)
-                if not fleet:
-                    opened = await self.errands.open(source, self.folder)
-                elif (diary := await self.errands.diary(fleet, self.folder)) is not None:
-                    self.shown.turn_to_fleet(diary)
-            if opened is None:
-                self._refusal = self.errands.trouble
-            else:
-                self.training.stop()  # it knows nothing of this log
-                self.shown.open(source, opened)
+                unsearched = await (self._reopen(source) if saved else self._read(source))
+            self._refusal = self.errands.trouble
         if opened_one is not None:
             opened_one()
-        if opened is not None:
+        if unsearched:
             await self.search()
 
-    async def _reopen(self, source: Source, opened_one: Callable[[], None] | None) -> None:
-        """Go on with a session that was saved; where it or its log cannot be read, what was open stays."""
+    async def _read(self, source: Source) -> bool:
+        """Show a log or a fleet, and say whether there is something to search."""
+        fleet = fleet_in(source)
+        if fleet:
+            diary = await self.errands.ask("reading the fleet", "diary", fleet, str(self.folder))
+            self.shown.turn_to_fleet(diary or self.shown.diary)
+            return False
+        opened = await self.errands.open(source, self.folder)
+        if opened is None:
+            return False
+        self.training.stop()  # it knows nothing of this log
+        self.shown.open(source, opened)
+        return True
+
+    async def _reopen(self, source: Source) -> bool:
+        """Go on with a session that was saved, and say whether it was searched never; if refused, what was open stays.
+
+        Raises
+        ------
+        RequestError
+            where the file or its log cannot be read.
+        """
         from . import session_file as files  # it needs what a search needs, and no log waits for that
 
-        saved = opened = None
-        differs = ""
-        async with self._my_turn():
-            self.errands.trouble, self.asked = "", None
-            with self.errands.telling():
-                path, beside = files.session_in(source)
-                saved = files.read_session(Path(path), self.names.with_user_names(path))
-                if self._paths:
-                    beside = (*beside, str(Path(path).parent))
-                places = await asyncio.to_thread(
-                    files.find_files, saved, beside, self.folder, self.names, paths=self._paths
-                )
-                history = await self._steps(saved.steps, saved.at, places)
-                opened = None if history is None else await self.errands.open(history.now.source, self.folder)
-                if history is not None and opened is not None:
-                    self.training.stop()  # it knows nothing of this log
-                    if await self.shown.reopen(history, opened, saved.searched):
-                        other = None if saved.other is None else files.relocated(saved.other, places)
-                        marks = saved.selected, saved.selected_on_other
-                        await self.shown.look_again(other, saved.view, marks, on_other=saved.on_other)
-                        differs = saved.others_now(self.shown.of_fitted, await self.errands.ask("", "nominal") or "")
-        if opened_one is not None:
-            opened_one()
-        if saved is not None and opened is not None:
+        path, beside = files.session_in(source)
+        saved = files.read_session(Path(path), self.names.with_user_names(path))
+        if self._paths:
+            beside = (*beside, str(Path(path).parent))
+        places = await asyncio.to_thread(files.find_files, saved, beside, self.folder, self.names, paths=self._paths)
+        history = await self._steps(saved.steps, saved.at, places)
+        opened = None if history is None else await self.errands.open(history.now.source, self.folder)
+        if history is None or opened is None:
+            return False
+        self.training.stop()  # it knows nothing of this log
+        if await self.shown.reopen(history, opened, saved.searched):
+            other = None if saved.other is None else files.relocated(saved.other, places)
+            marks = saved.selected, saved.selected_on_other
+            await self.shown.look_again(other, saved.view, marks, on_other=saved.on_other)
+            differs = saved.others_now(self.shown.of_fitted, await self.errands.ask("", "nominal") or "")
             self.errands.trouble = self.errands.trouble or differs
             self.audience.tell()
-            if saved.answer is None:
-                await self.search()
+        return saved.answer is None
 
     async def _steps(self, steps: Sequence[Step], at: int, places: Mapping[str, str]) -> History | None:
         """The steps of a session with the files where they are now; a log that was repaired is repaired again."""
@@ -315,8 +313,7 @@ class Session:
     async def way(self, time: float) -> Way | None:
         """Where the models go from an instant on."""
         async with self._my_turn():
-            what = "way_other" if self.shown.on_other else "way"
-            return await self.errands.ask("", what, self.shown.stand, time)
+            return await self.errands.ask("", "way", self.shown.stand, time, self.shown.on_other)
 
     async def take(self, what: str) -> Path | None:
         """Write a file to be taken away, of what is shown when this is asked for."""
@@ -363,5 +360,4 @@ class Session:
         self.errands.end()
         self.audience.leave()
         self.shown.drop()  # FastAPI keeps the page's upload for longer, and that the session
-        for folder in filter(None, (self.folder, self.errands.lent)):
-            shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(self.folder, ignore_errors=True)

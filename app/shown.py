@@ -268,12 +268,11 @@ class Shown:
             return None
         if anew:
             return await self._read_other(self.other.source, stand)
-        fit = await self._fit(stand, self.other.opened, "fit_other")
+        fit = await self._fit(stand, self.other.opened, on_other=True)
         return None if fit is None else replace(self.other, fit=fit)
 
     async def _read_other(self, source: Source, stand: ModelChoice) -> OnLog | None:
-        given = source, stand, str(self._folder), self._names
-        found = await self._errands.ask("reading the other log", "try_on", *given)
+        found = await self._errands.ask("reading the other log", "try_on", source, stand, self._names)
         return None if found is None else OnLog(*found, stairs=(found[0].nominal,), source=source)
 
     # -- what the worker is asked --------------------------------------------------------------------------------------
@@ -282,8 +281,9 @@ class Shown:
         given = source, str(self._folder), self.searches.get(source)
         return await self._errands.ask("reading the log", "turn_to", *given)
 
-    async def _fit(self, stand: ModelChoice, opened: Opened, what: str = "fit") -> Fit | None:
-        return opened.nominal if stand == ModelChoice(left=stand.left) else await self._errands.ask("", what, stand)
+    async def _fit(self, stand: ModelChoice, opened: Opened, *, on_other: bool = False) -> Fit | None:
+        plain = stand == ModelChoice(left=stand.left)
+        return opened.nominal if plain else await self._errands.ask("", "fit", stand, on_other)
 
     def _put(self, history: History, fitted: OnLog, other: OnLog | None, *, anew: bool) -> None:
         before = None if anew else self.fitted
@@ -303,7 +303,7 @@ class Shown:
         stairs = [on.opened.nominal] if stand.names else []
         for count in range(1, len(stand.names) + bool(stand.moved)):
             below = ModelChoice(stand.names[:count], left=stand.left)
-            stair = await self._errands.ask("", "fit_other" if on_other else "fit", below)
+            stair = await self._errands.ask("", "fit", below, on_other)
             if stair is None:
                 return
             stairs.append(stair)

@@ -1,35 +1,34 @@
-"""Workers: a process for each open log, so that no failure of it stops the page, and one that is ready beforehand."""
+"""Workers: a process for each open log, so that no failure of it stops the page."""
 
 import asyncio
 import multiprocessing
 import os
-import shutil
 import signal
-import tempfile
 import threading
-import time
 from collections.abc import Callable
-from concurrent.futures import Future, wait
+from concurrent.futures import Future
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Any
 
 from ..physics.errors import LogError, RequestError, VehicleError
-from ..workflows.workbench_facts import Source
 
 Say = Callable[[Any], None]
 _ROOMS = ("undertow.app.preload", "undertow.__main__")
 """Loaded once, by the process that all workers are forked from: what answers, and the program itself, which
 multiprocessing loads again in each."""
-_REFUSALS = {kind.__name__: kind for kind in (LogError, RequestError, VehicleError)}
-
 _PATIENCE = 2.0
 """Time [s] in which what a process that was ended has said last is heard."""
+_PICTURE = 1.0
+"""Seconds that are left to the first picture of a log before what a search needs is loaded."""
 
 
 class WorkerLostError(RuntimeError):
     """The worker's process ended before it answered: killed, or out of memory."""
+
+
+_ERRORS = {kind.__name__: kind for kind in (LogError, RequestError, VehicleError, WorkerLostError)}
+"""What an answer may be besides a result, by the name that is sent; any other is a fault."""
 
 
 def prepare() -> None:
@@ -43,32 +42,28 @@ def prepare() -> None:
 
 
 class Worker:
-    """The side of a worker that asks, from whatever thread; made once its process is there."""
+    """The side of a worker that asks; its process begins with the first question, and answers one after the other."""
 
     def __init__(self) -> None:
-        self._pipe, there = multiprocessing.Pipe()
+        self._pipe, self._there = multiprocessing.Pipe()
         context = multiprocessing.get_context("forkserver")
         # No daemon, for these may have no children, and a search works in two processes. It ends with its pipe.
-        self.process = context.Process(target=_serve, args=(there,), daemon=False)
-        self.process.start()
-        there.close()
-        self._asked: dict[int, tuple[Future[Any], Say | None]] = {}
-        self._count = 0
-        self._closed = False
-        self._one = threading.Lock()
-        self._listener = threading.Thread(target=self._listen, daemon=True)
-        self._listener.start()
+        self.process = context.Process(target=_serve, args=(self._there,), daemon=False)
+        self._turn = threading.Lock()
+        self._waiting: set[Future[Any]] = set()
+        self._begun = self._closed = False
 
     @property
     def alive(self) -> bool:
         """True when it can be asked."""
-        return not self._closed and self.process.is_alive()
+        return not self._closed and (not self._begun or self.process.is_alive())
 
     async def ask(self, what: str, *given: Any, say: Say | None = None) -> Any:
-        """The answer of a method of the desk.
+        """The answer of a method of the service.
 
         Parameters
         ----------
+        what, given : name of the method, and its arguments
         say : called with each line that it tells meanwhile
 
         Raises
@@ -89,63 +84,52 @@ class Worker:
     def begin(self, what: str, *given: Any, say: Say | None = None) -> "Future[Any]":
         """What `ask` waits for; `say` is called in another thread."""
         answer: Future[Any] = Future()
-        with self._one:
-            if self._closed:
-                raise WorkerLostError
-            self._count += 1
-            self._asked[self._count] = answer, say
-            try:
-                self._pipe.send((self._count, what, given, say is not None))
-                return answer
-            except OSError:
-                pass
-        self._lost()
+        self._waiting.add(answer)
+        question = what, given, say is not None
+        threading.Thread(target=self._converse, args=(answer, question, say), daemon=True).start()
         return answer
 
     def close(self) -> None:
         """End the process, whatever it does."""
-        for answer in self._end():  # before the listener finds the process gone: nobody lost it
+        self._closed = True
+        for answer in tuple(self._waiting):  # before the process is found gone: nobody lost it
             answer.cancel()
         if self.process.is_alive():
             self.process.kill()
-        if threading.current_thread() is not self._listener:  # which the end of the process ends, before its pipe goes
-            self._listener.join(_PATIENCE)
-        with suppress(OSError):
-            self._pipe.close()
+        heard = self._turn.acquire(timeout=_PATIENCE)  # whoever listens has ended before the pipe goes
+        self._pipe.close()
+        if heard:
+            self._turn.release()
 
-    def _listen(self) -> None:
+    def _converse(self, answer: "Future[Any]", question: tuple[str, tuple[Any, ...], bool], say: Say | None) -> None:
+        """Ask one question, and wait for its answer."""
+        try:
+            with self._turn:
+                kind, content = self._answer(question, say)
+        except (EOFError, OSError, TypeError):  # a TypeError where the pipe is closed in the midst of reading
+            kind, content = WorkerLostError.__name__, ""
+        self._waiting.discard(answer)
+        if not answer.set_running_or_notify_cancel():
+            return
+        if kind == "done":
+            answer.set_result(content)
+        else:
+            answer.set_exception(_ERRORS.get(kind, RuntimeError)(content))
+
+    def _answer(self, question: tuple[str, tuple[Any, ...], bool], say: Say | None) -> tuple[str, Any]:
+        if self._closed:
+            raise EOFError
+        if not self._begun:
+            self.process.start()
+            self._there.close()
+            self._begun = True
+        self._pipe.send(question)
         while True:
-            try:
-                number, kind, content = self._pipe.recv()
-            except (EOFError, OSError, TypeError):  # a TypeError where the pipe is closed in the midst of reading
-                self._lost()
-                return
-            self._take(number, kind, content)
-
-    def _take(self, number: int, kind: str, content: Any) -> None:
-        with self._one:
-            answer, say = self._asked.get(number, (None, None))
+            kind, content = self._pipe.recv()
             if kind != "line":
-                self._asked.pop(number, None)
-        if kind == "line":
+                return kind, content
             if say is not None:
                 say(content)
-        elif answer is not None and answer.set_running_or_notify_cancel():
-            if kind == "done":
-                answer.set_result(content)
-            else:
-                answer.set_exception(_REFUSALS.get(kind, RuntimeError)(content))
-
-    def _lost(self) -> None:
-        for answer in self._end():
-            if answer.set_running_or_notify_cancel():
-                answer.set_exception(WorkerLostError())
-
-    def _end(self) -> "list[Future[Any]]":
-        """What still waits, of a worker that is asked no more."""
-        with self._one:
-            waiting, self._asked, self._closed = [answer for answer, _ in self._asked.values()], {}, True
-        return waiting
 
 
 def _serve(pipe: Connection) -> None:
@@ -153,76 +137,25 @@ def _serve(pipe: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     from .worker_service import WorkerService
 
-    desk = WorkerService()
+    service = WorkerService()
+    idle: float | None = _PICTURE
     while True:
         try:
-            number, what, given, telling = pipe.recv()
+            if not pipe.poll(idle):
+                service.load()
+                idle = None
+                continue
+            what, given, telling = pipe.recv()
         except (EOFError, OSError):
             return
-        more = {"say": lambda line, number=number: pipe.send((number, "line", line))} if telling else {}
+        more = {"say": lambda line: pipe.send(("line", line))} if telling else {}
         try:
-            answer = number, "done", getattr(desk, what)(*given, **more)
+            answer = "done", getattr(service, what)(*given, **more)
         except (LogError, RequestError, VehicleError) as error:
-            answer = number, type(error).__name__, error.typed
+            answer = type(error).__name__, error.typed
         except BrokenPipeError:
             return
         except Exception as error:
-            answer = number, "fault", f"{type(error).__name__}: {error}"
+            answer = "fault", f"{type(error).__name__}: {error}"
         with suppress(OSError):
             pipe.send(answer)
-
-
-_PICTURE = 1.0
-"""Seconds that are left to the first picture of a log before what a search needs is loaded beside it."""
-Begun = tuple[Worker, "Future[Any]"]
-
-
-class PrewarmedWorker:
-    """The first worker of a server, for the first tab that opens something; it begins while the pages are loaded.
-
-    Parameters
-    ----------
-    first : what the first tab will open, as far as that is known; else the demo
-    """
-
-    def __init__(self, first: Source | None) -> None:
-        self._source = first or Source()
-        self._folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
-        self._begun: Future[Begun] | None = Future()
-        self._begun.set_running_or_notify_cancel()  # a tab that is closed while it waits does not end it
-        threading.Thread(target=self._begin, args=(self._begun,), daemon=True).start()
-
-    def _begin(self, begun: "Future[Begun]") -> None:
-        try:
-            worker = Worker()  # waits until its process is there
-            opened = worker.begin("open", self._source, str(self._folder))
-        except Exception as error:  # whoever takes it is told
-            begun.set_exception(error)
-            return
-        begun.set_result((worker, opened))
-        wait((opened,))
-        time.sleep(_PICTURE)
-        with suppress(WorkerLostError):
-            worker.begin("load")
-
-    async def take(self, source: Source) -> "tuple[Worker, Path, Future[Any]] | None":
-        """The worker, its folder, and its answer, for who opens this and comes first; None for anybody else."""
-        begun = self._begun
-        if begun is None or source != self._source:
-            return None
-        try:
-            worker, opened = await asyncio.wrap_future(begun)
-        except Exception:  # no process could be made; who asks tries again, and is told
-            return None
-        if self._begun is not begun or not worker.alive:  # another tab was sooner, or it was killed
-            return None
-        self._begun = None
-        return worker, self._folder, opened
-
-    def close(self) -> None:
-        """End it, if nobody has taken it."""
-        begun, self._begun = self._begun, None
-        if begun is not None:
-            begun.add_done_callback(lambda done: None if done.exception() else done.result()[0].close())
-            with suppress(OSError):
-                shutil.rmtree(self._folder)

@@ -1,7 +1,8 @@
 """Client of a tab's worker: requests, a network in training in a process of its own, progress, and observers."""
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,9 +11,9 @@ from typing import Any
 
 from ..physics.errors import LogError, RequestError, VehicleError
 from ..physics.stage import Stage
-from ..workflows.workbench_facts import HullDiary, Opened, Searched, Source, Trained
+from ..workflows.workbench_facts import Opened, Searched, Source, Trained
 from .steps import Step
-from .worker import PrewarmedWorker, Worker, WorkerLostError
+from .worker import Worker, WorkerLostError
 
 View = Callable[[], None]
 
@@ -106,8 +107,6 @@ LOST = (
     "The process that computes has ended: it was killed, or the memory was not enough. Your log and your steps are kept"
 )
 
-_READING = "reading the log"
-
 
 class WorkerClient:
     """The worker of a tab, begun when it is first asked for something.
@@ -115,23 +114,21 @@ class WorkerClient:
     Parameters
     ----------
     audience : told when work begins, goes on and ends
-    spare : a worker that may have opened already what is asked for
 
     Attributes
     ----------
     work : what goes on; None while nothing does
     trouble : what went wrong, in words; empty where nothing did
     lost : the worker has ended
-    lent : the folder of the spare worker, where that was taken
     """
 
-    def __init__(self, audience: Observers, spare: PrewarmedWorker | None) -> None:
-        self._audience, self._spare = audience, spare
+    def __init__(self, audience: Observers) -> None:
+        self._audience = audience
         self.work: Work | None = None
         self.trouble = ""
         self.lost = False
-        self.lent: Path | None = None
         self.worker: Worker | None = None
+        self._ahead: tuple[Source, Future[Opened]] | None = None
 
     async def ask(self, name: str, what: str, *given: Any) -> Any:
         """An answer of the worker; None where it refuses, and `trouble` says why.
@@ -141,24 +138,39 @@ class WorkerClient:
         name : of the work that all views show meanwhile; empty for what is quick
         what, given : see `WorkerService`
         """
-        with self.telling(), self._working(name):
-            if self.worker is None:
-                self.worker = Worker()
-            return await self.worker.ask(what, *given, say=self._tell if name else None)
-        return None
+        if self.worker is None:
+            self.worker = Worker()
+        return await self._heard(name, self.worker.ask(what, *given, say=self._tell if name else None))
 
-    @contextmanager
-    def _working(self, name: str) -> Iterator[None]:
-        """Show that something goes on; what is quick has no name, and is not shown."""
+    def read_ahead(self, source: Source, folder: Path) -> None:
+        """Begin to read a log before it is asked for."""
+        self.worker = Worker()
+        self._ahead = source, self.worker.begin("open", source, str(folder))
+
+    async def open(self, source: Source, folder: Path) -> Opened | None:
+        """Read a log, or take what was read ahead."""
+        name, (asked, opened) = "reading the log", self._ahead or (None, None)
+        self._ahead = None
+        if self.worker is not None and opened is not None:
+            if not self.worker.alive:
+                self.end()
+            elif asked == source:
+                return await self._heard(name, asyncio.wrap_future(opened))
+        return await self.ask(name, "open", source, str(folder))
+
+    async def _heard(self, name: str, answer: Awaitable[Any]) -> Any:
+        """An answer, while views show that something goes on; what is quick has no name, and is not shown."""
         if name:
             self.work = Work(name, monotonic())
             self._audience.tell()
         try:
-            yield
+            with self.telling():
+                return await answer
         finally:
             if name:
                 self.work = None
                 self._audience.tell()
+        return None
 
     @contextmanager
     def telling(self) -> Iterator[None]:
@@ -173,22 +185,6 @@ class WorkerClient:
         except RuntimeError as error:
             self.trouble = f"undertow has a fault: {error}. Please report it"
         self._audience.tell()
-
-    async def open(self, source: Source, folder: Path) -> Opened | None:
-        """Read a log, or take what the spare worker has read of it already."""
-        taken = await self._spare.take(source) if self._spare is not None and self.worker is None else None
-        if taken is not None:
-            self.worker, self.lent, waiting = taken
-            with (
-                suppress(WorkerLostError, LogError, RequestError, VehicleError, RuntimeError),
-                self._working(_READING),
-            ):
-                return await asyncio.wrap_future(waiting)
-        return await self.ask(_READING, "open", source, str(folder))
-
-    async def diary(self, fleet: str, folder: Path) -> HullDiary | None:
-        """Read a fleet, and write its hull diary."""
-        return await self.ask("reading the fleet", "diary", fleet, str(folder))
 
     def end(self) -> None:
         """End the worker; what is asked next begins with another."""

@@ -19,7 +19,7 @@ from ..physics.files import write_text, yaml_text
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..workflows.first_vehicle import Hull, check_wires, with_corrections, write_rewired
 from ..workflows.inputs import UNPROVEN, read_inputs
-from ..workflows.log_view import LogView, assumed_of, form_of
+from ..workflows.log_view import LogView, assumed_of, form_of, rows_that_judge
 from ..workflows.workbench_facts import (
     Card,
     Fit,
@@ -37,7 +37,6 @@ from ..workflows.workbench_facts import (
 from .steps import FileNames
 
 if TYPE_CHECKING:
-    from ..workflows.log_view import TriedLog
     from ..workflows.workbench import Workbench
 
 Say = Callable[[str], None]
@@ -74,7 +73,7 @@ class _Other:
     source: Source
     names: FileNames
     beside: Source
-    log: "TriedLog"
+    log: LogView
 
 
 class WorkerService:
@@ -83,7 +82,6 @@ class WorkerService:
     def __init__(self) -> None:
         self._read: _Read | None = None
         self._kept: dict[Source, _Read] = {}
-        self._folder: Path | None = None
         self._other: _Other | None = None
 
     def open(self, source: Source, folder: str, say: Say | None = None) -> Opened:
@@ -116,9 +114,8 @@ class WorkerService:
         return self.opened(())
 
     def _read_in(self, source: Source, folder: Path, say: Say | None) -> "_Read":
-        self._folder, tell = folder, say or (lambda line: None)
-        found = _of_demo(source, self._folder)
-        vehicle, mapped, doubt, how = self._vehicle(found, tell)
+        found = _of_demo(source, folder)
+        vehicle, mapped, doubt, how = _vehicle_of(found, folder, say or (lambda line: None))
         reading = _reading(found, mapped)
         if found.wires:
             wired = _fresh(folder, "wired.yaml")
@@ -148,57 +145,45 @@ class WorkerService:
         """The vehicle that is open, as the text of its file."""
         return yaml_text(self._open.inputs.vehicle.to_dict(), width=120)
 
-    def fit(self, stand: ModelChoice) -> Fit:
+    def fit(self, stand: ModelChoice, on_other: bool = False) -> Fit:
         """See `Workbench.fit`."""
-        return self._open_bench.fit(stand)
+        return self._open_bench.fit(stand, self._other_log if on_other else None)
 
     def weigh(self, stand: ModelChoice, name: str, say: Say | None = None) -> Card:
         """See `Workbench.weigh`."""
         return self._open_bench.weigh(stand, name)
 
-    def way(self, stand: ModelChoice, time: float) -> Way:
+    def way(self, stand: ModelChoice, time: float, on_other: bool = False) -> Way:
         """See `Workbench.way`."""
-        return self._open_bench.way(stand, time)
+        return self._open_bench.way(stand, time, self._other_log if on_other else None)
 
     def try_on(
-        self, source: Source, stand: ModelChoice, folder: str, names: FileNames, say: Say | None = None
+        self, source: Source, stand: ModelChoice, names: FileNames, say: Say | None = None
     ) -> tuple[Opened, Fit]:
         """Read another log for the vehicle that is open, and judge a model on it; nothing is fitted to it.
 
         Parameters
         ----------
         source : the log, its axes and its map; without one it is read with that of the open log
-        folder : see `open`
         names : by which the user knows the logs
         """
-        self._folder = Path(folder)
         other = self._another(source, names, say)
-        opened, plain = other.log.opened, stand == ModelChoice(left=stand.left)
-        fit = opened.nominal if plain else self._open_bench.fit_on(other.log, stand)
+        opened, plain = other.log.opened(), stand == ModelChoice(left=stand.left)
+        fit = opened.nominal if plain else self._open_bench.fit(stand, other.log)
         self._other = other
         placed = bool(self._open.source.places)
         return replace(opened, assumed=assumed_of(self._open.inputs.vehicle, placed=placed)), fit
 
-    def fit_other(self, stand: ModelChoice) -> Fit:
-        """See `Workbench.fit_on`."""
-        return self._open_bench.fit_on(self._other_log, stand)
-
-    def way_other(self, stand: ModelChoice, time: float) -> Way:
-        """See `Workbench.way_on`."""
-        return self._open_bench.way_on(self._other_log, stand, time)
-
     def _another(self, source: Source, names: FileNames, say: Say | None = None) -> "_Other":
-        from ..workflows.log_view import TriedLog, rows_that_judge
-
         first = self._open.inputs
         reading = _reading(source, _map_of(source) or first.reading.channel_map)
         inputs = read_inputs(list(source.logs), first.vehicle, reading, progress=say)
         judged = [(path, names.with_user_names(path)) for path in inputs.paths]
-        log = TriedLog(inputs, rows_that_judge(judged, first.paths, first.vehicle))
+        log = LogView(inputs, judged=rows_that_judge(judged, first.paths, first.vehicle))
         return _Other(source, names, self._open.source, log)
 
     @property
-    def _other_log(self) -> "TriedLog":
+    def _other_log(self) -> LogView:
         """The other log, read for the vehicle that is open now."""
         if self._other is None:
             raise RequestError("no other log is open; try the model on one first")
@@ -330,25 +315,24 @@ class WorkerService:
             raise RequestError("no log is open; open one first")
         return self._read
 
-    def _vehicle(self, source: Source, say: Say) -> tuple[Vehicle, Path | None, str, tuple[str, ...]]:
-        """The vehicle that is meant, the channel map, if there is one; of one that is made a doubt, and how it is."""
-        mapped, doubt, how = _map_of(source), "", ()
-        if source.vehicle:
-            vehicle = load_vehicle(source.vehicle)
-        else:
-            from ..workflows.inspect_and_init import PLACES, init
 
-            reading = Reading(source.frame or None, mapped)
+def _vehicle_of(source: Source, folder: Path, say: Say) -> tuple[Vehicle, Path | None, str, tuple[str, ...]]:
+    """The vehicle that is meant, the channel map, if there is one; of one that is made a doubt, and how it is."""
+    mapped, doubt, how = _map_of(source), "", ()
+    if source.vehicle:
+        vehicle = load_vehicle(source.vehicle)
+    else:
+        from ..workflows.inspect_and_init import PLACES, init
 
-            draft = init(list(source.logs), Hull(**dict(source.hull)), source.like or None, reading, progress=say)
-            assert self._folder is not None, "a folder is given with the log"
-            mapped = _fresh(self._folder, "channels.yaml")
-            draft.write(_fresh(self._folder, "vehicle.yaml"), mapped)
-            vehicle, doubt = draft.vehicle, next((doubt.value for doubt in draft.doubts if doubt in PLACES), "")
-            how = (*(_TURNED.format(t.channel) for t in draft.thrusters if t.turned), *draft.likely, *draft.remarks)
-        if source.changed or source.places:
-            vehicle = with_corrections(vehicle, dict(source.changed), source.places)
-        return vehicle, mapped, doubt, how
+        reading = Reading(source.frame or None, mapped)
+        draft = init(list(source.logs), Hull(**dict(source.hull)), source.like or None, reading, progress=say)
+        mapped = _fresh(folder, "channels.yaml")
+        draft.write(_fresh(folder, "vehicle.yaml"), mapped)
+        vehicle, doubt = draft.vehicle, next((doubt.value for doubt in draft.doubts if doubt in PLACES), "")
+        how = (*(_TURNED.format(t.channel) for t in draft.thrusters if t.turned), *draft.likely, *draft.remarks)
+    if source.changed or source.places:
+        vehicle = with_corrections(vehicle, dict(source.changed), source.places)
+    return vehicle, mapped, doubt, how
 
 
 def _exported(to: str, model: Path, target: Path) -> Path:

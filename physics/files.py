@@ -12,11 +12,11 @@ import math
 import os
 import re
 import secrets
+import shutil
 import stat
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from itertools import chain
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -68,12 +68,11 @@ def writing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
                 yield stream
             return
         place = real(target)
-        remove_unfinished(place)
-        with _unfinished(place) as (stream, temporary):
+        with unfinished(place, _new_file) as temporary, temporary.open("wb") as stream:
             yield stream
-            stream.flush()
-            os.fsync(stream.fileno())  # or a full disk may be noticed after the rename
-            _keep_mode(place, temporary)
+            _flush(stream)  # or a full disk may be noticed after the rename
+            with suppress(OSError):  # a new file has the mode that the user's mask gives it
+                os.chmod(temporary, stat.S_IMODE(place.stat().st_mode))
             os.replace(temporary, place)
 
 
@@ -91,11 +90,9 @@ def try_out(path: str | os.PathLike[str], size: int = _TRIED) -> None:
         if handle is not None or is_device(target):
             _try_device(target, handle)
             return
-        remove_unfinished(real(target))
-        with _unfinished(real(target)) as (stream, _):
+        with unfinished(real(target), _new_file) as temporary, temporary.open("wb") as stream:
             stream.write(bytes(size))
-            stream.flush()
-            os.fsync(stream.fileno())
+            _flush(stream)
 
 
 def real(path: Path) -> Path:
@@ -119,37 +116,40 @@ def is_device(path: Path) -> bool:
         return False
 
 
+@contextmanager
+def unfinished(place: Path, make: Callable[[Path], object]) -> Iterator[Path]:
+    """A locked new file or folder beside a path, gone at the end whatever happens, unless it was renamed.
+
+    Parameters
+    ----------
+    place : beside which it is made
+    make : makes a file or a folder of a name, where there is none
+    """
+    remove_unfinished(place)
+    path = None
+    try:  # around the making of it, too: an interruption may come in any line
+        while True:
+            path = place.with_name(f"{_stem(place)}{secrets.token_hex(4)}")
+            make(path)
+            with locked(path, wait=True):
+                if path.exists():  # else another process took it for left over, in the instant before the lock
+                    yield path
+                    return
+    finally:
+        if path is not None:
+            remove(path)
+
+
 def remove_unfinished(place: Path) -> None:
-    """Take away the files that killed processes left unfinished beside a file; those of living ones are locked."""
-    for path in unfinished_files(place):
-        if path.is_file() and not path.is_symlink():
-            with suppress(OSError), path.open("rb") as stream:
-                if lock(stream.fileno()):
-                    path.unlink(missing_ok=True)
+    """Take away what killed processes left unfinished beside a path; what is of living ones is locked."""
+    for path in unfinished_beside(place):
+        with suppress(OSError), locked(path) as free:
+            if free and not path.is_symlink():
+                remove(path)
 
 
-def lock(handle: int, *, wait: bool = False) -> bool | None:
-    """Lock an open file or folder until it is closed; False where another has it, None where no locks are kept."""
-    try:
-        import fcntl
-    except ImportError:  # a system without them never takes anything away
-        return None
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:
-        return None
-    return True
-
-
-def name_unfinished(place: Path) -> Path:
-    """A new name beside a path, for what is not finished."""
-    return place.with_name(f"{_stem(place)}{secrets.token_hex(4)}")
-
-
-def unfinished_files(place: Path) -> list[Path]:
-    """Unfinished files beside a path, of living and of killed processes."""
+def unfinished_beside(place: Path) -> list[Path]:
+    """Unfinished files and folders beside a path, of living and of killed processes."""
     pattern = re.compile(re.escape(_stem(place)) + "[0-9a-f]{8}")
     try:
         return sorted(path for path in place.parent.iterdir() if pattern.fullmatch(path.name))
@@ -157,33 +157,43 @@ def unfinished_files(place: Path) -> list[Path]:
         return []
 
 
+@contextmanager
+def locked(path: Path, *, wait: bool = False) -> Iterator[bool | None]:
+    """Lock a file or folder; False where another process has it, None where it cannot be locked."""
+    try:
+        import fcntl
+
+        handle = os.open(path, os.O_RDONLY)
+    except (ImportError, OSError):  # gone, or a system without such locks, which never takes anything away
+        yield None
+        return
+    try:
+        free: bool | None = True
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            free = False if isinstance(error, BlockingIOError) else None
+        yield free
+    finally:
+        os.close(handle)
+
+
+def remove(path: Path) -> None:
+    """Remove a file, a link, or a folder with all that is in it."""
+    shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
+
+
 def _stem(place: Path) -> str:
     return f".{os.fsdecode(os.fsencode(place.name)[:_LONGEST])}{LEFT}"
 
 
-@contextmanager
-def _unfinished(place: Path) -> Iterator[tuple[BinaryIO, Path]]:
-    """A locked file beside `place`, gone at the end whatever happens, unless it was renamed."""
-    temporary = None
-    try:  # around the making of it, too: an interruption may come in any line
-        while True:
-            temporary = name_unfinished(place)
-            handle = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_BINARY", 0), 0o666)
-            stream = os.fdopen(handle, "wb")
-            lock(handle, wait=True)
-            if os.fstat(handle).st_nlink:  # else another process took it for left over, in the instant before the lock
-                break
-            stream.close()
-        with stream:
-            yield stream, temporary
-    finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
+def _new_file(path: Path) -> None:
+    path.touch(exist_ok=False)
 
 
-def _keep_mode(place: Path, temporary: Path) -> None:
-    with suppress(OSError):  # a new file has the mode that the user's mask gives it
-        os.chmod(temporary, stat.S_IMODE(place.stat().st_mode))
+def _flush(stream: BinaryIO) -> None:
+    stream.flush()
+    os.fsync(stream.fileno())
 
 
 def _try_device(target: Path, handle: int | None) -> None:
@@ -246,7 +256,7 @@ _SPELT = 16
 """Stamps that spell a digest, a hexadecimal digit each: two logs agree by chance in one of 2^64 cases."""
 _STAMP = re.compile(rb"(-?\d+\.\d{6})(0{0,15}),")
 _NEAR = 300
-"""Bytes from either end of a file within which its mark is [B]; it has at most 130."""
+"""Bytes from either end of a file within which its mark is [B], which has at most 130; rows of a log are as short."""
 _MOST = 1 << 30
 """Bytes after which a file is not read on [B]: none of undertow is so long, but a small gzip file can pretend to be."""
 _MOST_METADATA = 1 << 24
@@ -294,67 +304,58 @@ def written_by(path: str | os.PathLike[str]) -> str | None:
     """The verb that wrote a file, such as "fit" or "inspect --fix"; None for any other file, and one edited since."""
     try:
         with open(path, "rb") as stream:
-            first, last = _ends(stream)
-            if first.startswith(b"PAR1"):
-                return _parquet(stream, last)
-            if not first.startswith(b"\x1f\x8b"):
-                return _text(stream, first, last)
-            with gzip.open(stream, "rb") as inner:
-                first = inner.read(_NEAR)
-                return _above(chain([first], _chunks(inner, _MOST)), first)
+            begin = stream.read(4)
+            stream.seek(0)
+            if begin == b"PAR1":
+                return _of_parquet(stream)
+            if begin.startswith(b"\x1f\x8b"):
+                with gzip.open(stream, "rb") as inner:
+                    return _of_beginning(inner)
+            return _of_end(stream) or _of_beginning(stream)
     except (OSError, EOFError, zlib.error):
         return None
 
 
-def _ends(stream: BinaryIO) -> tuple[bytes, bytes]:
-    first = stream.read(_NEAR)
+def _of_beginning(stream: BinaryIO | gzip.GzipFile) -> str | None:
+    """The verb of a text whose mark is in its first line, or in its first stamps."""
+    line = stream.readline(_NEAR)
+    found = _LINE.fullmatch(line.rstrip(b"\n"))
+    if found is not None:
+        return _verb(found, _digest(stream))
+    if line != _HEADER + b"\n":
+        return None
+    rows = [stream.readline(_NEAR) for _ in range(_SPELT)]
+    stamps = [stamp for row in rows if (stamp := _STAMP.match(row))]
+    if len(stamps) < _SPELT:
+        return None
+    spelt = "".join(f"{len(stamp[2]):x}" for stamp in stamps)
+    plain = [stamp[1] + row[stamp.end() - 1 :] for stamp, row in zip(stamps, rows, strict=True)]
+    return _SIMULATE if _digest(stream, begin=line + b"".join(plain))[:_SPELT] == spelt else None
+
+
+def _of_end(stream: BinaryIO) -> str | None:
+    """The verb of a file whose mark is in its last line; the file is then at its beginning again."""
     size = stream.seek(0, os.SEEK_END)
     stream.seek(max(0, size - _NEAR))
-    last = stream.read(_NEAR)
+    last = stream.read().removesuffix(b"\n").rpartition(b"\n")[2]
     stream.seek(0)
-    return first, last
+    found = _LINE.fullmatch(last)
+    verb = None if found is None else _verb(found, _digest(stream, size - len(last) - 1))
+    stream.seek(0)
+    return verb
 
 
-def _text(stream: BinaryIO, first: bytes, last: bytes) -> str | None:
-    found = _LINE.fullmatch(last[: len(last.rstrip(b"\n"))].rpartition(b"\n")[2])
-    if found is None or _LINE.fullmatch(first.partition(b"\n")[0]):
-        return _above(_chunks(stream, _MOST), first)
-    size = os.fstat(stream.fileno()).st_size - len(last.rstrip(b"\n").rpartition(b"\n")[2]) - 1
-    return _agreed(found, _chunks(stream, size))
-
-
-def _above(chunks: Iterator[bytes], first: bytes) -> str | None:
-    """The verb of a text whose mark is in its first line, or in its first stamps."""
-    line = first.partition(b"\n")[0]
-    found = _LINE.fullmatch(line)
-    if found is not None:
-        return _agreed(found, chain([next(chunks)[len(line) + 1 :]], chunks))
-    if line != _HEADER:
-        return None
-    rows = next(chunks)
-    while rows.count(b"\n") <= _SPELT and (more := next(chunks, b"")):
-        rows += more
-    parts = rows.split(b"\n", _SPELT + 1)
-    stamps = [_STAMP.match(row) for row in parts[1 : _SPELT + 1]]
-    sound = [stamp for stamp in stamps if stamp is not None]
-    if len(sound) < _SPELT:
-        return None
-    digest = "".join(f"{len(stamp[2]):x}" for stamp in sound)
-    plain = [stamp[1] + row[stamp.end() - 1 :] for stamp, row in zip(sound, parts[1:], strict=False)]
-    found_digest = _digest(chain([b"\n".join([parts[0], *plain, *parts[_SPELT + 1 :]])], chunks))
-    return _SIMULATE if found_digest[:_SPELT] == digest else None
-
-
-def _parquet(stream: BinaryIO, last: bytes) -> str | None:
-    """Parquet has its metadata, the mark among them, after all that is marked."""
-    size = os.fstat(stream.fileno()).st_size
-    begins = size - 8 - int.from_bytes(last[-8:-4], "little")
+def _of_parquet(stream: BinaryIO) -> str | None:
+    """The verb of a Parquet file, which has its metadata, the mark among them, after all that is marked."""
+    size = stream.seek(0, os.SEEK_END)
+    stream.seek(max(0, size - 8))
+    begins = size - 8 - int.from_bytes(stream.read(4), "little")
     if not 4 < begins < size or size - begins > _MOST_METADATA:
         return None
     stream.seek(begins)
     found = _MARK.search(stream.read())
     stream.seek(4)
-    return None if found is None else _agreed(found, _chunks(stream, begins - 4))
+    return None if found is None else _verb(found, _digest(stream, begins - 4))
 
 
 def parquet_data(data: bytes) -> bytes:
@@ -362,19 +363,14 @@ def parquet_data(data: bytes) -> bytes:
     return data[4 : len(data) - 8 - int.from_bytes(data[-8:-4], "little")]
 
 
-def _agreed(found: re.Match[bytes], chunks: Iterator[bytes]) -> str | None:
-    return found[1].decode() if _digest(chunks) == found[2].decode() else None
+def _verb(found: re.Match[bytes], digest: str) -> str | None:
+    return found[1].decode() if digest == found[2].decode() else None
 
 
-def _digest(chunks: Iterator[bytes]) -> str:
-    digest = hashlib.sha256()
-    for chunk in chunks:
-        digest.update(chunk)
-    return digest.hexdigest()
-
-
-def _chunks(stream: BinaryIO | gzip.GzipFile, most: int) -> Iterator[bytes]:
-    """A file in parts, up to `most` bytes; a digest of only the beginning agrees with no mark."""
+def _digest(stream: BinaryIO | gzip.GzipFile, most: int = _MOST, begin: bytes = b"") -> str:
+    """SHA-256 of what begins so, and goes on with at most so many bytes; a part of a file agrees with no mark."""
+    digest = hashlib.sha256(begin)
     while most > 0 and (chunk := stream.read(min(BLOCK, most))):
-        yield chunk
+        digest.update(chunk)
         most -= len(chunk)
+    return digest.hexdigest()

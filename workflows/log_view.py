@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from ..discovery.basis import DiscoverySettings, subsample_long_log
 from ..measurements.formats.registry import log_digests
 from ..measurements.preparation.resampling import accelerations
 from ..measurements.preparation.split import folds_of
-from ..measurements.prepared_logs import ALL, Inputs
+from ..measurements.prepared_logs import ALL, FOLDS, Inputs
 from ..measurements.quality.record import SEVERITY
 from ..measurements.statistics.processors import single_threaded
 from ..physics.effects import EFFECTS
@@ -43,10 +42,14 @@ _GAP = 1.5
 class LogView:
     """Logs and a vehicle, with the judged rows cut where folds begin and end, so that no prediction crosses an edge.
 
+    A log on which a model is only tried is whole and uncut, and judges as `compare` does of one that it has not seen.
+
     Parameters
     ----------
-    inputs : see `read_inputs`; folds judge
+    inputs : see `read_inputs`; folds judge, or all rows of a log on which a model is tried
     cut : the rows are cut already
+    judged : of a log on which a model is tried, which of its rows judge, and whether a fit saw them; see
+        `rows_that_judge`
 
     Attributes
     ----------
@@ -55,9 +58,10 @@ class LogView:
     rows : of `inputs`
     """
 
-    def __init__(self, inputs: Inputs, *, cut: bool = False) -> None:
-        self.whole = self.inputs = inputs.whole()
-        if not cut:
+    def __init__(self, inputs: Inputs, *, cut: bool = False, judged: str = "") -> None:
+        self.judged = judged
+        self.whole = self.inputs = inputs.whole(ALL if judged else FOLDS)
+        if not cut and not judged:
             motions, _ = subsample_long_log(self.whole.fitting, DiscoverySettings().weak)
             self.inputs = self.whole.in_folds(folds_of(motions))
         self.rows = Rows(sorted(stretches(self.inputs.parts), key=lambda s: (s.log, float(s.motion.time[0]))))
@@ -73,6 +77,7 @@ class LogView:
         )
         nominal = VehicleModel(inputs.vehicle, "nominal", "physics")
         error, lost = self.error(nominal)
+        columns = self.rows.columns(nominal, inputs.vehicle)
         return Opened(
             inputs.log_names,
             inputs.vehicle.name,
@@ -83,9 +88,32 @@ class LogView:
             self.rows.measured(inputs.channels),
             inputs.channels,
             HORIZON,
-            Fit((), error, lost, self.rows.columns(nominal, inputs.vehicle), unseen=False),
+            Fit((), error, lost, columns, unseen=False, acceleration=self._acceleration(nominal)),
             self.rows.logs,
+            judged=self.judged,
         )
+
+    @single_threaded
+    def fit(self, fitted: Fit, vehicle: Vehicle) -> Fit:
+        """A model that was fitted to another log, with its errors on this one.
+
+        Parameters
+        ----------
+        fitted, vehicle : the model as the bench shows it, and the same as a vehicle
+        """
+        model = VehicleModel(vehicle, "shown", "physics")
+        error, lost = self.error(model)
+        columns = self.rows.columns(model, self.inputs.vehicle, fitted.band)
+        held = None if fitted.band is None else held_predictions(model, fitted.band, self.inputs.parts.judged)
+        acceleration = self._acceleration(model)
+        return replace(fitted, error=error, lost=lost, columns=columns, acceleration=acceleration, held=held)
+
+    def _acceleration(self, model: VehicleModel) -> dict[str, float]:
+        """Root mean square errors from row to row, by axis, of a log on which a model is tried [m/s^2, rad/s^2]."""
+        if not self.judged:
+            return {}
+        rmse = acceleration_score(model, self.inputs.parts.judged).rmse
+        return dict(zip(AXES, rmse.tolist(), strict=True))
 
     def error(self, model: VehicleModel) -> tuple[dict[str, float], int]:
         """Root mean square errors of predictions, see `Fit`, and how many of them run away."""
@@ -206,53 +234,6 @@ class Rows:
 
 UNSEEN = "This log was not used to fit; errors are of all its rows."
 """Which rows judge, where no fit has seen any of them."""
-
-
-class TriedLog:
-    """A log that judges the models of the bench, whole and uncut, as `compare` judges one that a model has not seen.
-
-    Parameters
-    ----------
-    inputs : the log, read for the nominal vehicle of the bench
-    judged : which of its rows judge, and whether a fit saw them, in a sentence; see `rows_that_judge`
-    """
-
-    def __init__(self, inputs: Inputs, judged: str) -> None:
-        self.inputs, self.judged = inputs, judged
-        self._log = LogView(inputs.whole(ALL), cut=True)
-
-    @cached_property
-    def opened(self) -> Opened:
-        """Facts of what is measured, and of the nominal model on it."""
-        opened = self._log.opened()
-        acceleration = self._acceleration(VehicleModel(self.inputs.vehicle, "nominal", "physics"))
-        return replace(opened, nominal=replace(opened.nominal, acceleration=acceleration), judged=self.judged)
-
-    @single_threaded
-    def fit(self, fitted: Fit, vehicle: Vehicle) -> Fit:
-        """A model that was fitted to the log of the bench, with its errors on this one.
-
-        Parameters
-        ----------
-        fitted : the model as the bench shows it
-        vehicle : the same as a vehicle
-        """
-        model = VehicleModel(vehicle, "shown", "physics")
-        error, lost = self._log.error(model)
-        band, judged = fitted.band, self._log.inputs.parts.judged
-        columns = self._log.rows.columns(model, self.inputs.vehicle, band)
-        held = None if band is None else held_predictions(model, band, judged)
-        acceleration = self._acceleration(model)
-        return replace(fitted, error=error, lost=lost, columns=columns, acceleration=acceleration, held=held)
-
-    def _acceleration(self, model: VehicleModel) -> dict[str, float]:
-        """Root mean square errors from row to row, by axis [m/s^2, rad/s^2]."""
-        rmse = acceleration_score(model, self._log.inputs.parts.judged).rmse
-        return dict(zip(AXES, rmse.tolist(), strict=True))
-
-    def way(self, vehicle: Vehicle, time: float) -> Way:
-        """See `LogView.way`."""
-        return self._log.way(vehicle, time)
 
 
 def rows_that_judge(logs: Sequence[tuple[str, str]], fitted: Sequence[str], nominal: Vehicle) -> str:

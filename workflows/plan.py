@@ -24,13 +24,12 @@ from ..physics.file_records import Flag, Number, Record, absent
 from ..physics.files import write_json, write_text
 from ..physics.folders import replace_folder
 from ..physics.presentation import Card, listing, words
-from ..physics.reading import read_json
 from ..physics.stage import Say
 from ..reports.terminal.progress import SHOWN, showing
 from .inputs import read_inputs
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run_inputs
-from .run_folder.run_files import check_target_folder, refused
+from .run_folder.run_files import check_target_folder, content_of, refused, unchanged
 
 RECORD = "mission.json"
 
@@ -114,15 +113,11 @@ def check_mission_target(out: PathLike, reads: Sequence[PathLike], *, force: boo
 
 def own_mission(folder: Path) -> set[str]:
     """Names of the files of a mission in a folder that undertow wrote and nobody changed since."""
-    try:
-        held = read_json(folder / RECORD)
-        if held.get("schema") != PlanRecord.SCHEMA:
-            return set()
-        digests = dict(held.get("files") or {})
-        same = {n for n, d in digests.items() if hashlib.sha256((folder / n).read_bytes()).hexdigest() == d}
-    except (OSError, ValueError, AttributeError, TypeError):
+    held = content_of(folder / RECORD)
+    files = held.get("files")
+    if held.get("schema") != PlanRecord.SCHEMA:
         return set()
-    return same | {RECORD}
+    return {RECORD, *(unchanged(folder, files) if isinstance(files, dict) else ())}
 
 
 _FENCE_SHARE, _FENCE_LEAST = 1.5, 10.0

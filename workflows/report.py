@@ -15,7 +15,7 @@ from ..comparison.facts import Comparison
 from ..measurements.prepared_logs import PathLike
 from ..physics.errors import RequestError, expect
 from ..physics.files import at_end, write_bytes, write_json, write_text
-from ..physics.folders import check_folder, identity, link, lock_settled, replace_folder
+from ..physics.folders import PATIENCE, check_folder, hold_folder, replace_folder
 from ..physics.stage import Say
 from ..reports.page.page import fleet_page
 from ..reports.terminal.progress import SHOWN, showing
@@ -169,7 +169,7 @@ def report(
     target = None if out is None and len(folders) == 1 else Path(out or FLEET)
     browser = find_browser() if pdf else None
     new = [run_files.PAGE, *[run_files.PDF] * pdf, *[COMPARISON, run_files.RECORD] * bool(models)]
-    seen = {folder: identity(folder) for folder in folders}
+    seen = {folder: _version(folder) for folder in folders}
     for folder in folders:
         compared = run_files.is_comparison(folder)
         if compared and (models or len(folders) > 1):
@@ -208,35 +208,45 @@ def report(
     return [*pages, *(page.with_suffix(".pdf") for page in pages)]
 
 
+def _version(folder: Path) -> tuple[tuple[int, int], ...]:
+    """The findings and the series that are in a folder now: of a run that is written anew they are other files."""
+    found = [(folder / name).stat() for name in ("findings.json", "series.csv") if (folder / name).is_file()]
+    return tuple((one.st_ino, one.st_mtime_ns) for one in found)
+
+
 def _rewrite(folder: Path) -> None:
     """Write the page of a run anew; once more where another process has replaced the run meanwhile."""
     with run_files.refused(f"into {folder}"):
         while True:
-            seen = identity(folder)
+            seen = _version(folder)
             text = page_of(folder)
-            with lock_settled(folder):
-                if identity(folder) == seen:
+            with hold_folder(folder, patience=PATIENCE):
+                if _version(folder) == seen:
                     write_text(folder / run_files.PAGE, text)
                     return
 
 
 def _replace(
-    folder: Path, seen: tuple[int, int] | None, comparison: Comparison | None, browser: Path | None, force: bool
+    folder: Path,
+    seen: tuple[tuple[int, int], ...],
+    comparison: Comparison | None,
+    browser: Path | None,
+    force: bool,
 ) -> None:
     """Replace a run as a whole by itself with a new page and what changes with it.
 
     Raises
     ------
     RequestError
-        when the folder cannot be written, or is another than the one `seen` when the work began.
+        when the folder cannot be written, or holds another run than the one `seen` when the work began.
     """
 
     def build(work: Path) -> list[str]:
         new = [run_files.PAGE]
         for name in run_files.RUN_FILES:
             if (folder / name).is_file():
-                link(folder / name, work / name)
-        if identity(folder) != seen:
+                _link(folder / name, work / name)
+        if _version(folder) != seen:
             raise RequestError(f"another process has replaced {folder} meanwhile; call report again")
         if comparison is not None:
             write_json(work / COMPARISON, comparison.to_dict())
@@ -249,6 +259,14 @@ def _replace(
 
     with run_files.refused(f"into {folder}"):
         replace_folder(folder, build, run_files.own_report, force=force)
+
+
+def _link(file: Path, there: Path) -> None:
+    """Have a file in two places, linked or else copied."""
+    try:
+        os.link(file, there, follow_symlinks=False)
+    except OSError:
+        shutil.copy2(file, there, follow_symlinks=False)
 
 
 def _compared(

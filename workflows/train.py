@@ -365,7 +365,7 @@ def check_folder(out: str | os.PathLike[str], resume: bool, reads: Iterable[Any]
     """
     target = Path(out)
     if target.is_dir():
-        recover(target, own_network)
+        recover(target)
         with hold_folder(real(target), "trains in"):
             pass
     interrupted = (target / CHECKPOINT).exists()

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..comparison.comparison import judge, row
 from ..comparison.facts import CORRECTED
-from ..physics.folders import remove
+from ..physics.files import remove
 from ..physics.forces import at_beginning
 from ..physics.presentation import percent
 from ..physics.stage import Say

@@ -20,7 +20,7 @@ from ..reports.page.outcome import headline, opening, section_title
 from ..reports.sureness import source_marks, sure_caption
 from .bench_session import BenchSession, effect_cards, sensor_cards, weighed
 from .discover_and_add import add, discover
-from .log_view import HORIZON, LogView, TriedLog
+from .log_view import HORIZON, LogView
 from .run_folder.write import Run, write_run
 from .workbench_facts import OWN_NUMBERS, Card, Fit, ModelChoice, Opened, Rival, Searched, Way
 
@@ -95,15 +95,22 @@ class Workbench:
             self._readings = {(): BenchSession(opened, self._settings, searched=searched.findings)}
 
     @single_threaded
-    def fit(self, stand: ModelChoice) -> Fit:
+    def fit(self, stand: ModelChoice, other: LogView | None = None) -> Fit:
         """A model, fitted and judged, or with some of its numbers moved by hand.
+
+        Parameters
+        ----------
+        stand : the model
+        other : another log, on which it is judged as it is fitted to this one
 
         Raises
         ------
         RequestError
             for an effect that is unknown, given twice, or cannot be judged on this log; when a solver fails.
         """
-        return self._read(stand.left).fit(stand)
+        reading = self._read(stand.left)
+        fit = reading.fit(stand)
+        return fit if other is None else other.fit(fit, reading.model(stand).vehicle)
 
     @single_threaded
     def weigh(self, stand: ModelChoice, name: str) -> Card:
@@ -112,25 +119,17 @@ class Workbench:
             self._weighed[stand, name] = weighed(self._read(stand.left), stand, name)
         return self._weighed[stand, name]
 
-    def way(self, stand: ModelChoice, time: float) -> Way:
-        """See `LogView.way`."""
-        reading = self._read(stand.left)
-        return reading.log.way(reading.model(stand).vehicle, time)
-
-    def fit_on(self, other: TriedLog, stand: ModelChoice) -> Fit:
-        """A model as it is fitted to this log, or moved by hand, judged on another log; see `fit`."""
-        return other.fit(self.fit(stand), self._read(stand.left).model(stand).vehicle)
-
-    def way_on(self, other: TriedLog, stand: ModelChoice, time: float) -> Way:
-        """See `LogView.way`, along another log.
+    def way(self, stand: ModelChoice, time: float, other: LogView | None = None) -> Way:
+        """See `LogView.way`.
 
         Parameters
         ----------
-        other : the other log
         stand : the model
         time : on the common axis [s]
+        other : another log, along which it goes
         """
-        return other.way(self._read(stand.left).model(stand).vehicle, time)
+        reading = self._read(stand.left)
+        return (other or reading.log).way(reading.model(stand).vehicle, time)
 
     def no_run(self, stand: ModelChoice) -> str:
         """The reason why no verb makes a run of a model, and what to do; empty where one does."""

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import Queue
 
+from undertow.physics.folders import finish_move
+
 from .forge import Forge
 from .killing import STRACE, Moment, Watched, kill_after, told
 from .running import Ended, Sent, undertow
@@ -96,7 +98,8 @@ class Stage:
     seconds: float
 
     def judged(self, folder: Path) -> Verdict:
-        """What is lost and what is half-written, in a folder where the scene was killed."""
+        """What is lost and what is half-written, as the next reader finds a folder where the scene was killed."""
+        finish_move(folder / Path(self.scene.target).parts[0])
         return judged(contents(folder), self.before, self.after)
 
     def finished(self, folder: Path) -> str:

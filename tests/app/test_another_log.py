@@ -56,7 +56,7 @@ def test_a_second_log_is_predicted_as_compare_does(second: Path, tmp_path: Path)
     desk, stand = WorkerService(), ModelChoice((FIRST, SECOND))
     desk.open(DEMO, str(tmp_path))
     desk.fit(stand)
-    opened, fit = desk.try_on(Source((str(second),)), stand, str(tmp_path), NAMES)
+    opened, fit = desk.try_on(Source((str(second),)), stand, NAMES)
     model = desk.take("model", stand, str(tmp_path), NAMES)
     inputs = undertow.read_inputs(second, NOMINAL, progress=None)
     found = {one.name: one for one in undertow.compare(inputs, [model], progress=None).models}
@@ -87,7 +87,7 @@ def test_five_minutes_are_read_and_predicted_within_a_second(second: Path, tmp_p
     took = []
     for _ in range(3):
         begun = time.perf_counter()
-        desk.try_on(Source((str(second),)), stand, str(tmp_path), NAMES)
+        desk.try_on(Source((str(second),)), stand, NAMES)
         took.append(time.perf_counter() - begun)
     assert min(took) < LIMIT * crowding(), took
 
@@ -199,7 +199,7 @@ def test_a_log_that_a_fit_has_seen_is_told_whatever_it_is_called(tmp_path: Path)
     copy = shutil.copy(DEMO_LOG, tmp_path / "upload-9.csv.gz")
     names = FileNames(tmp_path)
     names.call(Path(copy), "harbour.csv.gz")
-    opened, _ = desk.try_on(Source((str(copy),)), ModelChoice(), str(tmp_path), names)
+    opened, _ = desk.try_on(Source((str(copy),)), ModelChoice(), names)
     assert opened.judged == "The model was fitted to harbour.csv.gz: its errors are too small there."
 
 
@@ -208,7 +208,7 @@ def test_a_vehicle_file_that_was_fitted_to_the_second_log_is_told(second: Path, 
     desk.open(Source((str(second),), str(NOMINAL)), str(tmp_path))
     model = desk.take("model", ModelChoice((FIRST,)), str(tmp_path), NAMES)
     desk.open(Source((str(DEMO_LOG),), model), str(tmp_path))
-    opened, _ = desk.try_on(Source((str(second),)), ModelChoice(), str(tmp_path), NAMES)
+    opened, _ = desk.try_on(Source((str(second),)), ModelChoice(), NAMES)
     assert opened.judged.startswith("The vehicle file may have been fitted to second.csv")
 
 

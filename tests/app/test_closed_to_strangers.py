@@ -92,7 +92,7 @@ def test_the_token_is_exchanged_for_a_cookie():
     assert headers[b"location"] == b"/"
     cookie = headers[b"set-cookie"].decode()
     assert "HttpOnly" in cookie
-    assert "SameSite=Strict" in cookie
+    assert "samesite=strict" in cookie.lower()
     brought = {"cookie": cookie.split(";")[0]}
     assert status(asked(door, brought)) == 200
     assert status(asked(door, brought, kind="websocket")) == 101

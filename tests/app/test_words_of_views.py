@@ -29,7 +29,7 @@ AS_IT_WAS = ModelChoice()
 
 def shown_with(stand: ModelChoice = AS_IT_WAS, fit: Fit = NOMINAL, *, searched: bool = True) -> Shown:
     audience, source = Observers(), Source()
-    shown = Shown(WorkerClient(audience, None), audience, Path())
+    shown = Shown(WorkerClient(audience), audience, Path())
     shown.history, shown.fitted = History((Step(source, stand),)), OnLog(OPENED, fit)
     shown.searches = {source: SEARCHED} if searched else {}
     return shown

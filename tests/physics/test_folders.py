@@ -1,4 +1,4 @@
-"""A folder is replaced as a whole: a kill leaves the old one or the new one, and the next call tidies up."""
+"""A folder is replaced as a whole: after a kill the next call finds the old one or the new one, and tidies up."""
 
 import hashlib
 import json
@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from undertow.physics import folders
 from undertow.physics.errors import RequestError
-from undertow.physics.files import unfinished_files, write_text
+from undertow.physics.files import remove, unfinished_beside, write_text
 from undertow.physics.folders import check_folder, finish_move, hold_folder, recover, replace_folder
 
 OLD = {"a": "old a", "b": "old b", "page": "old page"}
@@ -85,7 +84,6 @@ def killed(target: Path, step: int, setup: Callable[[], None] | None = None) -> 
 
         for name in ("mkdir", "rename", "replace", "unlink", "rmdir", "link", "chmod", "open"):
             setattr(os, name, counted(getattr(os, name)))
-        folders.exchange = counted(folders.exchange)  # type: ignore[assignment]
         try:
             if setup is not None:
                 setup()
@@ -96,51 +94,37 @@ def killed(target: Path, step: int, setup: Callable[[], None] | None = None) -> 
 
 
 @pytest.mark.parametrize("first", [False, True], ids=["over an earlier run", "where there is none"])
-def test_a_kill_at_any_step_leaves_the_old_or_the_new_folder_whole(first: bool, target: Path):
+def test_after_a_kill_at_any_step_there_is_the_old_or_the_new_folder_whole(first: bool, target: Path):
     outcomes = []
     for step in range(1000):
-        for path in [target, *unfinished_files(target)]:
-            folders.remove(path)
+        for path in [target, *unfinished_beside(target)]:
+            remove(path)
         if not first:
             replace_folder(target, builder(OLD), own)
             for name, text in MINE.items():
                 (target / name).parent.mkdir(parents=True, exist_ok=True)
                 (target / name).write_text(text)
         ended = not killed(target, step)
+        if first:  # it appears by one rename
+            assert not target.exists() or told(target) == NEW, step
+        else:  # what is another's is where it was at any time
+            assert MINE.items() <= told(target).items(), step
+        finish_move(target)  # as whoever reads it does
         found = told(target) if target.exists() else {}
+        found = {name: text for name, text in found.items() if ".undertow-" not in name}
         before, after = ({}, NEW) if first else ({**OLD, **MINE}, {**NEW, **MINE})
         assert found in (before, after), step
         outcomes.append(found == after)
-        recover(target, own)
+        recover(target)
         assert (told(target) if target.exists() else {}) == found, step
-        assert unfinished_files(target) == [], step
+        assert unfinished_beside(target) == [], step
+        assert not target.exists() or alone(target), step
         if ended:
             break
     assert outcomes[0] is False
     assert outcomes[-1] is True
     assert outcomes == sorted(outcomes)
     assert len(outcomes) > 15
-
-
-def test_where_nothing_can_be_exchanged_the_next_call_ends_what_a_kill_left(
-    target: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr(folders, "exchange", lambda one, other: False)
-    outcomes = set()
-    for step in range(1000):
-        folders.remove(target)
-        replace_folder(target, builder(OLD), own)
-        (target / "notes.txt").write_text("mine")
-        ended = not killed(target, step)
-        finish_move(target)
-        recover(target, own)
-        found = told(target)
-        assert found in ({**OLD, "notes.txt": "mine"}, {**NEW, "notes.txt": "mine"}), step
-        assert alone(target), step
-        outcomes.add(found["a"])
-        if ended:
-            break
-    assert outcomes == {"old a", "new a"}
 
 
 def test_what_others_put_there_stays_and_what_undertow_left_goes(target: Path):
@@ -160,16 +144,6 @@ def test_links_and_pipes_of_others_stay(target: Path):
     assert (target / "pipe").is_fifo()
     assert (target / "a").read_text() == "old a"
     assert not (target / "c").exists()
-
-
-def test_files_that_cannot_be_linked_are_copied(target: Path, monkeypatch: pytest.MonkeyPatch):
-    def refuse(*_: object, **__: object) -> None:
-        raise PermissionError(1, "Operation not permitted")
-
-    monkeypatch.setattr(os, "link", refuse)
-    replace_folder(target, builder(NEW), own)
-    assert told(target) == {**NEW, **MINE}
-    assert alone(target)
 
 
 def test_a_file_that_somebody_changed_is_not_replaced(target: Path):
@@ -214,16 +188,33 @@ def test_a_folder_of_others_is_refused_and_with_force_written_into(tmp_path: Pat
         replace_folder(place, builder(NEW), own, force=True)
 
 
-def test_a_file_that_comes_while_the_folders_change_names_is_kept(target: Path, monkeypatch: pytest.MonkeyPatch):
-    real = folders.exchange
+def test_a_file_that_comes_while_the_folder_is_replaced_is_kept(target: Path, monkeypatch: pytest.MonkeyPatch):
+    real = os.rename
 
-    def late(one: Path, other: Path) -> bool:
-        (other / "late.txt").write_text("just saved")
-        return real(one, other)
+    def late(one: Path, other: Path) -> None:
+        (target / "late.txt").write_text("just saved")
+        real(one, other)
 
-    monkeypatch.setattr(folders, "exchange", late)
+    monkeypatch.setattr(os, "rename", late)
     replace_folder(target, builder(NEW), own)
     assert told(target) == {**NEW, **MINE, "late.txt": "just saved"}
+    assert alone(target)
+
+
+def test_a_move_that_fails_is_ended_by_the_next_call(target: Path, monkeypatch: pytest.MonkeyPatch):
+    real = os.replace
+
+    def full(one: Path, other: Path) -> None:
+        if Path(other) == target / "c":
+            raise OSError(28, "No space left on device")
+        real(one, other)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", full)
+        with pytest.raises(OSError, match="No space left"):
+            replace_folder(target, builder(NEW), own)
+    finish_move(target)
+    assert told(target) == {**NEW, **MINE}
     assert alone(target)
 
 
@@ -245,7 +236,7 @@ def test_what_a_living_process_writes_is_left_alone(target: Path):
 
     def build(work: Path) -> list[str]:
         if os.fork() == 0:  # another process comes to tidy up
-            recover(target, own)
+            recover(target)
             os._exit(0)
         os.wait()
         seen.append(work.is_dir())
@@ -278,7 +269,7 @@ def test_of_several_at_once_one_wins_whole(target: Path):
     assert all(seen)
     assert {k: v for k, v in told(target).items() if k not in MINE} in contents
     assert {name: told(target)[name] for name in MINE} == MINE
-    recover(target, own)
+    recover(target)
     assert alone(target)
 
 

@@ -3,18 +3,22 @@
 import os
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
+from pydantic import Field
+
+from ...comparison.facts import MadeFrom
 from ...measurements.formats.registry import find_logs, log_digests
 from ...measurements.log_options import AS_GUESSED, Reading
 from ...measurements.prepared_logs import FOLDS, PathLike
 from ...physics.errors import RequestError, shown
+from ...physics.file_records import Flag, Record
 from ...physics.presentation import listing
 
 PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "cvxpy", "clarabel", "matplotlib")
@@ -74,9 +78,6 @@ def seen_from(folder: Path, path: str) -> str:
     return path if Path(path).is_absolute() else Path(os.path.relpath(path, folder)).as_posix()
 
 
-FROM_RUN = "from_run"
-"""Key of `run.json` under which the paths stand as they read from the run folder."""
-MAP_DIGEST = "channel_map_sha256"
 _TOLD = 12
 """Digits of a SHA-256 in a message: two files agree in them by chance in one of 2^48 cases."""
 
@@ -117,37 +118,48 @@ class MadeFile:
     sha256: str | None = None
 
 
-def paths_from(target: Path, logs: Sequence[str], channel_map: PathLike | None) -> dict[str, Any]:
-    """Paths of the logs and the map for `run.json`, seen from the run folder, and the map's digest.
+class SeenFromRun(Record):
+    """Paths of the logs and of the map as they read from the run folder."""
 
-    Parameters
+    logs: tuple[str, ...] = ()
+    channel_map: str | None = None
+
+
+class RunOrigin(MadeFrom):
+    """The logs of a run and how they were read, as `run.json` has them.
+
+    Attributes
     ----------
-    target : the run folder
-    logs, channel_map : paths as they were given
+    logs, channel_map : paths, as they were given where the run was made
+    frame, namespace, as_is, fix : how the logs were read, see `Reading`
+    from_run : the same paths as they read from the run folder; None in a run of an earlier version
+    channel_map_sha256 : digest of the map
     """
-    given = None if channel_map is None else os.fspath(channel_map)
-    seen = {
-        "logs": [seen_from(target, path) for path in logs],
-        "channel_map": None if given is None else seen_from(target, given),
-    }
-    return {FROM_RUN: seen, MAP_DIGEST: None if given is None else log_digests([given])[0]["sha256"]}
 
+    logs: Annotated[tuple[str, ...], Field(min_length=1)]
+    frame: str | None = None
+    channel_map: str | None = None
+    namespace: str | None = None
+    as_is: Flag = False
+    fix: Flag = False
+    from_run: SeenFromRun | None = None
+    channel_map_sha256: str | None = None
 
-def made_logs(record: Mapping[str, Any]) -> list[MadeFile]:
-    """The logs of a `run.json`, one a path under `logs`."""
-    paths = [path for path in _list(record.get("logs")) if isinstance(path, str)]
-    seen = _list(_mapping(record.get(FROM_RUN)).get("logs"))
-    digests = _list(record.get("log_sha256"))
-    known = {_text(_mapping(item).get("path")): _text(_mapping(item).get("sha256")) for item in digests}
-    seen = seen if len(seen) == len(paths) else [None] * len(paths)
-    return [MadeFile(path, _text(here), known.get(path)) for path, here in zip(paths, seen, strict=True)]
+    @property
+    def made_logs(self) -> list[MadeFile]:
+        """The logs, one a path."""
+        known = {one.path: one.sha256 for one in self.log_sha256}
+        seen = () if self.from_run is None else self.from_run.logs
+        there = seen if len(seen) == len(self.logs) else [None] * len(self.logs)
+        return [MadeFile(path, here, known.get(path)) for path, here in zip(self.logs, there, strict=True)]
 
-
-def made_map(record: Mapping[str, Any]) -> MadeFile | None:
-    """The channel map of a `run.json`; None of a run without one."""
-    path = _text(record.get("channel_map"))
-    seen = _text(_mapping(record.get(FROM_RUN)).get("channel_map"))
-    return None if path is None else MadeFile(path, seen, _text(record.get(MAP_DIGEST)))
+    @property
+    def made_map(self) -> MadeFile | None:
+        """The channel map; None of a run without one."""
+        if self.channel_map is None:
+            return None
+        seen = None if self.from_run is None else self.from_run.channel_map
+        return MadeFile(self.channel_map, seen, self.channel_map_sha256)
 
 
 def places(folder: Path, made: MadeFile) -> Iterator[str]:
@@ -217,32 +229,32 @@ def _found(
     others: bool = False,
 ) -> str:
     """The first place in which the very file is; that which the user names, or, of `others` in the run, might name."""
-    unlike: list[str] = []
-    for place in (*given, *(places(folder, made) if others or not given else ())):
-        if not os.path.exists(place):  # a name too long for any file is none, where Path raises
-            continue
-        if made.sha256 is None:
-            if place not in given or len(given) == 1 or os.path.basename(place) == os.path.basename(made.path):
-                return place
-            continue
-        if digest(place) == made.sha256:
-            return place
-        unlike.append(place)
-    if not unlike:
-        missing = next((path for path in given if not os.path.exists(path)), None)
-        if missing is not None:
-            raise RequestError(f"{missing} is not there; give the place where {made.path} of {folder} is now")
-        of_table = "" if made.sha256 else "; a log that was in memory is given again, to read_inputs(LOG, VEHICLE)"
+
+    def is_it(place: str) -> bool:
+        if made.sha256 is not None:
+            return digest(place) == made.sha256
+        return place not in given or len(given) == 1 or os.path.basename(place) == os.path.basename(made.path)
+
+    named = [*given, *(places(folder, made) if others or not given else ())]
+    there = [place for place in named if os.path.exists(place)]  # a Path of a name too long raises
+    found = next(filter(is_it, there), None)
+    if found is not None:
+        return found
+    if there and made.sha256 is not None:
+        came = digest(there[0])
+        text = "cannot be read" if came is None else f"has SHA-256 {came[:_TOLD]}..."
         raise RequestError(
-            f"{folder} was made from {shown(made.path)}, which is not there (seen from {Path.cwd()}, and from the run "
-            f"folder); put it beside the run folder, or say where it is now with {option}{of_table}"
+            f"{folder} was made from {shown(made.path)} with SHA-256 {made.sha256[:_TOLD]}..., and {there[0]} {text}: "
+            f"another file, or one that was changed since. Say where the one that is meant is, with {option}, or make "
+            "a run of this one with 'undertow discover'"
         )
-    came = digest(unlike[0])
-    text = "cannot be read" if came is None else f"has SHA-256 {came[:_TOLD]}..."
-    expected = f"{shown(made.path)} with SHA-256 {(made.sha256 or '')[:_TOLD]}..."
+    missing = next((path for path in given if not os.path.exists(path)), None)
+    if missing is not None:
+        raise RequestError(f"{missing} is not there; give the place where {made.path} of {folder} is now")
+    of_table = "" if made.sha256 else "; a log that was in memory is given again, to read_inputs(LOG, VEHICLE)"
     raise RequestError(
-        f"{folder} was made from {expected}, and {unlike[0]} {text}: another file, or one that was changed since. Say "
-        f"where the one that is meant is, with {option}, or make a run of this one with 'undertow discover'"
+        f"{folder} was made from {shown(made.path)}, which is not there (seen from {Path.cwd()}, and from the run "
+        f"folder); put it beside the run folder, or say where it is now with {option}{of_table}"
     )
 
 
@@ -259,15 +271,3 @@ def _joined(folder: Path, path: str) -> str:
     except OSError:
         elsewhere = True
     return whole if elsewhere else short
-
-
-def _list(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else []
-
-
-def _mapping(value: Any) -> Mapping[str, Any]:
-    return value if isinstance(value, Mapping) else {}
-
-
-def _text(value: Any) -> str | None:
-    return value if isinstance(value, str) else None

@@ -2,9 +2,7 @@
 
 import hashlib
 import math
-import re
 import warnings
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -27,7 +25,7 @@ from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from ...reports.run_contents import ComparisonFolder, RunFolder
 from ...reports.terminal.progress import SHOWN
 from ...residuals.models.neural import is_network_folder
-from .moved_files import UNMOVED, Moved, logs_now, made_logs, made_map, map_now
+from .moved_files import UNMOVED, Moved, RunOrigin, logs_now, map_now
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -76,8 +74,6 @@ SERIES_COLUMNS = (
 )
 Read = TypeVar("Read", bound=Record)
 REMEDY = "run 'undertow discover LOG --vehicle V --out RUN' to write the folder anew"
-_SECONDS = re.compile(r"\d{1,6}(\.\d{1,6})?")
-"""How a horizon is written as a key of JSON."""
 _MOST_SERIES = 512 * 2**20
 """Bytes of series.csv: two days of one log."""
 _MOST_CELLS = 64_000_000
@@ -148,38 +144,22 @@ def read_run(folder: PathLike, moved: Moved = UNMOVED) -> RunFolder:
             f"{folder} is the folder of a trained network, not of a run, and a page tells of a run; give a folder that "
             f"'undertow discover' wrote, with --model {folder} to put the network beside the run's own models"
         )
-    digests: dict[str, str] = {}
-
-    def content(name: str, most: int = MOST_TEXT) -> bytes:
-        result = _file(folder, name, most, REMEDY)
-        digests[name] = hashlib.sha256(result).hexdigest()[:12]
-        return result
-
-    findings = read_findings(content("findings.json"), folder / "findings.json")
+    files = _Files(folder, REMEDY)
+    findings = read_findings(files.content("findings.json"), folder / "findings.json")
     if not findings.steps:
         path = folder / "findings.json"
         raise RequestError(f"{path}: expected at least one entry in 'steps' (the nominal model), got none; {REMEDY}")
-    comparison = read_record(content("comparison.json"), Comparison, folder / "comparison.json")
-    _check_horizons([step.rollout_rmse for step in findings.steps], folder / "findings.json")
-    _check_horizons([model.rollout or {} for model in comparison.models], folder / "comparison.json")
-    inspections, audit, record = Inspections(logs=()), None, MadeFrom()
-    if (folder / "inspection.json").exists():
-        inspections = read_record(content("inspection.json"), Inspections, folder / "inspection.json")
-    if (folder / "audit.json").exists():
-        audit = read_record(content("audit.json"), AuditRecord, folder / "audit.json")
-    if (folder / "run.json").exists():
-        record = read_record(content("run.json"), MadeFrom, folder / "run.json")
     return RunFolder(
         folder=folder,
         findings=findings,
-        comparison=comparison,
-        nominal=_vehicle(content("nominal.yaml"), folder / "nominal.yaml"),
-        corrected=_vehicle(content("model.yaml"), folder / "model.yaml"),
-        series=_series(content("series.csv", _MOST_SERIES), folder / "series.csv"),
-        inspections=inspections.logs,
-        audit=audit,
-        record=record,
-        digests=digests,
+        comparison=files.record("comparison.json", Comparison),
+        inspections=(files.if_there("inspection.json", Inspections) or Inspections(logs=())).logs,
+        audit=files.if_there("audit.json", AuditRecord),
+        record=files.if_there("run.json", MadeFrom) or MadeFrom(),
+        nominal=files.vehicle("nominal.yaml"),
+        corrected=files.vehicle("model.yaml"),
+        series=files.series(),
+        digests=files.digests,
         read_inputs=cache(lambda: read_run_inputs(folder, moved).inputs()),
     )
 
@@ -196,23 +176,62 @@ def read_comparison(folder: PathLike) -> ComparisonFolder:
     RequestError
         When a file is missing, cannot be read, or is not of the expected schema.
     """
-    folder, remedy = Path(folder), "run 'undertow compare LOG --vehicle V --page FOLDER' to write the folder anew"
-    found, table = folder / "comparison.json", folder / "series.csv"
-    comparison = read_record(_file(folder, found.name, MOST_TEXT, remedy), Comparison, found, remedy)
+    remedy = "run 'undertow compare LOG --vehicle V --page FOLDER' to write the folder anew"
+    files = _Files(Path(folder), remedy)
+    comparison = files.record("comparison.json", Comparison)
     if not comparison.models:
-        raise RequestError(f"{found}: expected at least one entry in 'models', got none; {remedy}")
-    _check_horizons([model.rollout or {} for model in comparison.models], found, remedy)
-    return ComparisonFolder(comparison, _series(_file(folder, table.name, _MOST_SERIES, remedy), table, remedy))
+        path = files.folder / "comparison.json"
+        raise RequestError(f"{path}: expected at least one entry in 'models', got none; {remedy}")
+    return ComparisonFolder(comparison, files.series())
 
 
-def _file(folder: Path, name: str, most: int, remedy: str) -> bytes:
-    """A file of a folder, with at most so many bytes."""
-    try:
-        return read_bytes(folder / name, most)
-    except FileNotFoundError:
-        raise RequestError(f"run folder {folder} has no {name}; {remedy}") from None
-    except (OSError, ValueError) as error:
-        raise RequestError(f"{folder / name} cannot be read ({reason(error)}); {remedy}") from None
+class _Files:
+    """The files of a folder, of which each is read and checked.
+
+    Attributes
+    ----------
+    folder, remedy : the folder, and the end of the message of an error
+    digests : first digits of the SHA-256 of each file that was read
+    """
+
+    def __init__(self, folder: Path, remedy: str) -> None:
+        self.folder, self.remedy = folder, remedy
+        self.digests: dict[str, str] = {}
+
+    def content(self, name: str, most: int = MOST_TEXT) -> bytes:
+        """A file with at most so many bytes."""
+        try:
+            content = read_bytes(self.folder / name, most)
+        except FileNotFoundError:
+            raise RequestError(f"run folder {self.folder} has no {name}; {self.remedy}") from None
+        except (OSError, ValueError) as error:
+            raise RequestError(f"{self.folder / name} cannot be read ({reason(error)}); {self.remedy}") from None
+        self.digests[name] = hashlib.sha256(content).hexdigest()[:12]
+        return content
+
+    def record(self, name: str, kind: type[Read]) -> Read:
+        """The record in a JSON file."""
+        return read_record(self.content(name), kind, self.folder / name, self.remedy)
+
+    def if_there(self, name: str, kind: type[Read]) -> Read | None:
+        """The same; None where there is no such file."""
+        return self.record(name, kind) if (self.folder / name).exists() else None
+
+    def vehicle(self, name: str) -> Vehicle:
+        """The vehicle in a YAML file."""
+        path = self.folder / name
+        content = self.content(name)
+        try:
+            return vehicle_from_dict(parse_yaml(text_of(content)), str(path))
+        except VehicleError as error:
+            raise RequestError(f"{error.typed}; {self.remedy}") from None
+        except ValueError as error:
+            raise RequestError(f"{path} is not valid YAML ({error}); {self.remedy}") from None
+
+    def series(self) -> "pd.DataFrame":
+        """The table of `series.csv`."""
+        path = self.folder / "series.csv"
+        return _series(self.content(path.name, _MOST_SERIES), path, self.remedy)
 
 
 def read_record(content: bytes, kind: type[Read], path: Path, remedy: str = REMEDY) -> Read:
@@ -261,24 +280,7 @@ def _bounded(content: bytes, path: Path, remedy: str = REMEDY) -> Any:
     return result
 
 
-def _check_horizons(rollouts: Iterable[Mapping[str, Any]], path: Path, remedy: str = REMEDY) -> None:
-    """Errors of predictions stand under their horizon in seconds, as JSON writes keys."""
-    for rollout in rollouts:
-        for key in rollout:
-            if not _SECONDS.fullmatch(key):
-                raise RequestError(f"{path}: expected seconds as the name of a horizon, got {shown(key)}; {remedy}")
-
-
-def _vehicle(content: bytes, path: Path) -> Vehicle:
-    try:
-        return vehicle_from_dict(parse_yaml(text_of(content)), str(path))
-    except VehicleError as error:
-        raise RequestError(f"{error.typed}; {REMEDY}") from None
-    except ValueError as error:
-        raise RequestError(f"{path} is not valid YAML ({error}); {REMEDY}") from None
-
-
-def _series(content: bytes, path: Path, remedy: str = REMEDY) -> "pd.DataFrame":
+def _series(content: bytes, path: Path, remedy: str) -> "pd.DataFrame":
     import pandas as pd
 
     if content.count(b",") > _MOST_CELLS or content.find(b"\n", 0, _LONGEST_HEADER) < 0 < len(content):
@@ -295,9 +297,12 @@ def _series(content: bytes, path: Path, remedy: str = REMEDY) -> "pd.DataFrame":
         raise RequestError(f"{path} lacks the column {', '.join(lacking)}; {remedy}")
     if series.empty:
         raise RequestError(f"{path} has no rows; {remedy}")
-    numeric = [name for name in series.columns if name != "part"]
-    broken = [name for name in numeric if not pd.api.types.is_numeric_dtype(series[name])]
-    broken += [name for name in numeric if name not in broken and not (series[name].abs().fillna(0) < LARGEST).all()]
+    numeric = series.drop(columns="part")
+    broken = [
+        name
+        for name, values in numeric.items()
+        if not (pd.api.types.is_numeric_dtype(values) and (values.abs().fillna(0) < LARGEST).all())
+    ]
     if broken:
         raise RequestError(f"{path}: expected numbers in the column {listed(broken)}; {remedy}")
     return series
@@ -326,28 +331,28 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
             "that 'undertow discover' wrote, or --vehicle V and the LOG after the effects. 'undertow explain' says "
             "what of the network is a named effect"
         )
+    path = folder / "run.json"
     try:
-        record = read_json(folder / "run.json")
-        paths, frame, mapped = record["logs"], record["frame"], record["channel_map"]
-        namespace = record.get("namespace")  # a run of an earlier version has none
-    except (OSError, ValueError, KeyError, TypeError):
+        content = read_json(path)
+    except (OSError, ValueError):
+        content = None
+    if not isinstance(content, dict) or not {"logs", "frame", "channel_map"} <= content.keys():
         raise RequestError(
             f"{folder} is not a run folder (no readable run.json in it); write one with "
             "'undertow discover LOG --vehicle V --out RUN'"
-        ) from None
-    how = [text for text in (frame, mapped, namespace) if text is not None]
-    texts = [*paths, *how] if isinstance(paths, list) else [paths]
-    if not isinstance(paths, list) or not paths or not all(isinstance(text, str) for text in texts):
-        raise RequestError(
-            f"{folder / 'run.json'}: expected paths under 'logs', a text or null under 'frame', 'channel_map' and "
-            f"'namespace', got {shown(paths)}, {shown(frame)}, {shown(mapped)}, {shown(namespace)}; run "
-            "'undertow discover' to write the folder anew"
         )
-    there = logs_now(folder, made_logs(record), moved)
-    map_there = map_now(folder, made_map(record), moved.channel_map)
-    reading = Reading(frame, map_there, namespace, record.get("as_is") is True, record.get("fix") is True)
-    seed = record.get("seed")
-    settings = DiscoverySettings(seed=seed if isinstance(seed, int) else 0, refit=record.get("refit") is True)
+    try:
+        made = RunOrigin.read(content, path, REMEDY)
+    except RequestError:
+        paths, *how = (shown(content.get(name)) for name in ("logs", "frame", "channel_map", "namespace"))
+        raise RequestError(
+            f"{path}: expected paths under 'logs', a text or null under 'frame', 'channel_map' and "
+            f"'namespace', got {paths}, {', '.join(how)}; run 'undertow discover' to write the folder anew"
+        ) from None
+    there = logs_now(folder, made.made_logs, moved)
+    mapped = map_now(folder, made.made_map, moved.channel_map)
+    reading = Reading(made.frame, mapped, made.namespace, made.as_is, made.fix)
+    settings = DiscoverySettings(seed=made.seed or 0, refit=made.refit)
     nominal = load_vehicle(folder / "nominal.yaml")
     return RunRecord(there, reading, nominal, settings, _found(folder, nominal))
 

@@ -21,7 +21,7 @@ from ...physics.reading import read_json
 from ...residuals.models.foreign import is_function_name
 from ...residuals.models.model_files import NETWORK_FILES
 from ...residuals.models.neural import is_network_folder
-from .moved_files import made_logs, made_map, places
+from .moved_files import RunOrigin, places
 
 COMPARE = "compare"
 """The `verb` in the `run.json` of a comparison; that of a run has none."""
@@ -51,7 +51,7 @@ def is_run(folder: str | os.PathLike[str]) -> bool:
 
 def is_comparison(folder: str | os.PathLike[str]) -> bool:
     """True when a folder holds what `compare --page` wrote, and not a run: its `run.json` says so."""
-    return _content(Path(folder) / RECORD).get("verb") == COMPARE
+    return content_of(Path(folder) / RECORD).get("verb") == COMPARE
 
 
 def own_run(folder: Path) -> set[str]:
@@ -65,13 +65,18 @@ def own_run(folder: Path) -> set[str]:
 
 def own_report(folder: Path) -> set[str]:
     """The same of a folder that may lack `run.json`, which a page does not need."""
-    record = _content(folder / RECORD)
+    record = content_of(folder / RECORD)
     pages = {name for name in (PAGE, PDF) if (written_by(folder / name) or "").startswith("report")}
     digests = record.get("files")
     if not isinstance(digests, dict):
         return pages | {name for name in _SCHEMAS if _of_schema(folder / name)}
-    held = {name for name in DATA if name in digests and _digest(folder / name) == digests[name]}
-    return pages | held | {RECORD} if digests.get(RECORD) == _own_digest(record) else pages | held
+    held = pages | (unchanged(folder, digests) & set(DATA))
+    return held | {RECORD} if digests.get(RECORD) == _own_digest(record) else held
+
+
+def unchanged(folder: Path, digests: Mapping[str, Any]) -> set[str]:
+    """Names of files in a folder that have the SHA-256 of a list."""
+    return {name for name, digest in digests.items() if digest is not None and _digest(folder / name) == digest}
 
 
 def seal(folder: Path, record: Mapping[str, Any], names: Collection[str]) -> None:
@@ -82,16 +87,15 @@ def seal(folder: Path, record: Mapping[str, Any], names: Collection[str]) -> Non
     record : what it says else; digests in it stay, but for those of `names`
     names : of the files that are new
     """
-    files = {name: digest for name, digest in record.get("files", {}).items() if name not in (RECORD, *names)}
-    new = {name: _digest(folder / name) for name in DATA if name in names}
-    files = {name: {**files, **new}[name] for name in DATA if {**files, **new}.get(name) is not None}
+    held = {**record.get("files", {}), **{name: _digest(folder / name) for name in names}}
+    files = {name: held[name] for name in DATA if held.get(name) is not None}
     sealed = {**record, "files": files}
     write_json(folder / RECORD, {**sealed, "files": {**files, RECORD: _own_digest(sealed)}})
 
 
 def reseal(folder: Path, names: Collection[str]) -> bool:
     """Bring `run.json` up to date, where it has digests, when files were written anew; True when it was changed."""
-    record = _content(folder / RECORD)
+    record = content_of(folder / RECORD)
     if not isinstance(record.get("files"), dict):
         return False
     seal(folder, record, names)
@@ -105,12 +109,12 @@ def _own_digest(record: Mapping[str, Any]) -> str:
 
 def _of_schema(path: Path) -> bool:
     """True when a file holds what its name says, of this or an earlier version."""
-    kind, _, version = str(_content(path).get("schema")).rpartition("/")
+    kind, _, version = str(content_of(path).get("schema")).rpartition("/")
     return kind == f"undertow.{_SCHEMAS[path.name]}" and version in _VERSIONS
 
 
-def _content(path: Path) -> dict[str, Any]:
-    """A JSON object, empty for anything else."""
+def content_of(path: Path) -> dict[str, Any]:
+    """The JSON object in a file, empty for anything else."""
     try:
         content = read_json(path)
     except (OSError, ValueError):
@@ -331,10 +335,9 @@ def _inputs(name: str) -> Iterator[Path]:
 
 def _of_run(folder: Path) -> Iterator[Path]:
     """Logs and channel map of a run, wherever they may be now, as far as its record can be read."""
-    with suppress(OSError, ValueError, AttributeError):
-        record = read_json(folder / "run.json")
-        mapped = made_map(record)
-        made = [*made_logs(record), *([] if mapped is None else [mapped])]
+    with suppress(OSError, ValueError):
+        record = RunOrigin.read(read_json(folder / RECORD), RECORD, "")
+        made = [*record.made_logs, *([] if record.made_map is None else [record.made_map])]
         there = [place for one in made for place in places(folder, one) if os.path.exists(place)]
         yield from inputs_of([place for place in there if not is_run(place)])  # a run that names itself would never end
 

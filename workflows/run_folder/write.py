@@ -17,6 +17,7 @@ from ...discovery.discover import Discovery
 from ...discovery.findings import Findings
 from ...exports.mcap_series import Prediction, mcap_installed, write_series
 from ...exports.viewer_layouts import views, write_layouts
+from ...measurements.formats.registry import log_digests
 from ...measurements.inspection import Inspections
 from ...measurements.preparation.resampling import Standardisation
 from ...measurements.prepared_logs import Inputs
@@ -29,7 +30,7 @@ from ...physics.stage import WRITING, Say, Stage, trim_memory
 from ...physics.vehicle import Vehicle
 from ...reports.terminal.progress import SHOWN, Pace, showing
 from ...residuals.series import SeriesTable
-from .moved_files import command, paths_from, seen_from, versions
+from .moved_files import command, seen_from, versions
 from .read import read_comparison, read_run
 from .run_files import COMPARE, DATA, PAGE, RUN_SCHEMA, check_page, check_target, is_comparison, own_run, refused, seal
 
@@ -204,6 +205,7 @@ def _made_from(inputs: Inputs, target: Path) -> dict[str, Any]:
     """The logs of a folder, how they were read and which rows judged, as `run.json` has it."""
     paths, reading = list(inputs.paths), inputs.reading
     # A log in memory has no file whose content could be known again.
+    mapped = None if reading.channel_map is None else os.fspath(reading.channel_map)
     known = [digest if Path(path).exists() else None for path, digest in zip(paths, inputs.digests, strict=True)]
     return {
         "schema": RUN_SCHEMA,
@@ -212,7 +214,11 @@ def _made_from(inputs: Inputs, target: Path) -> dict[str, Any]:
         "judged_on": inputs.parts.judge,
         "versions": versions(),
         "log_sha256": [{"path": path, "sha256": digest} for path, digest in zip(paths, known, strict=True)],
-        **paths_from(target, paths, reading.channel_map),
+        "from_run": {
+            "logs": [seen_from(target, path) for path in paths],
+            "channel_map": None if mapped is None else seen_from(target, mapped),
+        },
+        "channel_map_sha256": None if mapped is None else log_digests([mapped])[0]["sha256"],
     }
 
 

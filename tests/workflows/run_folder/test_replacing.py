@@ -313,10 +313,10 @@ def test_a_run_compared_anew_is_replaced_whole_and_still_a_run(here: Path, monke
     record = Comparison.read(compared, "comparison.json", "")
     monkeypatch.setattr("undertow.workflows.compare.compare_run", lambda *given, **more: record)
     Path("mon/notes.txt").write_text("mine")
-    nominal, node = Path("mon/nominal.yaml").read_bytes(), Path("mon").stat().st_ino
+    nominal, compared_before = Path("mon/nominal.yaml").read_bytes(), Path("mon/comparison.json").stat().st_ino
     done("report", "mon", "--model", "blueboat")
     assert json.loads(Path("mon/comparison.json").read_text()) == json.loads(strict_json(record.to_dict()))
-    assert Path("mon").stat().st_ino != node
+    assert Path("mon/comparison.json").stat().st_ino != compared_before
     assert Path("mon/nominal.yaml").read_bytes() == nominal
     assert own_run(Path("mon")) == {path.name for path in Path("mon").iterdir()} - {"notes.txt"}
     assert Path("mon/notes.txt").read_text() == "mine"
