@@ -5,7 +5,6 @@ import numpy as np
 from ....physics.errors import LogError
 from ..base import Format, Head, Recording, Request, begins_with, find_time, in_file
 from .tables import check_columns, is_long, is_wide, wide_recording, without_names
-from .text_tables import FramePart
 
 _MAGIC = b"\x93NUMPY"
 
@@ -32,7 +31,7 @@ def _read(head: Head, request: Request) -> Recording:
             raise without_names("a matrix", columns)
         if clock is None or not is_wide(tuple(columns), clock) or is_long(tuple(columns), clock):
             raise LogError(f"expected a column of the time, such as t, got {', '.join(columns) or 'no numbers'}")
-    return wide_recording([FramePart(pd.DataFrame(columns))], head.path, clock)
+    return wide_recording([pd.DataFrame(columns)], head.path, clock)
 
 
 NUMPY = Format("NumPy array", begins_with(_MAGIC), _read, (".npy",), library="numpy", table=True)

@@ -10,7 +10,6 @@ from ....physics.motion import Array
 from ..base import EXPECTED, Format, Head, Name, Recording, Request, begins_with, find_time, in_file
 from ..unpacking import check_unpacked, most_held
 from .tables import LONG, LONG_ROW, check_columns, is_long, is_wide, long_recording, not_called_time, wide_recording
-from .text_tables import FramePart
 
 _NUMBER = 8
 """Bytes of a number in memory."""
@@ -51,11 +50,10 @@ def _read(head: Head, request: Request) -> Recording:
         frame = table.read(columns=read).to_pandas(ignore_metadata=True, split_blocks=True, self_destruct=True)
     named = dict(zip(given, columns, strict=True))
     frame.columns = [named[str(name)] for name in frame.columns]
-    part = FramePart(frame)
     if long:
-        return long_recording([part], head.path, clock)
+        return long_recording([frame], head.path, clock)
     unread = tuple(name for name in names if name.field not in wanted)
-    return wide_recording([part], head.path, clock, unread)
+    return wide_recording([frame], head.path, clock, unread)
 
 
 def _first_rows(footer: Any, given: Sequence[str], columns: Sequence[str]) -> dict[str, Array]:

@@ -28,9 +28,6 @@ quicker than a current turns."""
 _ROWS = round(2.0 / STEP)
 """Length of a piece, one straight line: short, for commands seldom stand for long, and of one length everywhere, for
 the shorter it is, the more of waves it takes with it."""
-_QUARTER = student(1e6, 0.625) ** 2
-"""Quantile of a quarter of the square of one normal number, over its mean: motion of one degree of freedom a piece, as
-swell is at least, is no quieter in its quietest quarter."""
 
 
 def _examine(records: Sequence[Record]) -> list[Finding]:
@@ -103,7 +100,10 @@ def _beyond(
         return None
     usual = {"it comes by fits, with stillness between: " + _CUT: np.inf}
     if there.size * _ROWS / RATE >= FEWEST * BLOCK:
-        usual = dict.fromkeys(usual, float(np.quantile(there, 0.25)) / _QUARTER)
+        # Of the square of one normal number, the quarter's quantile over the mean: motion of one degree of freedom a
+        # piece, as swell is at least, is no quieter in its quietest quarter.
+        quarter = student(1e6, 0.625) ** 2
+        usual = dict.fromkeys(usual, float(np.quantile(there, 0.25)) / quarter)
     if apart.size:
         calm = ratio_by_blocks(apart, np.ones(apart.size), block[elsewhere]).high
         usual["much less while they stand elsewhere: " + _CUT] = calm
