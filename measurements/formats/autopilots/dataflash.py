@@ -9,7 +9,7 @@ import mmap
 import struct
 from array import array
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ import numpy as np
 from ....physics.motion import Array
 from ..base import EVERY, Format, Head, Recording, Request, begins_with, torn
 from . import ardupilot
-from .autopilot import Table, numbers
+from .autopilot import numbers
 
 _MARK = b"\xa3\x95"
 _FMT = 128
@@ -61,7 +61,7 @@ class Layout:
     divisors: dict[str, float]
 
 
-class DataFlash:
+class DataFlash(ardupilot.Messages):
     """The messages of a DataFlash file, found but not yet unpacked.
 
     Parameters
@@ -92,12 +92,9 @@ class DataFlash:
         """Types of which the log has messages."""
         return tuple(self._kinds)
 
-    def sensors(self, name: str) -> tuple[int, ...] | None:
-        """Tell the sensors or filters that the messages of a type are of; None for a type that tells none."""
-        field = self._sensors.get(name)
-        if field is None:
-            return None
-        return tuple(int(number) for number in np.unique(self.bodies(name, field)))
+    def sensor_field(self, name: str) -> str | None:
+        """See `Messages`."""
+        return self._sensors.get(name)
 
     def bodies(self, name: str, field: str | None = None) -> Any:
         """Unpack all messages of a type, or one of their fields, as they lie in the file."""
@@ -113,16 +110,14 @@ class DataFlash:
             yield np.ascontiguousarray(windows[offsets[at : at + _PART] + 3]).view(body)[:, 0]
             _release(self._map, self._content.size)
 
-    def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
-        """Unpack the messages of a type, of one sensor where there are several; all fields when none is named."""
-        topic = name if sensor is None else f"{name}[{sensor}]"
+    def columns(self, name: str, fields: Collection[str]) -> dict[str, Array]:
+        """See `Messages`."""
         divisors = self._layouts[self._kinds[name]].divisors
-        parts: dict[str, list[Array]] = {field: [] for field in ardupilot.kept(self.fields(name), fields)}
+        parts: dict[str, list[Array]] = {field: [] for field in fields}
         for rows in self._parts(name):
-            chosen = rows if sensor is None else rows[rows[self._sensors[name]] == sensor]
             for field, column in parts.items():
-                column.append(numbers(chosen[field]) / divisors[field])
-        return ardupilot.table(topic, name, {field: np.concatenate(parts.pop(field)) for field in list(parts)})
+                column.append(numbers(rows[field]) / divisors[field])
+        return {field: np.concatenate(parts.pop(field)) for field in list(parts)}
 
     def parameters(self) -> list[tuple[str, float]]:
         """Give the PARM messages, in their order."""

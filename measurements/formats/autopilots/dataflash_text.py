@@ -2,7 +2,7 @@
 
 import mmap
 from array import array
-from collections.abc import Sequence
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +10,12 @@ import numpy as np
 from ....physics.motion import Array
 from ..base import EVERY, Format, Head, Recording, Request, begins_with
 from . import ardupilot
-from .autopilot import Table
 
 _TEXTS = frozenset("nNZaM")
 """Format characters of fields that are no numbers."""
 
 
-class DataFlashText:
+class DataFlashText(ardupilot.Messages):
     """The lines of a text log, found but not yet read into numbers; the values are scaled already.
 
     Parameters
@@ -61,22 +60,24 @@ class DataFlashText:
         """Numeric fields of a type of message, none when the log has no such message."""
         return tuple(self._fields[name]) if name in self._lines else ()
 
-    def sensors(self, name: str) -> tuple[int, ...] | None:
-        """Tell the sensors or filters that the messages of a type are of; None for a type that tells none."""
-        field = self._sensor(name)
-        if field is None:
-            return None
-        found = self._columns(name)[field]
-        return tuple(int(number) for number in np.unique(found[np.isfinite(found)]))
+    def sensor_field(self, name: str) -> str | None:
+        """See `Messages`."""
+        place = self._units.get(name, "").find("#") + 1
+        fields = self._fields[name]
+        if place:
+            return next((field for field, at in fields.items() if at == place), None)
+        return next((field for field in ("I", "C") if fields.get(field) == 2 and name not in self._units), None)
 
-    def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
-        """Read the lines of a type, of one sensor where there are several; of the fields, all when none is named."""
-        read, field = self._columns(name), self._sensor(name)
-        columns = {key: read[key] for key in ardupilot.kept(tuple(read), fields)}
-        if sensor is None or field is None:
-            return ardupilot.table(name, name, columns)
-        own = read[field] == sensor
-        return ardupilot.table(f"{name}[{sensor}]", name, {key: value[own] for key, value in columns.items()})
+    def columns(self, name: str, fields: Collection[str]) -> dict[str, Array]:
+        """See `Messages`; all fields are read at once."""
+        if name not in self._read:
+            fields = self._fields[name]
+            rows = [words for words in self._rows(name) if len(words) > max(fields.values(), default=0)]
+            self._read[name] = {
+                field: np.array([float(words[at]) if _is_number(words[at]) else np.nan for words in rows])
+                for field, at in fields.items()
+            }
+        return self._read[name]
 
     def parameters(self) -> list[tuple[str, float]]:
         """Give the PARM messages, in their order."""
@@ -102,13 +103,6 @@ class DataFlashText:
             self._fields[words[3]] = {column: at for at, (column, code) in places if code not in _TEXTS}
             self._numbers[int(words[1])] = words[3]
 
-    def _sensor(self, name: str) -> str | None:
-        place = self._units.get(name, "").find("#") + 1
-        fields = self._fields[name]
-        if place:
-            return next((field for field, at in fields.items() if at == place), None)
-        return next((field for field in ("I", "C") if fields.get(field) == 2 and name not in self._units), None)
-
     def _rows(self, name: str) -> list[list[str]]:
         if name not in self._lines:
             return []
@@ -118,16 +112,6 @@ class DataFlashText:
                 file.seek(start)
                 rows.append(_words(file.readline(4096)))
         return rows
-
-    def _columns(self, name: str) -> dict[str, Array]:
-        if name not in self._read:
-            fields = self._fields[name]
-            rows = [words for words in self._rows(name) if len(words) > max(fields.values(), default=0)]
-            self._read[name] = {
-                field: np.array([float(words[at]) if _is_number(words[at]) else np.nan for words in rows])
-                for field, at in fields.items()
-            }
-        return self._read[name]
 
 
 def _words(line: bytes) -> list[str]:
