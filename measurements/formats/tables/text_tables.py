@@ -6,7 +6,7 @@ pandas reads them part by part.
 import gzip
 import warnings
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -25,7 +25,7 @@ _PART = 2_000_000
 """Cells that are parsed at once, so that words in the place of numbers are not all in memory together."""
 
 
-def _parts(head: Head, names: tuple[str, ...], clock: TimeColumn, request: Request) -> "Iterator[pd.DataFrame]":
+def _parts(head: Head, names: tuple[str, ...], clock: TimeColumn, request: Request) -> "Generator[pd.DataFrame]":
     """The parts of a text table with columns of these names, whose cells are numbers but for time, topic and field."""
     import pandas as pd
 
