@@ -1,4 +1,7 @@
-"""Parquet: a long or a wide table in columns."""
+"""Tables in columns: Parquet, long or wide, and NumPy's `.npy` files.
+
+A structured array of NumPy is a table, and a matrix is one whose columns have numbers for names.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +12,17 @@ from ....physics.errors import LogError, listed
 from ....physics.motion import Array
 from ..base import EXPECTED, Format, Head, Name, Recording, Request, begins_with, find_time, in_file
 from ..unpacking import check_unpacked, most_held
-from .tables import LONG, LONG_ROW, check_columns, is_long, is_wide, long_recording, not_called_time, wide_recording
+from .tables import (
+    LONG,
+    LONG_ROW,
+    check_columns,
+    is_long,
+    is_wide,
+    long_recording,
+    not_called_time,
+    wide_recording,
+    without_names,
+)
 
 _NUMBER = 8
 """Bytes of a number in memory."""
@@ -17,7 +30,7 @@ _USUAL_TIMES = 4
 """How many times its size any file may hold in memory: numbers pack 2 to 1 without being a bomb."""
 
 
-def _read(head: Head, request: Request) -> Recording:
+def _read_parquet(head: Head, request: Request) -> Recording:
     import pyarrow.parquet
 
     # The library opens no file whose name is not UTF-8.
@@ -92,4 +105,35 @@ def columns_of(schema: Any) -> tuple[str, ...]:
     return tuple("time" if stamps[:1] == [k] else name for k, name in enumerate(names))
 
 
-PARQUET = Format("Parquet", begins_with(b"PAR1"), _read, (".parquet",), library="pyarrow", table=True)
+PARQUET = Format("Parquet", begins_with(b"PAR1"), _read_parquet, (".parquet",), library="pyarrow", table=True)
+
+
+_MAGIC = b"\x93NUMPY"
+
+
+def _read_array(head: Head, request: Request) -> Recording:
+    import pandas as pd
+
+    with in_file(head.path):
+        # Mapped, an array cannot be larger than its file; objects would be programs.
+        array = np.load(head.path, mmap_mode="r", allow_pickle=False)
+        names = array.dtype.names
+        if names is None and (array.ndim != 2 or array.dtype.kind not in "biuf" or array.shape[0] < 2):
+            raise LogError(
+                f"expected a matrix of numbers, a row a time stamp, got {array.dtype} of shape {array.shape}"
+            )
+        if names is None:
+            check_columns(("",) * array.shape[1], head.path)
+            columns = {f"column {k + 1}": np.asarray(array[:, k], dtype=float) for k in range(array.shape[1])}
+        else:
+            flat = [name for name in names if array.dtype[name].shape == () and array.dtype[name].kind in "biufMm"]
+            columns = {name: np.ravel(array[name]) for name in flat}
+        clock = find_time(tuple(columns), head.time)
+        if clock is None and names is None:
+            raise without_names("a matrix", columns)
+        if clock is None or not is_wide(tuple(columns), clock) or is_long(tuple(columns), clock):
+            raise LogError(f"expected a column of the time, such as t, got {', '.join(columns) or 'no numbers'}")
+    return wide_recording([pd.DataFrame(columns)], head.path, clock)
+
+
+NUMPY = Format("NumPy array", begins_with(_MAGIC), _read_array, (".npy",), library="numpy", table=True)
