@@ -230,7 +230,9 @@ class Pieces:
 def beside_drift(change: NDArray[Any], span: Array) -> NDArray[Any]:
     """Changes over pieces of some length [s] less a drift that is in them all: a bias, or a current."""
     drift = change / span
-    usual = np.median(drift.real) + 1j * np.median(drift.imag) if np.iscomplexobj(drift) else np.median(drift)
+    usual: complex = float(np.median(np.real(drift)))
+    if np.iscomplexobj(drift):
+        usual += 1j * float(np.median(np.imag(drift)))
     return np.asarray(change - usual * span)
 
 
@@ -322,9 +324,9 @@ def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Arra
 
 def fit_ways(found: Pieces) -> Fit | None:
     """Fit the complex number c and the current of made = c sailed + current span; None for too few pieces to do it."""
-    ahead, nothing = found.implied, np.zeros(found.span.size)
-    columns = [(ahead.real, ahead.imag), (-ahead.imag, ahead.real), (found.span, nothing), (nothing, found.span)]
-    target = np.concatenate([found.measured.real, found.measured.imag])
+    ahead, across, nothing = np.real(found.implied), np.imag(found.implied), np.zeros(found.span.size)
+    columns = [(ahead, across), (-across, ahead), (found.span, nothing), (nothing, found.span)]
+    target = np.concatenate([np.real(found.measured), np.imag(found.measured)])
     if target.size <= len(columns):
         return None
     return robust_fit(np.column_stack([np.concatenate(pair) for pair in columns]), target, np.tile(found.piece, 2))

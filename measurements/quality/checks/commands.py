@@ -25,11 +25,11 @@ from ...canonical import LIMITS, Channel, kind_of
 from ...channels.channel_map import Entry, map_text, mixed
 from ..faults import OVERWHELMING, Altered, Fault, Kind, Size, delayed, size_by_model
 from ..quick_motion import neutral_of
-from ..record import Channels, Check, Finding, Fix, Reach, Record, channels_called, command_names
+from ..record import Channels, Check, Finding, Fix, Found, Reach, Record, channels_called, command_names
 from ..response import SIDE, called, expected_of, trials
 
 
-def _commands(records: Sequence[Record]) -> list[Finding]:
+def _commands(records: Sequence[Record]) -> Found:
     """Look for thruster commands, and for rudders among what was not recognised."""
     names = tuple(command_names(records))
     text = f"commands of {len(names)} thruster{'s' if len(names) > 1 else ''}: {', '.join(names)}"
@@ -117,7 +117,7 @@ class Beyond:
         )
 
 
-def _range(records: Sequence[Record]) -> list[Finding]:
+def _range(records: Sequence[Record]) -> Found:
     """Compare the values of the commands with the ends of the vehicle's curves.
 
     One finding for all thrusters; none without a vehicle.
@@ -139,24 +139,22 @@ def _range(records: Sequence[Record]) -> list[Finding]:
     sure = weighed is not None and weighed.share.low > OVERWHELMING
     scaled = listing([f"{value:.4g}" for value in dict.fromkeys(factors.values())])
     size = "" if weighed is None else f"; scaled by {scaled}, they explain {weighed.share} more of the motion"
-    return [
-        Finding(
-            check="command range",
-            verdict="defect" if sure else "warning",
-            sentence=f"{told}{size}",
-            value=max(one.ratio for one in beyond),
-            unit="1",
-            channels=names,
-            consequence="the model gives the curve's last force there, so that thrust and drag come out wrong",
-            remedy=f"if they are in another unit, such as percent, map {lines}; if the thrusters go so far, widen "
-            "their curves in the vehicle file",
-            short=f"{listing(list(names))} go{'es' * (len(names) == 1)} beyond the curve of the vehicle file",
-            reach=Reach.LOG,
-            mends={n: entry for name, f in factors.items() for n, entry in records[0].scaled([name], f).items()}
-            if sure
-            else {},
-        )
-    ]
+    return Finding(
+        check="command range",
+        verdict="defect" if sure else "warning",
+        sentence=f"{told}{size}",
+        value=max(one.ratio for one in beyond),
+        unit="1",
+        channels=names,
+        consequence="the model gives the curve's last force there, so that thrust and drag come out wrong",
+        remedy=f"if they are in another unit, such as percent, map {lines}; if the thrusters go so far, widen "
+        "their curves in the vehicle file",
+        short=f"{listing(list(names))} go{'es' * (len(names) == 1)} beyond the curve of the vehicle file",
+        reach=Reach.LOG,
+        mends={n: entry for name, f in factors.items() for n, entry in records[0].scaled([name], f).items()}
+        if sure
+        else {},
+    )
 
 
 def _beyond(records: Sequence[Record], thruster: Thruster) -> Beyond | None:
@@ -213,7 +211,7 @@ _AT_END = 0.05
 """Share of the range of the commands within which a neutral is at its end: an ESC that drives one way only."""
 
 
-def _neutral(records: Sequence[Record]) -> list[Finding]:
+def _neutral(records: Sequence[Record]) -> Found:
     """Find the value at which each PWM stays while nothing moves.
 
     One finding for all PWM channels.
@@ -224,41 +222,37 @@ def _neutral(records: Sequence[Record]) -> list[Finding]:
     found = {name: value for name in names if (value := neutral_of(records, name)) is not None}
     if not found:
         text = "the boat is never at rest with a steady command; the neutral PWM is not known"
-        return [Finding(check="neutral", verdict="cannot tell", sentence=text, channels=tuple(names))]
+        return Finding(check="neutral", verdict="cannot tell", sentence=text, channels=tuple(names))
     values = np.concatenate([channel.value for name in names for channel in channels_called(records, name)])
     lows, highs = float(values.min()), float(values.max())
     finding = partial(Finding, check="neutral", unit="us", parts={**found, "lowest": lows, "highest": highs})
     zeros = _zeros(records, found)
     if zeros:
-        return [_compared(finding, found, zeros, f"range {lows:.0f} to {highs:.0f}")]
+        return _compared(finding, found, zeros, f"range {lows:.0f} to {highs:.0f}")
     off = {name: value for name, value in found.items() if abs(value - USUAL) >= _OFF}
     told = _listed(found)
     value = float(np.median(list((off or found).values())))
     finding = partial(finding, value=value, channels=tuple(off or found))
     if not off:
-        return [finding(verdict="ok", sentence=f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}")]
+        return finding(verdict="ok", sentence=f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}")
     warning = partial(finding, verdict="warning", short=f"neutral PWM is {value:g} us")
     least = min(abs(end - value) for end in (lows, highs))
     curve = f"set the curve's zero in the vehicle file to {value:g}"
     if least <= _AT_END * (highs - lows):
-        return [
-            warning(
-                sentence=f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
-                consequence=f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
-                remedy=curve,
-            )
-        ]
+        return warning(
+            sentence=f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
+            consequence=f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
+            remedy=curve,
+        )
     low, high = LIMITS["pwm"]
     mapped = f", or map each with 'offset: {USUAL - value:+g}'"
     fits = all(low <= lows + USUAL - one and highs + USUAL - one <= high for one in off.values())
-    return [
-        warning(
-            sentence=f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
-            consequence=f"a model with its zero at {USUAL:.0f} pushes with "
-            f"{100.0 * abs(value - USUAL) / least:.1f} % of the command at rest, and ahead and astern seem unlike",
-            remedy=f"{curve}, as init does{mapped * fits}",
-        )
-    ]
+    return warning(
+        sentence=f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
+        consequence=f"a model with its zero at {USUAL:.0f} pushes with "
+        f"{100.0 * abs(value - USUAL) / least:.1f} % of the command at rest, and ahead and astern seem unlike",
+        remedy=f"{curve}, as init does{mapped * fits}",
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -366,7 +360,7 @@ class _Mix:
         return replace(ahead, steering=turn)
 
 
-def _mixed_commands(records: Sequence[Record]) -> list[Finding]:
+def _mixed_commands(records: Sequence[Record]) -> Found:
     """Tell throttle and steering that bear the names of sides.
 
     A finding only where two commands look so.

@@ -15,7 +15,7 @@ from ....physics.motion import Array
 from ...statistics.blocks import student
 from ..faults import BLOCK, FEWEST, Fault, Kind, Share, Size, blocks_of, ratio_by_blocks, size_of
 from ..quick_motion import LEAST, Part, neutral_of, parts_of, push_range, unexplained
-from ..record import RATE, STEP, Check, Finding, Record
+from ..record import RATE, STEP, Check, Finding, Found, Record
 
 _NEAR = 0.02
 """Share of its range within which a command is at an end of it: what rounding takes from a limit."""
@@ -30,7 +30,7 @@ _ROWS = round(2.0 / STEP)
 the shorter it is, the more of waves it takes with it."""
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Compare what nothing explains at the extremes of the commands with what nothing explains elsewhere.
 
     One finding for all commands, or none where they hardly stand at an extreme.
@@ -65,7 +65,7 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
                 found.append((Size(told[0], slowly), told[1], names[k]))
     if not any(size.likely for size, *_ in found):
         text = "while the commands stand at their largest, the boat hardly moves beyond what they say"
-        return [Finding(check="limited", verdict="ok", sentence=text, channels=tuple(names))]
+        return Finding(check="limited", verdict="ok", sentence=text, channels=tuple(names))
     size, cause, _ = max(found, key=lambda one: (one[0].share.low, one[0].share.value))
     facts = {"seconds": float(extreme.any(axis=1).sum()) * _ROWS * STEP, "cause": cause}
     sure = tuple(dict.fromkeys(name for one, _, name in found if one.likely))

@@ -20,7 +20,7 @@ from ...log import Log
 from ...preparation.resampling import gap_limit, gaps, is_logged_on_change
 from ..axes import track_of
 from ..faults import Fault, Kind
-from ..record import Channels, Check, Finding, Fix, Record, Verdict, altered
+from ..record import Channels, Check, Finding, Fix, Found, Record, Verdict, altered
 from .units import FINE, turning_of
 
 _MANY = 0.01
@@ -29,7 +29,7 @@ _TOLD = 3
 """Settings of the clock that a sentence tells before it counts the rest."""
 
 
-def _stamps(records: Sequence[Record]) -> list[Finding]:
+def _stamps(records: Sequence[Record]) -> Found:
     """Count what reading had to drop or sort, see `conversion.Cleaner`: a fix has nothing left to do.
 
     A finding for repeated stamps, one for backward stamps, or one that says that all is well.
@@ -116,7 +116,7 @@ _MUCH = 0.05
 """Share of the time without data from which gaps are a loss."""
 
 
-def _rates(records: Sequence[Record]) -> list[Finding]:
+def _rates(records: Sequence[Record]) -> Found:
     """Say how often the motion is sampled."""
     rates: dict[str, float] = {}
     jitter: dict[str, float] = {}
@@ -125,8 +125,7 @@ def _rates(records: Sequence[Record]) -> list[Finding]:
             rates[channel.name] = min(rates.get(channel.name, np.inf), 1.0 / channel.period)
             jitter[channel.name] = max(jitter.get(channel.name, 0.0), _strays(channel))
     if not rates:
-        text = "no channel of motion has two samples"
-        return [Finding(check="rates", verdict="cannot tell", sentence=text, unit="Hz")]
+        return Finding(check="rates", verdict="cannot tell", sentence="no channel of motion has two samples", unit="Hz")
     slowest, fastest = min(rates, key=lambda n: rates[n]), max(rates, key=lambda n: rates[n])
     value = float(rates[slowest])
     told = f"motion is sampled at {value:.3g} Hz"
@@ -144,22 +143,20 @@ def _rates(records: Sequence[Record]) -> list[Finding]:
         told = f"{told}, but stamps of {shaky} stray by {100.0 * jitter[shaky]:.0f} % of their step"
         wrong = "speeds derived from positions, and accelerations, are noisier than the sensor"
         remedy = "log the stamp of the measurement and not that of its arrival"
-    return [
-        Finding(
-            check="rates",
-            verdict=verdict,
-            sentence=told,
-            value=value,
-            unit="Hz",
-            channels=channels,
-            consequence=wrong,
-            remedy=remedy,
-            parts={name: float(rate) for name, rate in rates.items()},
-        )
-    ]
+    return Finding(
+        check="rates",
+        verdict=verdict,
+        sentence=told,
+        value=value,
+        unit="Hz",
+        channels=channels,
+        consequence=wrong,
+        remedy=remedy,
+        parts={name: float(rate) for name, rate in rates.items()},
+    )
 
 
-def _gaps(records: Sequence[Record]) -> list[Finding]:
+def _gaps(records: Sequence[Record]) -> Found:
     """Count the stretches without data."""
     holes: dict[str, list[tuple[float, float]]] = {}
     lost = whole = 0.0
@@ -176,22 +173,20 @@ def _gaps(records: Sequence[Record]) -> list[Finding]:
     finding = partial(Finding, check="gaps", unit="1")
     names = tuple(name for name, found in holes.items() if found)
     if not names:
-        return [finding(verdict="ok", sentence="no gaps", value=0.0)]
+        return finding(verdict="ok", sentence="no gaps", value=0.0)
     share = lost / whole if whole > 0.0 else 1.0
     longest = max(high - low for found in holes.values() for low, high in found)
     count = max(len(found) for found in holes.values())
     text = f"{count} gaps in {', '.join(names)}, the longest {longest:.2g} s: {100.0 * share:.2g} % of the time"
-    return [
-        finding(
-            verdict="warning" if share > _MUCH else "note",
-            sentence=text,
-            value=share,
-            channels=names,
-            consequence="the log falls into stretches there; those under 5 s are lost",
-            remedy="find out what stopped the logger; nothing is interpolated across a gap",
-            parts={"longest": longest},
-        )
-    ]
+    return finding(
+        verdict="warning" if share > _MUCH else "note",
+        sentence=text,
+        value=share,
+        channels=names,
+        consequence="the log falls into stretches there; those under 5 s are lost",
+        remedy="find out what stopped the logger; nothing is interpolated across a gap",
+        parts={"longest": longest},
+    )
 
 
 def _motion(records: Sequence[Record]) -> list[Channel]:
@@ -220,7 +215,7 @@ RATES = Check("rates", _rates)
 GAPS = Check("gaps", _gaps)
 
 
-def _time_unit(records: Sequence[Record]) -> list[Finding]:
+def _time_unit(records: Sequence[Record]) -> Found:
     """Find stamps in another unit, where heading and yaw rate, and way and speed, both say so.
 
     A finding where the time is in another unit, else none.
@@ -270,7 +265,7 @@ _ENDS = 0.5
 """Time for which the ends of a log repeat one row from which it was filled up there [s]."""
 
 
-def _resampled(records: Sequence[Record]) -> list[Finding]:
+def _resampled(records: Sequence[Record]) -> Found:
     """Tell held, interpolated and filled-up rows from measured ones; a log of such rows is sound at its own rate.
 
     A note for each way in which the rows are not measured; none where they are.

@@ -18,7 +18,7 @@ from ..axes import LENGTHS, SPEEDS, Mixed, Track, course_of, mixed_up, off_cours
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
 from ..lags import Pieces, turns, unexplained_turning
 from ..quick_motion import pushes_of
-from ..record import RATE, Check, Finding, Fix, Record, Stretch, altered
+from ..record import RATE, Check, Finding, Fix, Found, Record, Stretch, altered
 
 FINE = 0.1
 """Share by which two records of one quantity may differ in size, and a factor from a unit: sensors are calibrated to
@@ -29,7 +29,7 @@ _DEGREE = float(np.pi / 180.0)
 """Radians in a degree: no number that decides."""
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Compare the turning of the heading with the yaw rate, and the way made good with heading and speeds.
 
     One finding for the angles, one for the speeds.
