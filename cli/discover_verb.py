@@ -18,7 +18,7 @@ from .options import ForceOption, JsonOption, Logs, ReadingOptions, SeedOption, 
 if TYPE_CHECKING:
     from ..workflows.run_folder.write import Run
 
-_FORKED = ("numpy.fft", "numpy.ma", "mcap.writer")
+_FORKED = ("numpy.fft", "numpy.ma", "scipy.special", "mcap.writer")
 """Modules that more than one process of a discovery asks for."""
 
 

@@ -38,7 +38,7 @@ _ORDER = (
 """Names of the checks. Each sees the log as the safe fixes of those before it leave it: units before speeds, fixes
 before clocks, and what speaks of PWM as it is in the file before the neutral is moved."""
 CHECKS: tuple[Check, ...] = tuple(sorted(objects_in(checks, Check), key=lambda check: _ORDER.index(check.name)))
-"""All checks, each in a file of its own, in that order."""
+"""All checks, in that order."""
 
 
 _WORST = 3

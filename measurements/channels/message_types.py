@@ -59,6 +59,8 @@ _IMU = {
     "angular_velocity.z": Meaning("r", "ros", 2, "angular_velocity."),
     **{f"linear_acceleration.{axis}": Meaning(f"a{axis}", "ros", 2, "linear_acceleration.") for axis in "xy"},
 }
+ENDINGS = _pose("pose.", 1) | _twist("twist.", 1) | _pose("", 2) | _IMU
+"""Endings of the names of fields in flattened ROS messages; odometry before sensors."""
 _COMPASS = Meaning("psi", "ned", 3, scale=math.pi / 180.0)
 
 TYPES: Mapping[str, Mapping[str, Meaning]] = {

@@ -16,20 +16,8 @@ from ...physics.errors import LogError
 from ..canonical import LIMITS, command_kind, is_canonical
 from ..formats.autopilots.autopilot import AUTOPILOTS
 from ..formats.base import Name, Stream
-from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Meaning, is_known, meaning_of, on_topic, short_kind
+from .message_types import COMMANDS, ENDINGS, JOINTS, NOT_MEASURED, Meaning, is_known, meaning_of, on_topic, short_kind
 
-_QUATERNION = {"x": "qx", "y": "qy", "z": "qz", "w": "qw"}
-_ROS = (
-    (re.compile(r"(?:^|\.)pose\.position\.(?P<axis>[xy])$"), {"x": "x", "y": "y"}, 1),
-    (re.compile(r"(?:^|\.)pose\.orientation\.(?P<axis>[xyzw])$"), _QUATERNION, 1),
-    (re.compile(r"(?:^|\.)twist\.linear\.(?P<axis>[xy])$"), {"x": "u", "y": "v"}, 1),
-    (re.compile(r"(?:^|\.)twist\.angular\.(?P<axis>z)$"), {"z": "r"}, 1),
-    (re.compile(r"(?:^|\.)position\.(?P<axis>[xy])$"), {"x": "x", "y": "y"}, 2),
-    (re.compile(r"(?:^|\.)orientation\.(?P<axis>[xyzw])$"), _QUATERNION, 2),
-    (re.compile(r"(?:^|\.)angular_velocity\.(?P<axis>z)$"), {"z": "r"}, 2),
-    (re.compile(r"(?:^|\.)linear_acceleration\.(?P<axis>[xy])$"), {"x": "ax", "y": "ay"}, 2),
-)
-"""Field name endings of the ROS messages, the channel of each axis, and their rank (odometry before sensors)."""
 _DEGREES = math.pi / 180.0
 _ARDUPILOT = {
     "gps.lat": ("lat", 1.0),
@@ -107,11 +95,11 @@ def recognise(name: Name, frame: str = "") -> Meaning | None:
         return Meaning(f"pwm_{output['number']}", "log", 2, name.name, within=_PULSES)
     # What stands in a list of things (the poses of a path) is not the vehicle's own.
     if not NOT_MEASURED.search(name.name.lower()) and "]." not in field:
-        for pattern, roles, rank in _ROS:
-            found = pattern.search(field)
-            if found:
-                by_topic = on_topic(roles[found["axis"]], rank, name.topic)
-                return by_topic and Meaning(by_topic[0], "ros", by_topic[1], f"{name.topic}:{field[: found.start()]}")
+        for ending, told in ENDINGS.items():
+            before, end = field[: -len(ending)], field[-len(ending) :]
+            if end == ending and before[-1:] in ("", "."):
+                by_topic = on_topic(told.role, told.rank, name.topic)
+                return by_topic and Meaning(by_topic[0], "ros", by_topic[1], f"{name.topic}:{before[:-1]}")
         place = _PLACE.search(field)
         if place:
             return Meaning(place["axis"][:3], "ned", 2, f"{name.topic}:{field[: place.start()]}")

@@ -8,15 +8,13 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ...physics.errors import RequestError, shown
+from ...physics.errors import RequestError
 from ...physics.files import write_text
 from ...physics.motion import Array, Motion
 from ...physics.presentation import listing
-from ...physics.reading import Plain, read_json, reason
 from ..canonical import Channel
 from ..statistics import signals as zero_phase
 
@@ -377,53 +375,8 @@ class Standardisation:
         """Standardised features (n, f) back to their units."""
         return values * self.scale + self.mean
 
-    def to_dict(self) -> Plain:
-        """Give the content of the JSON file."""
-        return {
-            "schema": SCHEMA,
-            "features": [
-                {"name": name, "mean": float(mean), "scale": float(scale)}
-                for name, mean, scale in zip(self.names, self.mean, self.scale, strict=True)
-            ],
-        }
-
-    @classmethod
-    def from_dict(cls, content: Any, where: str = "standardisation") -> "Standardisation":
-        """Rebuild the standardisation that `to_dict` described.
-
-        Raises
-        ------
-        RequestError
-            when `content` is something else; `where` names it in the message.
-        """
-        if not isinstance(content, dict) or content.get("schema") != SCHEMA:
-            came = content.get("schema") if isinstance(content, dict) else type(content).__name__
-            raise RequestError(f"{where}: expected schema '{SCHEMA}', got {shown(came)}.")
-        try:
-            rows = [(str(row["name"]), float(row["mean"]), float(row["scale"])) for row in content["features"]]
-        except (KeyError, TypeError, ValueError, OverflowError) as error:
-            raise RequestError(f"{where}: expected features with name, mean and scale ({error!r}).") from error
-        values = np.array([row[1:] for row in rows]).reshape(len(rows), 2)
-        if not rows or not np.isfinite(values).all() or (values[:, 1] <= 0).any():
-            raise RequestError(f"{where}: expected finite means and positive scales, got {shown(rows)}.")
-        return cls(tuple(row[0] for row in rows), values[:, 0], values[:, 1])
-
     def write(self, path: Path | str) -> None:
         """Write strict JSON to a temporary name beside `path`, then rename it."""
-        write_text(path, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
-
-    @classmethod
-    def read(cls, path: Path | str) -> "Standardisation":
-        """Read what `write` wrote.
-
-        Raises
-        ------
-        RequestError
-            when the file is missing or is not a standardisation.
-        """
-        path = Path(path)
-        try:
-            content = read_json(path)
-        except (OSError, ValueError) as error:
-            raise RequestError(f"{path}: expected a JSON file with schema '{SCHEMA}' ({reason(error)}).") from error
-        return cls.from_dict(content, str(path))
+        rows = zip(self.names, self.mean.tolist(), self.scale.tolist(), strict=True)
+        features = [{"name": name, "mean": mean, "scale": scale} for name, mean, scale in rows]
+        write_text(path, json.dumps({"schema": SCHEMA, "features": features}, indent=1, allow_nan=False) + "\n")

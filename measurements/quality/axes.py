@@ -20,7 +20,7 @@ from ..log import Log
 from ..statistics.blocks import CI, numbered_on
 from ..statistics.signals import noise_level
 from .faults import BLOCK, FEWEST, OVERWHELMING, Size, size_of, size_of_unexplained
-from .lags import Ways, blocks_of_pieces, courses, fit_ways, ways
+from .lags import Pieces, beside_drift, blocks_of_pieces, courses, fit_ways, ways
 from .record import Channels, Fix
 
 SPEEDS = {0.514444: "knots", 0.277778: "km/h", 0.3048: "feet per second", 0.44704: "miles per hour", 0.01: "cm/s"}
@@ -90,19 +90,9 @@ class _Rule:
 
     turn: int
     side: int
-    ways: Ways
+    ways: Pieces
     best: complex
     interval: tuple[float, float]
-
-    def errors(self, c: complex) -> Array:
-        """Squared errors (pieces,) [m^2] with a given number, and the current that fits then."""
-        return _beside_current(self.ways.made - c * self.ways.sailed, self.ways.span)
-
-
-def _beside_current(way: NDArray[np.complex128], span: Array) -> Array:
-    """Squared ways (pieces,) [m^2] beside the current that is in them all."""
-    drift = way / span
-    return np.abs(way - (np.median(drift.real) + 1j * np.median(drift.imag)) * span) ** 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +105,7 @@ class _Reading:
     unit: float | None
 
     def errors(self) -> Array:
-        return self.rule.errors(self.c)
+        return self.rule.ways.errors(self.c)
 
 
 def track_of(logs: Sequence[Log]) -> Track | None:
@@ -127,15 +117,16 @@ def track_of(logs: Sequence[Log]) -> Track | None:
     rules = [one for turn in (1, -1) for side in (1, -1) if (one := _rule(both, turn, side)) is not None]
     if len(rules) < 4:
         return None
-    ways, block = rules[0].ways, blocks_of_pieces(rules[0].ways.piece)
-    way, sway = (_beside_current(one, ways.span) for one in (ways.made, 0.5 * (ways.sailed - rules[1].ways.sailed)))
-    as_is, least = rules[0].errors(1.0 + 0.0j), min((rule.errors(rule.best) for rule in rules), key=np.sum)
+    ways, block = rules[0].ways, rules[0].ways.block
+    aside = 0.5 * (ways.implied - rules[1].ways.implied)
+    way, sway = (np.abs(beside_drift(one, ways.span)) ** 2 for one in (ways.measured, aside))
+    as_is, least = ways.errors(1.0), min((rule.ways.errors(rule.best) for rule in rules), key=np.sum)
     for level in _readings(rules):
         reading = min(level, key=lambda one: float(one.errors().sum()))
         rule, told = reading.rule, reading.errors()
         own = sway if (rule.turn, rule.side, reading.quarters) == (1, -1, 0) else way
         # Sway alone makes little of the way, and is weighed against its own part of it.
-        other = next(one for one in rules if (one.turn, one.side) == (rule.turn, -rule.side)).errors(reading.c)
+        other = next(one for one in rules if (one.turn, one.side) == (rule.turn, -rule.side)).ways.errors(reading.c)
         if not size_of(told, least, way, block).likely and not size_of(told, other, sway, block).likely:
             break
     noise = noise_of_ways(both)

@@ -201,27 +201,42 @@ _LATEST, _LAG = 5.0, 0.5
 """Delays of heading and rate against each other that are tried, both ways, and their step [s]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Turns:
-    """Turning of the heading over pieces, and that by the yaw rate (m,) [rad]; their lengths [s], and their numbers."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
+    """Changes of one quantity over pieces (m,) by two records: real [rad], or north + i east [m].
 
-    heading: Array
-    rate: Array
+    Attributes
+    ----------
+    measured, implied : the change of a record, and what it should be by the other
+    span : lengths of the pieces [s]
+    piece : their numbers
+    """
+
+    measured: NDArray[Any]
+    implied: NDArray[Any]
     span: Array
     piece: NDArray[np.int64]
 
+    @property
+    def block(self) -> NDArray[np.int64]:
+        """Numbers of the blocks of time to which they belong."""
+        return blocks_of_pieces(self.piece)
 
-@dataclass(frozen=True, slots=True)
-class Ways:
-    """Way made good by position over pieces, and by the speeds turned into the earth, north + i east (m,) [m]."""
-
-    made: NDArray[np.complex128]
-    sailed: NDArray[np.complex128]
-    span: Array
-    piece: NDArray[np.int64]
+    def errors(self, factor: complex) -> Array:
+        """Squares of what is left of the measured changes, beside a drift, where the implied are times a factor."""
+        return np.abs(beside_drift(self.measured - factor * self.implied, self.span)) ** 2
 
 
-def turns(logs: Sequence[Log], scale: float, late: float = 0.0) -> Turns | None:
+def beside_drift(change: NDArray[Any], span: Array) -> NDArray[Any]:
+    """Changes over pieces of some length [s] less a drift that is in them all: a bias, or a current."""
+    drift = change / span
+    usual: complex = float(np.median(np.real(drift)))
+    if np.iscomplexobj(drift):
+        usual += 1j * float(np.median(np.imag(drift)))
+    return np.asarray(change - usual * span)
+
+
+def turns(logs: Sequence[Log], scale: float, late: float = 0.0) -> Pieces | None:
     """Turning by headings, times `scale`, and by yaw rates, over the pieces of all logs; None where there is none.
 
     Headings are read as if they were `late` [s].
@@ -232,8 +247,7 @@ def turns(logs: Sequence[Log], scale: float, late: float = 0.0) -> Turns | None:
         total = _integral(rate, rate.value, heading.time - late)
         return heading.time, max(heading.period, rate.period), np.unwrap(scale * heading.value), total
 
-    found = _over_pieces(logs, series)
-    return Turns(*found) if found else None
+    return _over_pieces(logs, series)
 
 
 def unexplained_turning(logs: Sequence[Log]) -> Size | None:
@@ -251,17 +265,16 @@ def unexplained_turning(logs: Sequence[Log]) -> Size | None:
         found = turns(both, 1.0, late)
         if found is None or found.span.size < FEWEST:
             return None
-        heading, rate = (part - found.span * np.median(part / found.span) for part in (found.heading, found.rate))
+        heading, rate = (beside_drift(part, found.span) for part in (found.measured, found.implied))
         power = heading**2 - noise
         slope = float(np.clip((heading @ rate) / max(float(rate @ rate), 1e-300), 0.0, 1.0))
-        left = squared_held_out(heading, rate[:, None], blocks_of_pieces(found.piece))
-        left = left - noise - slope * of_rate * found.span
-        size = size_of_unexplained(left, power, blocks_of_pieces(found.piece))
+        left = squared_held_out(heading, rate[:, None], found.block) - noise - slope * of_rate * found.span
+        size = size_of_unexplained(left, power, found.block)
         best = size if best is None or size.weight.value < best.weight.value else best
     return best
 
 
-def ways(logs: Sequence[Log], turn: int, side: int) -> Ways | None:
+def ways(logs: Sequence[Log], turn: int, side: int) -> Pieces | None:
     """Way by positions and by the sum of exp(i turn psi) (u + i side v), over the pieces of all logs.
 
     Parameters
@@ -279,8 +292,7 @@ def ways(logs: Sequence[Log], turn: int, side: int) -> Ways | None:
         sailed = _integral(u, north, x.time) + 1j * _integral(u, east, x.time)
         return x.time, max(x.period, u.period), x.value + 1j * y.value, sailed
 
-    found = _over_pieces([log for log in logs if log.channels["x"].time.size == log.channels["y"].time.size], series)
-    return Ways(*found) if found else None
+    return _over_pieces([log for log in logs if log.channels["x"].time.size == log.channels["y"].time.size], series)
 
 
 def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Array] | None:
@@ -310,11 +322,11 @@ def courses(log: Log) -> tuple[NDArray[np.complex128], Array, Array, Array, Arra
     return way[known], heading[known], turning[known], x.time[first][known], x.time[last][known]
 
 
-def fit_ways(found: Ways) -> Fit | None:
+def fit_ways(found: Pieces) -> Fit | None:
     """Fit the complex number c and the current of made = c sailed + current span; None for too few pieces to do it."""
-    ahead, nothing = found.sailed, np.zeros(found.span.size)
-    columns = [(ahead.real, ahead.imag), (-ahead.imag, ahead.real), (found.span, nothing), (nothing, found.span)]
-    target = np.concatenate([found.made.real, found.made.imag])
+    ahead, across, nothing = np.real(found.implied), np.imag(found.implied), np.zeros(found.span.size)
+    columns = [(ahead, across), (-across, ahead), (found.span, nothing), (nothing, found.span)]
+    target = np.concatenate([np.real(found.measured), np.imag(found.measured)])
     if target.size <= len(columns):
         return None
     return robust_fit(np.column_stack([np.concatenate(pair) for pair in columns]), target, np.tile(found.piece, 2))
@@ -350,7 +362,7 @@ def _cut(time: Array, period: float) -> tuple[NDArray[np.int64], NDArray[np.int6
 
 def _over_pieces(
     logs: Sequence[Log], series: Callable[[Log], tuple[Array, float, NDArray[Any], NDArray[Any]]]
-) -> list[NDArray[Any]] | None:
+) -> Pieces | None:
     """Changes of two series over the pieces of all logs, lengths [s] and numbers of these; those that are all known.
 
     Parameters
@@ -370,4 +382,4 @@ def _over_pieces(
         return None
     table = [np.concatenate(column) for column in zip(*found, strict=True)]
     keep = np.logical_and.reduce([np.isfinite(column) for column in table])
-    return [column[keep] for column in table]
+    return Pieces(*(column[keep] for column in table))

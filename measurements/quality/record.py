@@ -406,6 +406,10 @@ def _capital(text: str) -> str:
     return text if is_canonical(word) or not word.islower() else text[:1].upper() + text[1:]
 
 
+Found = Finding | Sequence[Finding] | None
+"""What a check finds: one thing, several, or nothing to speak of."""
+
+
 @dataclass(frozen=True, slots=True)
 class Check:
     """One question about the quality of logs of one boat.
@@ -413,10 +417,15 @@ class Check:
     Attributes
     ----------
     name : of the question
-    examine : answers it for one log, or for several logs together, as the checks before this one left them: at least
-        one finding, "cannot tell" where the logs do not show it, none where the question makes no sense. A `Fix` is
-        asked for only where there is one record
+    find : answers it for one log, or for several logs together, as the checks before this one left them: at least one
+        finding, "cannot tell" where the logs do not show it, none where the question makes no sense. A `Fix` is asked
+        for only where there is one record
     """
 
     name: str
-    examine: Callable[[Sequence[Record]], list[Finding]]
+    find: Callable[[Sequence[Record]], Found]
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """All that is found in some records."""
+        found = self.find(records)
+        return [found] if isinstance(found, Finding) else list(found or ())

@@ -1,12 +1,13 @@
 """Statistics of rows that err together: robust fits, draws of whole blocks, and paired comparison of two errors.
 
-Also quantiles of Student's t and Fisher's F, without the time SciPy takes to load; and a size weighed with its prior.
+Also quantiles of Student's t and Fisher's F, for which SciPy is loaded when they are asked for; and a size weighed with
+its prior.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from math import exp, hypot, lgamma, log, log1p, sqrt
+from math import exp, hypot, log, sqrt
 from typing import Literal
 
 import numpy as np
@@ -14,14 +15,8 @@ from numpy.typing import NDArray
 
 from ...physics.motion import Array
 
-_TERMS = 10_000
-"""Most terms of the continued fraction: with a million degrees of freedom it takes some thousand."""
-_STEPS = 200
-"""Most steps to a quantile: Newton's are eight as a rule, and halving alone ends after a hundred."""
 _NORMAL = 1e6
 """Degrees of freedom from which Student's t is normal."""
-_ROUNDING = 1e-16
-"""Share of a number by which a term, or a step, moves it no more."""
 
 
 @cache
@@ -31,9 +26,9 @@ def student(freedom: float, probability: float) -> float:
     >>> round(student(10, 0.975), 6)
     2.228139
     """
-    if probability < 0.5:
-        return -student(freedom, 1.0 - probability)
-    return sqrt(fisher(1.0, freedom, 2.0 * probability - 1.0))  # the square of t is an F
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, probability))
 
 
 def largest_mean_square(tests: float, probability: float = 0.975) -> float:
@@ -54,73 +49,21 @@ def beyond_student(freedom: float, value: float) -> float:
     >>> round(beyond_student(10, 2.228139), 6), beyond_student(10, 0.0)
     (0.025, 0.5)
     """
-    tail = 0.5 * incomplete_beta(0.5 * freedom, 0.5, freedom / (freedom + value**2))
-    return tail if value >= 0.0 else 1.0 - tail
+    from scipy.special import stdtr
+
+    return float(stdtr(freedom, -value))
 
 
 @cache
 def fisher(above: float, below: float, probability: float) -> float:
     """The quantile of Fisher's F of so many degrees of freedom above and below.
 
-    above F / (above F + below) has the incomplete beta function for its distribution (DLMF 8.17).
-
-    Parameters
-    ----------
-    above, below : degrees of freedom
-    probability : 0 < p < 1
-
     >>> round(fisher(2, 10, 0.95), 6)
     4.102821
     """
-    a, b = 0.5 * above, 0.5 * below
-    if incomplete_beta(a, b, 0.5) >= probability:
-        share = _root(a, b, probability)
-        return below * share / (above * (1.0 - share))
-    rest = _root(b, a, 1.0 - probability)  # of a share and its rest the smaller one is sought, which has all its digits
-    return below * (1.0 - rest) / (above * rest)
+    from scipy.special import fdtri
 
-
-def incomplete_beta(a: float, b: float, x: float) -> float:
-    """The regularised incomplete beta function I_x(a, b) of 0 <= x <= 1."""
-    if x in (0.0, 1.0):
-        return x
-    if x > (a + 1.0) / (a + b + 2.0):
-        return 1.0 - incomplete_beta(b, a, 1.0 - x)
-    return _density(a, b, x) * x * (1.0 - x) / a * _fraction(a, b, x)
-
-
-def _density(a: float, b: float, x: float) -> float:
-    return exp(lgamma(a + b) - lgamma(a) - lgamma(b) + (a - 1.0) * log(x) + (b - 1.0) * log1p(-x))
-
-
-def _fraction(a: float, b: float, x: float) -> float:
-    """The continued fraction of DLMF 8.17.22, from its front (Lentz 1976, doi:10.1364/AO.15.000668)."""
-    upper, lower = 1.0, 1.0 / (1.0 - (a + b) * x / (a + 1.0))
-    result = lower
-    for m in range(1, _TERMS):
-        even = m * (b - m) * x / ((a + 2 * m - 1.0) * (a + 2 * m))
-        odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1.0))
-        before = result
-        for term in (even, odd):
-            upper, lower = 1.0 + term / upper, 1.0 / (1.0 + term * lower)
-            result *= upper * lower
-        if abs(result - before) <= _ROUNDING * abs(result):
-            break
-    return result
-
-
-def _root(a: float, b: float, probability: float) -> float:
-    """Where I_x(a, b) reaches a probability, at most in the middle: by Newton's steps, halved where they leave."""
-    low, high, x = 0.0, 0.5, 0.25
-    for _ in range(_STEPS):
-        beyond = incomplete_beta(a, b, x) - probability
-        low, high = (low, x) if beyond > 0.0 else (x, high)
-        slope = _density(a, b, x)
-        nearer = x - beyond / slope if slope else low
-        last, x = x, nearer if low < nearer < high else 0.5 * (low + high)
-        if abs(x - last) <= _ROUNDING * x:
-            break
-    return x
+    return float(fdtri(above, below, probability))
 
 
 _APART = 3.0

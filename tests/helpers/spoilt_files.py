@@ -250,19 +250,6 @@ def _use_checkpoint(path: Path) -> None:
     read_checkpoint(path.parent, {"data": "x"})
 
 
-def _standardisation(folder: Path) -> Path:
-    path = folder / "standardisation.json"
-    feature = {"name": "u", "mean": 0.5, "scale": 1.0}
-    path.write_text(json.dumps({"schema": "undertow.standardisation/1", "features": [feature] * 3}))
-    return path
-
-
-def _use_standardisation(path: Path) -> None:
-    from undertow.measurements.preparation.resampling import Standardisation
-
-    Standardisation.read(path)
-
-
 def _limits(folder: Path) -> Path:
     from undertow.comparison.error_limits import limits_from_dict
 
@@ -289,7 +276,6 @@ KINDS: dict[str, Kind] = {
     "network": Kind(_network, spoilt_yaml, _use_network),
     "weights": Kind(lambda folder: _network(folder).with_name("weights.safetensors"), broken, _use_weights),
     "checkpoint": Kind(_checkpoint, broken, _use_checkpoint),
-    "standardisation": Kind(_standardisation, spoilt_json, _use_standardisation),
 }
 """Every file that a verb reads, but for logs (see `log_samples`), by its name."""
 

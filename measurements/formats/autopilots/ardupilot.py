@@ -5,9 +5,9 @@ Fields and units are those of ArduPilot's "Onboard Message Log Messages" (Rover)
 `GPS` Lat Lng [deg], Spd [m/s], GCrs [deg], U in use; `IMU` GyrZ [rad/s], AccX AccY [m/s^2] in FRD; `RCOU` C1... [us].
 """
 
+from abc import ABC, abstractmethod
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -26,54 +26,65 @@ _FIX = 3
 """Least GPS status that is a fix in three dimensions."""
 
 
-class Messages(Protocol):
-    """What a reader of DataFlash files offers, binary or text."""
+class Messages(ABC):
+    """The messages of a DataFlash file, binary or text.
+
+    Attributes
+    ----------
+    notes : what was lost
+    """
 
     notes: list[str]
 
+    @abstractmethod
     def names(self) -> tuple[str, ...]:
         """Types of which the log has messages."""
-        ...
 
+    @abstractmethod
     def fields(self, name: str) -> tuple[str, ...]:
         """Numeric fields of a type of message, none when the log has no such message."""
-        ...
+
+    @abstractmethod
+    def columns(self, name: str, fields: Collection[str]) -> Mapping[str, Array]:
+        """Some fields of all messages of a type, (n,) each, by name."""
+
+    @abstractmethod
+    def sensor_field(self, name: str) -> str | None:
+        """Name the field that tells which sensor or filter a message of a type is of; None for a type without one."""
+
+    @abstractmethod
+    def texts(self) -> list[str]:
+        """Give the messages in words, in the order in which they were logged."""
+
+    @abstractmethod
+    def parameters(self) -> list[tuple[str, float]]:
+        """Give the parameters in the order in which they were logged."""
 
     def sensors(self, name: str) -> tuple[int, ...] | None:
         """Tell the sensors or filters that the messages of a type are of; None for a type that tells none."""
-        ...
+        field = self.sensor_field(name)
+        if field is None:
+            return None
+        found = self.columns(name, (field,))[field]
+        return tuple(int(number) for number in np.unique(found[np.isfinite(found)]))
 
     def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> autopilot.Table:
-        """Give the messages of a type, of one sensor where there are several; of the fields, all when none is named."""
-        ...
+        """Give the messages of a type, of one sensor where there are several; of the fields, all when none is named.
 
-    def texts(self) -> list[str]:
-        """Give the messages in words, in the order in which they were logged."""
-        ...
-
-    def parameters(self) -> list[tuple[str, float]]:
-        """Give the parameters in the order in which they were logged."""
-        ...
-
-
-def table(topic: str, name: str, columns: Mapping[str, Array]) -> autopilot.Table:
-    """Make a table of columns, its clock being TimeUS [us], or TimeMS [ms] in logs before 2015.
-
-    Messages whose stamps are out of order are left out where they are few, as bytes that were damaged make them.
-    """
-    clock = columns.get("TimeUS")
-    if clock is None:
-        clock = 1e3 * columns["TimeMS"]
-    keep = autopilot.in_order(clock)
-    values = {key: value for key, value in columns.items() if key not in _CLOCKS}
-    if not keep.all():
-        clock, values = clock[keep], {key: value[keep] for key, value in values.items()}
-    return autopilot.Table(topic, f"dataflash/{name}", clock / 1e6, values)
-
-
-def kept(there: Sequence[str], wanted: Sequence[str]) -> tuple[str, ...]:
-    """Fields that are wanted and the clock, of those that are there; all of them when none is wanted."""
-    return tuple(field for field in there if not wanted or field in wanted or field in _CLOCKS)
+        The clock is TimeUS [us], or TimeMS [ms] in logs before 2015. Messages whose stamps are out of order are left
+        out where they are few, as bytes that were damaged make them.
+        """
+        wanted = [field for field in self.fields(name) if not fields or field in fields or field in _CLOCKS]
+        of = None if sensor is None else self.sensor_field(name)
+        read = self.columns(name, wanted if of is None else {*wanted, of})
+        own = slice(None) if of is None else read[of] == sensor
+        columns = {field: read[field][own] for field in wanted}
+        clock = columns["TimeUS"] if "TimeUS" in columns else 1e3 * columns["TimeMS"]
+        keep = autopilot.in_order(clock)
+        keep = slice(None) if keep.all() else keep
+        values = {field: value[keep] for field, value in columns.items() if field not in _CLOCKS}
+        topic = name if of is None else f"{name}[{sensor}]"
+        return autopilot.Table(topic, f"dataflash/{name}", clock[keep] / 1e6, values)
 
 
 def recording(log: Messages, request: Request, where: str) -> Recording:

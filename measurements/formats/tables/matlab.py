@@ -22,7 +22,6 @@ from ....physics.reading import Plain
 from ..base import DEEPEST, Format, Head, Recording, Request, Stream, TimeColumn, find_time, in_file
 from ..unpacking import inflated, most_held
 from .tables import wide_recording, without_names
-from .text_tables import FramePart
 
 _HEADER = 128
 """Bytes before the first element (MAT-File Format, level 5)."""
@@ -226,7 +225,7 @@ def _table(table: _Table, where: str) -> Recording:
 
     columns = {str(k): value for k, value in enumerate(table.columns.values())}
     clock = replace(table.clock, name="time")
-    found = wide_recording([FramePart(pd.DataFrame({clock.name: table.time, **columns}))], where, clock)
+    found = wide_recording([pd.DataFrame({clock.name: table.time, **columns})], where, clock)
     named = [
         replace(stream, topic=topic, field=name)
         for stream, (topic, name) in zip(found.streams, table.columns, strict=True)

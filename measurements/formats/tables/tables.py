@@ -1,17 +1,20 @@
 """The two table shapes, long and wide, cut into streams; shared by all readers of tables."""
 
+import warnings
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.errors import LogError
+from ....physics.errors import LogError, shown
 from ....physics.files import yaml_text
 from ....physics.motion import Array
 from ..base import EPOCH, Name, Recording, Stream, TimeColumn
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 LONG = ("topic", "field", "value")
 """Columns of a long table beside the time."""
@@ -28,55 +31,6 @@ _ROWS, _ALIKE = 200, 20.0
 step may be there: one gap of twenty rows."""
 _DAY = 86_400_000_000_000
 """Nanoseconds of a day."""
-
-
-@dataclass(frozen=True, slots=True)
-class Words:
-    """A column of words: those that occur, and which of them each row has (n,), -1 for none."""
-
-    names: Sequence[str]
-    codes: NDArray[np.int64]
-
-
-@dataclass(frozen=True, slots=True)
-class Stamps:
-    """The time column of a part.
-
-    Attributes
-    ----------
-    values : (n,) as the file has them, in whole numbers where it has such; else NaN where there is none
-    clock : whether they are nanoseconds, whatever the column is called
-    cell : the first of them as it was read, for messages
-    daily : whether they begin anew at midnight
-    """
-
-    values: NDArray[Any]
-    clock: bool
-    cell: str
-    daily: bool = False
-
-
-class Part(Protocol):
-    """Some rows of a table, however they were read."""
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Their stripped names."""
-        ...
-
-    def __len__(self) -> int: ...
-
-    def numbers(self, name: str) -> Array:
-        """A column (n,), NaN where it holds no finite number."""
-        ...
-
-    def words(self, name: str) -> Words:
-        """A column of words."""
-        ...
-
-    def stamps(self, clock: TimeColumn) -> Stamps:
-        """The column of times."""
-        ...
 
 
 def is_long(columns: Sequence[str], clock: TimeColumn | None) -> bool:
@@ -154,7 +108,7 @@ def check_columns(columns: tuple[str, ...], path: object) -> None:
         raise LogError(f"{path}: expected a table of at most {_MOST_COLUMNS} columns, got {len(columns)}.")
 
 
-def long_recording(parts: Iterable[Part], path: object, clock: TimeColumn) -> Recording:
+def long_recording(parts: "Iterable[pd.DataFrame]", path: object, clock: TimeColumn) -> Recording:
     """Cut a long table (time, topic, field, value), given in parts, into one stream per topic and field.
 
     Fields of one message come at the same instants; their streams share one array of stamps.
@@ -163,7 +117,7 @@ def long_recording(parts: Iterable[Part], path: object, clock: TimeColumn) -> Re
     found: defaultdict[tuple[str, str], list[tuple[NDArray[Any], ...]]] = defaultdict(list)
     done = 0
     for part in parts:
-        stamps, value, earlier = column.take(part), part.numbers("value"), np.zeros(0)
+        stamps, value, earlier = column.take(part), numbers_of(part["value"]), np.zeros(0)
         for label, rows in _by_name(part, path):
             earlier = _shared(earlier, stamps[rows])
             found[label].append((earlier, value[rows], rows + (done + HEADER)))
@@ -183,22 +137,21 @@ def _shared(earlier: NDArray[Any], later: NDArray[Any]) -> NDArray[Any]:
     return earlier if np.array_equal(earlier, later) else later
 
 
-def _by_name(part: Part, path: object) -> Iterator[tuple[tuple[str, str], NDArray[np.int64]]]:
+def _by_name(part: "pd.DataFrame", path: object) -> Iterator[tuple[tuple[str, str], NDArray[np.int64]]]:
     """The rows of each field of a topic in a part of a long table; rows that name no field are none's."""
-    topic, name = part.words("topic"), part.words("field")
-    fields = len(name.names)
+    topic, name = (part[column].astype("category").cat for column in ("topic", "field"))
+    fields = len(name.categories)
     # Numbers of two bytes are sorted ten times as fast.
-    most = (len(topic.names) + 1) * (fields + 1)
-    key = (topic.codes + 1) * (fields + 1) + name.codes + 1
+    most = (len(topic.categories) + 1) * (fields + 1)
+    key = (topic.codes.to_numpy(np.int64) + 1) * (fields + 1) + name.codes.to_numpy(np.int64) + 1
     order = np.argsort(key.astype(np.int16) if most < 2**15 else key, kind="stable")
     starts = np.flatnonzero(np.diff(key[order], prepend=-1))
     _check_fields(starts.size, path)
     for rows in np.split(order, starts[1:]):
-        if not rows.size:
-            continue
-        which_topic, which_field = divmod(int(key[rows[0]]), fields + 1)
+        which_topic, which_field = divmod(int(key[rows[0]]), fields + 1) if rows.size else (0, 0)
         if which_field:
-            yield (topic.names[which_topic - 1] if which_topic else "", name.names[which_field - 1]), rows
+            said = str(topic.categories[which_topic - 1]) if which_topic else ""
+            yield (said, str(name.categories[which_field - 1])), rows
 
 
 def _check_fields(count: int, path: object) -> None:
@@ -206,7 +159,9 @@ def _check_fields(count: int, path: object) -> None:
         raise LogError(f"{path}: expected a long table of at most {_MOST_COLUMNS} fields of topics, got {count}.")
 
 
-def wide_recording(parts: Iterable[Part], path: object, clock: TimeColumn, unread: tuple[Name, ...] = ()) -> Recording:
+def wide_recording(
+    parts: "Iterable[pd.DataFrame]", path: object, clock: TimeColumn, unread: tuple[Name, ...] = ()
+) -> Recording:
     """Cut a wide table (one row per time stamp), given in parts, into one stream per column.
 
     Parameters
@@ -220,7 +175,7 @@ def wide_recording(parts: Iterable[Part], path: object, clock: TimeColumn, unrea
         stamps.append(column.take(part))
         for name in part.columns:
             if name not in (clock.name, clock.date):
-                pieces.setdefault(name, []).append(part.numbers(name))
+                pieces.setdefault(name, []).append(numbers_of(part[name]))
     time = column.seconds(np.concatenate(stamps))
     row = np.arange(time.size, dtype=np.int64) + HEADER
     streams = [Stream("", name, time, np.concatenate(pieces.pop(name)), row) for name in list(pieces)]
@@ -235,12 +190,30 @@ class _Clock:
         self._firsts: list[Any] = []
         self._nanoseconds = self._daily = False
 
-    def take(self, part: Part) -> NDArray[Any]:
-        """The stamps of a part as the file has them, in whole numbers where it has such."""
-        found = part.stamps(self._clock)
-        self._nanoseconds, self._daily, self._cell = found.clock, found.daily, self._cell or found.cell
-        self._firsts.append(np.fmin.reduce(found.values))
-        return found.values
+    def take(self, part: "pd.DataFrame") -> NDArray[Any]:
+        """The stamps of a part as the file has them, in whole numbers where it has such; else NaN where none is."""
+        import pandas as pd
+
+        column = part[self._clock.name]
+        if isinstance(column.dtype, pd.CategoricalDtype):
+            column = column.astype(column.cat.categories.dtype)
+        self._cell = self._cell or shown(column.iloc[0])
+        self._daily = False
+        words = not pd.api.types.is_numeric_dtype(column) and pd.api.types.is_string_dtype(column)
+        if words and not np.isfinite(numbers_of(column)).any():
+            column, self._daily = _instants(column, None if self._clock.date is None else part[self._clock.date])
+        kind = {"M": "datetime64[ns]", "m": "timedelta64[ns]"}.get(getattr(column.dtype, "kind", ""))
+        self._nanoseconds = kind is not None
+        if kind is not None:
+            stamps: NDArray[Any] = column.to_numpy(kind).astype(np.int64)
+            stamps = np.where(column.isna(), np.nan, stamps) if column.hasnans else stamps
+        elif pd.api.types.is_integer_dtype(column) and not column.hasnans and column.max() < LAST:
+            stamps = column.to_numpy(np.int64, copy=True)
+        else:
+            stamps = numbers_of(column)
+            stamps = np.where(stamps < LAST, stamps, np.nan)
+        self._firsts.append(np.fmin.reduce(stamps))
+        return stamps
 
     @property
     def _first(self) -> Any:
@@ -287,3 +260,40 @@ class _Clock:
         # Subtracting before the conversion to seconds keeps the nanoseconds of stamps since 1970.
         result: Array = (stamps - self._first if self._from_first else stamps) / self._per_second
         return result
+
+
+def numbers_of(column: "pd.Series") -> Array:
+    """The numbers of a column (n,), NaN where it holds no finite one."""
+    import pandas as pd
+
+    if column.dtype == bool:
+        return column.to_numpy(float)
+    if isinstance(column.dtype, pd.CategoricalDtype):
+        numbers = np.append(numbers_of(pd.Series(column.cat.categories)), np.nan)
+        return numbers[column.cat.codes.to_numpy()]
+    numbers = np.asarray(pd.to_numeric(column, errors="coerce"), dtype=float)
+    return np.where(np.isfinite(numbers), numbers, np.nan)
+
+
+def _instants(time: "pd.Series", date: "pd.Series | None") -> "tuple[pd.Series, bool]":
+    """Instants that are written in words, and whether they begin anew at midnight; NaT where a word is none.
+
+    ISO 8601 with or without a zone, and what else pandas knows; a date with points has the day first (DIN 5008). With a
+    date in a column of its own, the other one is the time of day; alone, it counts from midnight.
+    """
+    import pandas as pd
+
+    words = time.astype("string").str.strip().str.replace(",", ".")
+    hours = words.str.fullmatch(r"\d{1,2}:\d\d(:\d\d(\.\d*)?)?").fillna(False)
+    if date is None and hours.any():
+        words = words.where(~words.str.fullmatch(r"\d{1,2}:\d\d").fillna(False), words + ":00")
+        return pd.to_timedelta(words.where(hours), errors="coerce"), True
+    if date is not None:
+        words = date.astype("string").str.strip() + " " + words
+    found = pd.to_datetime(words, format="ISO8601", utc=True, errors="coerce")
+    if found.isna().all():
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what it tells of a form that it had to guess
+            points = bool(words.str.match(r"\d{1,2}\.\d").fillna(False).any())
+            found = pd.to_datetime(words, dayfirst=points, utc=True, errors="coerce")
+    return found, False

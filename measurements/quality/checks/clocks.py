@@ -13,7 +13,7 @@ from ...statistics.blocks import CI
 from ..faults import FEWEST, Fault, Kind, Share, Size, delayed, size_by_model
 from ..lags import FOLLOWS, Lag, Response, lag_anywhere, lag_of, quick
 from ..quick_motion import centre_of, stands_still
-from ..record import QUICK_ROW, STEP, Channels, Check, Finding, Fix, Record, Stretch, altered, command_names
+from ..record import QUICK_ROW, STEP, Channels, Check, Finding, Fix, Found, Record, Stretch, altered, command_names
 from ..response import COARSE, MADE_GOOD, SLOW, Trials, made_good, row_of, trials
 
 _INSTEP = 0.03
@@ -91,7 +91,7 @@ _COMPARISONS = (
 )
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Find the delay between records of one quantity, and between commands and what they do.
 
     One finding for each pair of records that the logs have, and one for the commands.

@@ -15,7 +15,7 @@ from ....physics.thrusters import command_of, resting_commands
 from ...statistics.signals import band_passed
 from ..faults import BLOCK, FEWEST, OVERWHELMING, WIDE, Fault, Kind, Share, Size, blocks_of, size_of, squared_held_out
 from ..quick_motion import LEAST, QUICK, Part, parts_of, push_range
-from ..record import RATE, STEP, Check, Finding, Record, channels_called, thruster_of
+from ..record import RATE, STEP, Check, Finding, Found, Record, channels_called, thruster_of
 from ..response import explained_as_expected, side_of
 
 _LAGS = 3.0
@@ -28,7 +28,7 @@ _WAVE = 4.0
 _HELD = "what a thruster does beyond its record would be laid at the door of the hull"
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Look for thrusters that moved while their records stood still, and for commands that move nothing.
 
     One finding for each command that is at fault, or one for all.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ....physics import file_records
 from ....physics.file_records import Number
 from ....physics.motion import Array, Motion
-from ..record import Check, Finding, Record
+from ..record import Check, Finding, Found, Record
 
 _ASTERN = -0.05
 """Surge speed below which a boat goes astern [m/s]: beyond what a rough sensor adds (0.04, `worlds.world.NOISE`)."""
@@ -93,7 +93,7 @@ _LITTLE = 60.0
 """Usable motion below which little can be learned [s]: a few manoeuvres, of which 15 % are held out."""
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Say what the log cannot identify, see `excitation_of`.
 
     One finding for each thing that cannot be told, or one that says that the log has it all.
@@ -103,7 +103,7 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
     if not motions:
         why = next((record.why_not for record in records if record.why_not), "there is no motion in it")
         text = f"no motion can be made of the log: {why}"
-        return [Finding(check="excitation", verdict="cannot tell", sentence=text, value=0.0, unit="s")]
+        return Finding(check="excitation", verdict="cannot tell", sentence=text, value=0.0, unit="s")
     seen = excitation_of(motions, [stretch.portion.weight for stretch in stretches])
     parts = {name: getattr(seen, name) for name in ("astern", "turning_to_starboard", "turning_to_port")}
     finding = partial(Finding, check="excitation", value=seen.seconds, unit="s", parts=parts)
@@ -126,8 +126,7 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
                 remedy="give several logs together, or record five minutes",
             )
         )
-    text = f"{seen.seconds:.0f} s ahead and astern, turning to both sides"
-    return found or [finding(verdict="ok", sentence=text)]
+    return found or [finding(verdict="ok", sentence=f"{seen.seconds:.0f} s ahead and astern, turning to both sides")]
 
 
 EXCITATION = Check("excitation", _examine)

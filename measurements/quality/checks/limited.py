@@ -15,7 +15,7 @@ from ....physics.motion import Array
 from ...statistics.blocks import student
 from ..faults import BLOCK, FEWEST, Fault, Kind, Share, Size, blocks_of, ratio_by_blocks, size_of
 from ..quick_motion import LEAST, Part, neutral_of, parts_of, push_range, unexplained
-from ..record import RATE, STEP, Check, Finding, Record
+from ..record import RATE, STEP, Check, Finding, Found, Record
 
 _NEAR = 0.02
 """Share of its range within which a command is at an end of it: what rounding takes from a limit."""
@@ -28,12 +28,9 @@ quicker than a current turns."""
 _ROWS = round(2.0 / STEP)
 """Length of a piece, one straight line: short, for commands seldom stand for long, and of one length everywhere, for
 the shorter it is, the more of waves it takes with it."""
-_QUARTER = student(1e6, 0.625) ** 2
-"""Quantile of a quarter of the square of one normal number, over its mean: motion of one degree of freedom a piece, as
-swell is at least, is no quieter in its quietest quarter."""
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Compare what nothing explains at the extremes of the commands with what nothing explains elsewhere.
 
     One finding for all commands, or none where they hardly stand at an extreme.
@@ -68,7 +65,7 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
                 found.append((Size(told[0], slowly), told[1], names[k]))
     if not any(size.likely for size, *_ in found):
         text = "while the commands stand at their largest, the boat hardly moves beyond what they say"
-        return [Finding(check="limited", verdict="ok", sentence=text, channels=tuple(names))]
+        return Finding(check="limited", verdict="ok", sentence=text, channels=tuple(names))
     size, cause, _ = max(found, key=lambda one: (one[0].share.low, one[0].share.value))
     facts = {"seconds": float(extreme.any(axis=1).sum()) * _ROWS * STEP, "cause": cause}
     sure = tuple(dict.fromkeys(name for one, _, name in found if one.likely))
@@ -103,7 +100,10 @@ def _beyond(
         return None
     usual = {"it comes by fits, with stillness between: " + _CUT: np.inf}
     if there.size * _ROWS / RATE >= FEWEST * BLOCK:
-        usual = dict.fromkeys(usual, float(np.quantile(there, 0.25)) / _QUARTER)
+        # Of the square of one normal number, the quarter's quantile over the mean: motion of one degree of freedom a
+        # piece, as swell is at least, is no quieter in its quietest quarter.
+        quarter = student(1e6, 0.625) ** 2
+        usual = dict.fromkeys(usual, float(np.quantile(there, 0.25)) / quarter)
     if apart.size:
         calm = ratio_by_blocks(apart, np.ones(apart.size), block[elsewhere]).high
         usual["much less while they stand elsewhere: " + _CUT] = calm

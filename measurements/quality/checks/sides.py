@@ -16,7 +16,7 @@ from ...statistics.signals import LEAST_CORRELATION, band_passed
 from ..axes import surveyed
 from ..faults import Fault, Kind, Size, delayed, misplaced, size_by_model
 from ..quick_motion import neutral_of
-from ..record import RATE, STEP, Check, Finding, Record, channels_called, command_names
+from ..record import RATE, STEP, Check, Finding, Found, Record, channels_called, command_names
 from ..response import (
     SIDE,
     Answer,
@@ -63,7 +63,7 @@ def placed(records: Sequence[Record]) -> dict[str, Placed]:
     return {name: Placed(answer.ahead, "" if apart else answer.side) for name, answer in told.items()}
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Find thrusters that push astern when the command says ahead, and ones on the other side than they should be.
 
     What should be is what the vehicle file says, and what the names say where there is none. A sign is told where no

@@ -10,7 +10,7 @@ from ....physics.motion import Array
 from ...canonical import MOTION, Channel
 from ...statistics.blocks import numbered_on
 from ..faults import BLOCK, Fault, Kind, Size, size_of
-from ..record import QUICK_ROW, Check, Finding, Fix, Record, altered, channels_called
+from ..record import QUICK_ROW, Check, Finding, Fix, Found, Record, altered, channels_called
 
 _LEAST_ROWS = 50
 """Rows of which the outermost 2 % are one: of fewer, no usual range can be told.
@@ -28,7 +28,7 @@ _WHOLE = 0.8
 Steady, see `benchmarks/steady_limits.py`."""
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Look for values that leave their neighbours and come back at once, and for jumps across the whole range.
 
     A finding for each channel at fault, or one that says that none is.

@@ -9,8 +9,8 @@ from ...canonical import Channel
 from ...log import Log
 from ..axes import track_of
 from ..faults import FEWEST, Fault, Kind, Share, Size
-from ..record import QUICK_ROW, Check, Finding, Reach, Record
-from .late import fixes_of
+from ..record import QUICK_ROW, Check, Finding, Found, Reach, Record
+from .positions import fixes_of
 
 _PLACE = ("x", "y")
 _SENSORS: tuple[tuple[str, ...], ...] = (
@@ -47,7 +47,7 @@ _DRIVES = {"psi": "turns", "r": "turns", "v": "turns", "u": "runs", "x": "runs",
 """What the boat must do for a record to change: a hull that turns drifts, one that runs straight need not."""
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Look for values that stop dead in the middle of a motion.
 
     One finding for each channel that is stuck, or one that says that none is.

@@ -12,13 +12,13 @@ from ...statistics.signals import band_passed
 from ..axes import taken_from, track_of
 from ..faults import BLOCK, Fault, Kind, Size, blocks_of, size_of
 from ..lags import QUICK
-from ..record import RATE, STEP, Check, Finding, Fix, Record, Stretch, thruster_of
+from ..record import RATE, STEP, Check, Finding, Fix, Found, Record, Stretch, thruster_of
 from ..response import answers, side_of, trials
 
 _SPEEDS = ("u", "v")
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Read u and v under each other's names, and tell it where that explains the log and nothing else does.
 
     Two records tell: the way made good, if there are positions, and the thrusters, which push ahead and turn the boat
@@ -42,15 +42,15 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
     )
     said = [None if size is None else fault(size=size).ruled() for size in (way, thrust)]
     if way is None and (thrust is None or (said[1] is None and thrust.share.value > 0.0)):
-        return [finding(verdict="cannot tell", sentence="too little motion to tell u from v")]
+        return finding(verdict="cannot tell", sentence="too little motion to tell u from v")
     if said[0] is not None and thrust is not None and thrust.share.high < 0.0:
         text = (
             "the way made good asks for u and v to be exchanged, and the thrusters ask for the contrary: another "
             "axis is turned, or the heading is a quarter turn off"
         )
-        return [finding(verdict="cannot tell", sentence=text)]
+        return finding(verdict="cannot tell", sentence=text)
     told = said[0] if way is not None else said[1]
-    return [told or finding(verdict="ok", sentence="u is ahead and v to starboard, as named")]
+    return told or finding(verdict="ok", sentence="u is ahead and v to starboard, as named")
 
 
 def may_be_exchanged(records: Sequence[Record]) -> bool:

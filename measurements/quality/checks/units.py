@@ -16,9 +16,9 @@ from ...log import Log
 from ...statistics.blocks import numbered_on, robust_fit
 from ..axes import LENGTHS, SPEEDS, Mixed, Track, course_of, mixed_up, off_course, surveyed, track_of
 from ..faults import BLOCK, FEWEST, OVERWHELMING, Fault, Kind, Size, size_of
-from ..lags import Turns, blocks_of_pieces, turns, unexplained_turning
+from ..lags import Pieces, turns, unexplained_turning
 from ..quick_motion import pushes_of
-from ..record import RATE, Check, Finding, Fix, Record, Stretch, altered
+from ..record import RATE, Check, Finding, Fix, Found, Record, Stretch, altered
 
 FINE = 0.1
 """Share by which two records of one quantity may differ in size, and a factor from a unit: sensors are calibrated to
@@ -29,7 +29,7 @@ _DEGREE = float(np.pi / 180.0)
 """Radians in a degree: no number that decides."""
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Compare the turning of the heading with the yaw rate, and the way made good with heading and speeds.
 
     One finding for the angles, one for the speeds.
@@ -86,8 +86,8 @@ def turning_of(every_log: Sequence[Log]) -> Turning | None:
     scales = (_DEGREE,) if wraps is not None and wraps.likely else tuple(every)
     if len(every) < 2 or every[1.0].span.size < FEWEST:
         return None
-    fits = {s: robust_fit(np.column_stack([t.rate, t.span]), t.heading, t.piece) for s, t in every.items()}
-    block = blocks_of_pieces(every[1.0].piece)
+    fits = {s: robust_fit(np.column_stack([t.implied, t.span]), t.measured, t.piece) for s, t in every.items()}
+    block = every[1.0].block
     as_is, power = _errors(every[1.0], 1.0), np.ones(block.size)
     left = {scale: _errors(every[scale], float(fits[scale].values[0])) for scale in scales}
     free = scales[-1] if size_of(left[scales[0]], left[scales[-1]], power, block).likely else scales[0]
@@ -110,11 +110,9 @@ def turning_of(every_log: Sequence[Log]) -> Turning | None:
     return Turning(scale, abs(rate), 1 if rate > 0.0 else -1, float(fit.values[0]) / scale, ends, size)
 
 
-def _errors(found: Turns, rate: float) -> Array:
+def _errors(found: Pieces, rate: float) -> Array:
     """Squared errors by piece of turning, over its power, where the yaw rate is times a factor; with its bias."""
-    left = found.heading - rate * found.rate
-    bias = np.median(left / found.span)
-    return (left - bias * found.span) ** 2 / max(float((found.heading**2).mean()), 1e-300)
+    return found.errors(rate) / max(float((found.measured**2).mean()), 1e-300)
 
 
 def _wraps(logs: Sequence[Log]) -> Size | None:

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from ..record import Check, Finding, Reach, Record
+from ..record import Check, Finding, Found, Reach, Record
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _examine(records: Sequence[Record]) -> Found:
     """Tell the kind of vehicle, where the log does.
 
     One finding for each kind; none where no log tells its vehicle.

@@ -126,7 +126,7 @@ def test_features_and_their_names():
     assert values.shape == (20, 6)
 
 
-def test_standardisation_is_fitted_on_what_it_is_given_and_survives_json(tmp_path):
+def test_standardisation_is_fitted_on_what_it_is_given_and_written_as_json(tmp_path):
     found = split(prepare(log(), PORT))
     scaling = Standardisation.fit(found.train.motions)
     values = np.concatenate([features(one) for one in found.train.motions])
@@ -138,35 +138,16 @@ def test_standardisation_is_fitted_on_what_it_is_given_and_survives_json(tmp_pat
     scaling.write(path)
     assert json.loads(path.read_text())["schema"] == "undertow.standardisation/1"
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
-    again = Standardisation.read(path)
-    assert again.names == scaling.names
-    np.testing.assert_array_equal(again.mean, scaling.mean)
-    np.testing.assert_array_equal(again.scale, scaling.scale)
+    rows = json.loads(path.read_text())["features"]
+    assert tuple(row["name"] for row in rows) == scaling.names
+    np.testing.assert_array_equal([row["mean"] for row in rows], scaling.mean)
+    np.testing.assert_array_equal([row["scale"] for row in rows], scaling.scale)
 
 
 def test_a_constant_feature_is_only_shifted():
     scaling = Standardisation.fit([motion(np.full((30, 3), 2.0))])
     assert scaling.scale[0] == 1.0
     assert scaling.mean[0] == 2.0
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("no json", "expected a JSON file with schema"),
-        ('{"schema": "other/1"}', "expected schema 'undertow.standardisation/1', got 'other/1'"),
-        ('{"schema": "undertow.standardisation/1"}', "expected features with name, mean and scale"),
-        (
-            '{"schema": "undertow.standardisation/1", "features": [{"name": "u", "mean": 0, "scale": 0}]}',
-            "positive scales",
-        ),
-    ],
-)
-def test_bad_standardisations_are_refused(tmp_path, text, message):
-    path = tmp_path / "bad.json"
-    path.write_text(text)
-    with pytest.raises(ValueError, match=message):
-        Standardisation.read(path)
 
 
 def test_standardisation_needs_motions_of_one_kind():

@@ -1,6 +1,7 @@
-"""Check of late fixes: one that is a row late makes the boat stop, then leap.
+"""Checks of positions: fixes that come late, fixes that are held from row to row, and positions that jump.
 
-Also the fixes in a record of positions: when they came, how far the boat went between, and when they were taken.
+A fix that is a row late makes the boat stop, then leap; a receiver of 5 Hz on a grid of 10 Hz repeats itself. Where
+positions jump, and stay or leave for a while, the log is cut, and what comes after is sound.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 
 from ....physics.motion import Array
 from ...canonical import Channel
+from ...preparation.resampling import jumps_in_words, jumps_of, without_jumps
 from ...statistics.signals import noise_of_differences
-from ..record import Channels, Check, Finding, Fix, Reach, Record
+from ..record import Channels, Check, Finding, Fix, Found, Reach, Record
 
 LEAST = 20
 """Fixes of a moving boat from which something can be said."""
@@ -229,7 +231,7 @@ _JITTER = 0.5
 """Steps half off the beat, for each that is off, from which all stamps jitter; a late fix is late by a whole row."""
 
 
-def _examine(records: Sequence[Record]) -> list[Finding]:
+def _late(records: Sequence[Record]) -> Found:
     """Look for steps between fixes that miss the beat, and whether the boat moved as the stamps say."""
     if not any({"x", "y"} <= set(record.log.channels) for record in records):
         return []
@@ -239,13 +241,13 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
     finding = partial(Finding, check="late fixes", channels=("x", "y"))
     if not found:
         text = "the boat moves too little, or positions are too coarse, to tell whether fixes come late"
-        return [finding(verdict="cannot tell", sentence=text)]
+        return finding(verdict="cannot tell", sentence=text)
     off = np.concatenate([fixes.off for fixes in found])
     share = float(off.mean())
     finding = partial(finding, value=share, unit="1")
     if share < _OFTEN:
         text = f"fixes come on their beat ({100.0 * share:.1f} % of the steps between them do not)"
-        return [finding(verdict="ok", sentence=text)]
+        return finding(verdict="ok", sentence=text)
     late = float(np.median(np.concatenate([np.abs(np.diff(f.time) - f.beat * f.whole)[f.off] for f in found])))
     slopes = [(s, np.count_nonzero(f.off & f.moving)) for f in found if (s := f.slope) is not None]
     each = {r.log.name: float(f.off.mean()) for r, f in zip(records, every, strict=True) if f in found}
@@ -255,38 +257,36 @@ def _examine(records: Sequence[Record]) -> list[Finding]:
     row = max(_row(record.log.channels, f) for record, f in zip(records, every, strict=True) if f is not None)
     if late < _ROW * row:
         text = f"{told}: the stamps jitter, and no fix is late by a row of {row:.2g} s"
-        return [finding(verdict="note", sentence=text)]
+        return finding(verdict="note", sentence=text)
     if not slopes:
         text = f"{told}; the boat moves too little there to tell whether the fixes or their stamps are off"
-        return [finding(verdict="cannot tell", sentence=text)]
+        return finding(verdict="cannot tell", sentence=text)
     slope = sum(s * n for s, n in slopes) / sum(n for _, n in slopes)
     if slope > _REAL:
         text = f"{told}, and the boat moves as the stamps say: the fixes are irregular, their stamps are right"
-        return [finding(verdict="note", sentence=text)]
+        return finding(verdict="note", sentence=text)
     spikes = max(f.spikes for f in found)
     between = np.average([f.between for f in found], weights=[np.count_nonzero(f.off) for f in found])
     if between > _JITTER:
         text = f"{told}, and more still by half of that: the stamps jitter, and no fix is late by a row"
-        return [finding(verdict="note", sentence=text)]
+        return finding(verdict="note", sentence=text)
     noise = min(f.noise_speed for f in found)
     if spikes < noise:
         text = f"{told}; the noise of the positions hides what that does to speeds ({noise:.2g} m/s)"
-        return [finding(verdict="note", sentence=text)]
-    return [
-        finding(
-            verdict="defect",
-            sentence=f"{told}, but the boat goes on evenly: these fixes came {late:.2g} s late",
-            consequence=f"speeds from positions have false spikes of up to +-{spikes:.2g} m/s",
-            remedy="put late fixes back on their beat",
-            fix=Fix(
-                f"late fixes put back on their beat of {found[0].beat:.3g} s",
-                partial(at_fixes, taken=Fixes.retimed),
-            ),
-            parts={"late": late, "spikes": spikes},
-            short=f"position fixes come late ({100.0 * share:.0f} % of the steps between them)",
-            reach=Reach.SECONDS,
-        )
-    ]
+        return finding(verdict="note", sentence=text)
+    return finding(
+        verdict="defect",
+        sentence=f"{told}, but the boat goes on evenly: these fixes came {late:.2g} s late",
+        consequence=f"speeds from positions have false spikes of up to +-{spikes:.2g} m/s",
+        remedy="put late fixes back on their beat",
+        fix=Fix(
+            f"late fixes put back on their beat of {found[0].beat:.3g} s",
+            partial(at_fixes, taken=Fixes.retimed),
+        ),
+        parts={"late": late, "spikes": spikes},
+        short=f"position fixes come late ({100.0 * share:.0f} % of the steps between them)",
+        reach=Reach.SECONDS,
+    )
 
 
 def _row(channels: Channels, fixes: Fixes) -> float:
@@ -296,4 +296,79 @@ def _row(channels: Channels, fixes: Fixes) -> float:
     return row if row < 1.1 * fixes.step else 0.0
 
 
-LATE_FIXES = Check("late fixes", _examine)
+LATE_FIXES = Check("late fixes", _late)
+
+
+def _held(records: Sequence[Record]) -> Found:
+    """Count how often a position is new."""
+    if not any({"x", "y"} <= set(record.log.channels) for record in records):
+        return []
+    finding = partial(Finding, check="held fixes", channels=("x", "y"))
+    every = [fixes_of(record.log.channels) for record in records]
+    found = [fixes for fixes in every if fixes is not None and np.count_nonzero(fixes.moving) >= LEAST]
+    if not found:
+        text = "the boat moves too little to tell how often its position is measured"
+        return finding(verdict="cannot tell", sentence=text)
+    digit = max(fixes.digit for fixes in found)
+    if digit > 0.0:
+        text = f"positions are rounded to {digit:.2g} m, as far as the boat goes from one new position to the next"
+        return finding(
+            verdict="note",
+            sentence=f"{text}: how often they are measured cannot be told",
+            value=digit,
+            unit="m",
+            consequence="a speed made of them is as coarse",
+            remedy="log positions to the centimetre, or log speeds",
+        )
+    beat, step, rows = np.median([(fixes.beat, fixes.step, fixes.rows) for fixes in found], axis=0).tolist()
+    finding = partial(finding, value=1.0 / beat, unit="Hz")
+    if rows < 2:
+        return finding(verdict="ok", sentence=f"positions are new in every row, {1.0 / beat:.3g} a second")
+    return finding(
+        verdict="warning",
+        sentence=f"positions are measured {1.0 / beat:.3g} times a second and held in between, over "
+        f"{rows:.0f} rows of {step:.3g} s",
+        consequence="a speed taken from row to row is zero, then too large",
+        remedy="use a position only where it is new",
+        fix=Fix(
+            "rows that repeat a position dropped from x and y",
+            partial(at_fixes, taken=lambda fixes: fixes.time),
+        ),
+        short=f"positions are held over {rows:.0f} rows",
+    )
+
+
+HELD_FIXES = Check("held fixes", _held)
+
+
+def _jumps(records: Sequence[Record]) -> Found:
+    """Tell jumps of the position: what steps farther than the boat can go.
+
+    One finding for all jumps, none without positions.
+    """
+    if not any({"x", "y"} <= set(record.log.channels) for record in records):
+        return []
+    found = [(record, jumps) for record in records if (jumps := jumps_of(record.log.channels))]
+    if not found:
+        return Finding(check="jumps", verdict="ok", sentence="the positions never jump", channels=("x", "y"))
+    every = [jump for _, jumps in found for jump in jumps]
+    fix = None
+    if len(records) == 1:
+        words = "no position is kept where they jump, so that the log is cut into stretches"
+        fix = Fix(words, partial(without_jumps, jumps=every))
+    return Finding(
+        check="jumps",
+        verdict="warning",
+        sentence=jumps_in_words(every),
+        value=max(jump.size for jump in every),
+        unit="m",
+        channels=("x", "y"),
+        consequence="no boat does so: a receiver changed its solution, or an origin was set anew. The log is "
+        "cut there into stretches, and no motion goes across",
+        fix=fix,
+        short=jumps_in_words(every[:1]),
+        reach=Reach.SECONDS,
+    )
+
+
+JUMPS = Check("jumps", _jumps)

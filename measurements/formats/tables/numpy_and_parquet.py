@@ -1,4 +1,7 @@
-"""Parquet: a long or a wide table in columns."""
+"""Tables in columns: Parquet, long or wide, and NumPy's `.npy` files.
+
+A structured array of NumPy is a table, and a matrix is one whose columns have numbers for names.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,8 +12,7 @@ from ....physics.errors import LogError, listed
 from ....physics.motion import Array
 from ..base import EXPECTED, Format, Head, Name, Recording, Request, begins_with, find_time, in_file
 from ..unpacking import check_unpacked, most_held
-from .tables import LONG, LONG_ROW, check_columns, is_long, is_wide, long_recording, not_called_time, wide_recording
-from .text_tables import FramePart
+from . import tables
 
 _NUMBER = 8
 """Bytes of a number in memory."""
@@ -18,7 +20,7 @@ _USUAL_TIMES = 4
 """How many times its size any file may hold in memory: numbers pack 2 to 1 without being a bomb."""
 
 
-def _read(head: Head, request: Request) -> Recording:
+def _read_parquet(head: Head, request: Request) -> Recording:
     import pyarrow.parquet
 
     # The library opens no file whose name is not UTF-8.
@@ -26,21 +28,21 @@ def _read(head: Head, request: Request) -> Recording:
         footer = pyarrow.parquet.ParquetFile(file)
         given = [str(name) for name in footer.schema_arrow.names]
         columns, rows = columns_of(footer.schema_arrow), footer.metadata.num_rows
-        check_columns(columns, head.path)
+        tables.check_columns(columns, head.path)
         clock = find_time(columns, head.time)
-        if rows > 0 and clock is None and (told := not_called_time(_first_rows(footer, given, columns))):
+        if rows > 0 and clock is None and (told := tables.not_called_time(_first_rows(footer, given, columns))):
             raise told
-        if rows <= 0 or clock is None or not (is_long(columns, clock) or is_wide(columns, clock)):
+        if rows <= 0 or clock is None or not (tables.is_long(columns, clock) or tables.is_wide(columns, clock)):
             raise LogError(f"{EXPECTED}; got {rows} rows of {listed(columns) or 'no columns'}.")
-        long, time = is_long(columns, clock), {clock.name, clock.date or clock.name}
+        long, time = tables.is_long(columns, clock), {clock.name, clock.date or clock.name}
         flat = {name for name, field in zip(columns, footer.schema_arrow, strict=True) if not field.type.num_fields}
         names = [] if long else [Name("", column) for column in columns if column not in time]
         chosen = request.choose(names) if names else frozenset()
         # Lists and structs are no numbers, and a few bytes of them may be a million values a row.
-        wanted = flat & (time | (set(LONG) if long else {name.field for name in chosen}))
+        wanted = flat & (time | (set(tables.LONG) if long else {name.field for name in chosen}))
         read = [name for name, column in zip(given, columns, strict=True) if column in wanted]
         packed = head.path.stat().st_size
-        numbers = rows * (LONG_ROW if long else len(wanted))
+        numbers = rows * (tables.LONG_ROW if long else len(wanted))
         most = max(most_held(packed), _USUAL_TIMES * packed)
         check_unpacked(_NUMBER * numbers, packed, most)
         check_unpacked(_claimed(footer.metadata, read), packed, most)
@@ -51,11 +53,10 @@ def _read(head: Head, request: Request) -> Recording:
         frame = table.read(columns=read).to_pandas(ignore_metadata=True, split_blocks=True, self_destruct=True)
     named = dict(zip(given, columns, strict=True))
     frame.columns = [named[str(name)] for name in frame.columns]
-    part = FramePart(frame)
     if long:
-        return long_recording([part], head.path, clock)
+        return tables.long_recording([frame], head.path, clock)
     unread = tuple(name for name in names if name.field not in wanted)
-    return wide_recording([part], head.path, clock, unread)
+    return tables.wide_recording([frame], head.path, clock, unread)
 
 
 def _first_rows(footer: Any, given: Sequence[str], columns: Sequence[str]) -> dict[str, Array]:
@@ -94,4 +95,35 @@ def columns_of(schema: Any) -> tuple[str, ...]:
     return tuple("time" if stamps[:1] == [k] else name for k, name in enumerate(names))
 
 
-PARQUET = Format("Parquet", begins_with(b"PAR1"), _read, (".parquet",), library="pyarrow", table=True)
+PARQUET = Format("Parquet", begins_with(b"PAR1"), _read_parquet, (".parquet",), library="pyarrow", table=True)
+
+
+_MAGIC = b"\x93NUMPY"
+
+
+def _read_array(head: Head, request: Request) -> Recording:
+    import pandas as pd
+
+    with in_file(head.path):
+        # Mapped, an array cannot be larger than its file; objects would be programs.
+        array = np.load(head.path, mmap_mode="r", allow_pickle=False)
+        names = array.dtype.names
+        if names is None and (array.ndim != 2 or array.dtype.kind not in "biuf" or array.shape[0] < 2):
+            raise LogError(
+                f"expected a matrix of numbers, a row a time stamp, got {array.dtype} of shape {array.shape}"
+            )
+        if names is None:
+            tables.check_columns(("",) * array.shape[1], head.path)
+            columns = {f"column {k + 1}": np.asarray(array[:, k], dtype=float) for k in range(array.shape[1])}
+        else:
+            flat = [name for name in names if array.dtype[name].shape == () and array.dtype[name].kind in "biufMm"]
+            columns = {name: np.ravel(array[name]) for name in flat}
+        clock = find_time(tuple(columns), head.time)
+        if clock is None and names is None:
+            raise tables.without_names("a matrix", columns)
+        if clock is None or not tables.is_wide(tuple(columns), clock) or tables.is_long(tuple(columns), clock):
+            raise LogError(f"expected a column of the time, such as t, got {', '.join(columns) or 'no numbers'}")
+    return tables.wide_recording([pd.DataFrame(columns)], head.path, clock)
+
+
+NUMPY = Format("NumPy array", begins_with(_MAGIC), _read_array, (".npy",), library="numpy", table=True)
