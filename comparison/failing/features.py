@@ -33,6 +33,10 @@ class Split:
     edges: tuple[float, ...] = ()
     unit: str = ""
 
+    def inside(self, first: int, last: int) -> NDArray[np.bool_]:
+        """The rows in the regimes `first` to `last`, round the compass where these are headings."""
+        return (self.codes - first) % len(self.labels) <= last - first
+
     def phrase(self, first: int, last: int) -> str:
         """The regimes `first` to `last` in words, for example 'surge speed 1.4 to 1.9 m/s'."""
         if self.edges:

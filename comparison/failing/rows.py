@@ -152,6 +152,11 @@ def mean_square(values: Array) -> Array:
     return _mean(np.square(values))
 
 
+def squared(values: Array) -> Array:
+    """Squares of finite values, and zero in the place of others."""
+    return np.square(np.where(np.isfinite(values), values, 0.0))
+
+
 def shorter(values: Any, digits: int = 5) -> list[float]:
     """Numbers for a file, to some significant digits."""
     return [float(f"{value:.{digits}g}") for value in np.asarray(values, dtype=float)]
