@@ -90,9 +90,9 @@ def against_frequency(stage: Scene) -> dict[str, Frequency]:
     for k, axis in enumerate(AXES):
         power, spread = ((np.abs(values[..., k]) ** 2).mean(axis=0) for values in (error, measured))
         found = Frequency(
-            hz=tuple(shorter(hz[shown], 4)),
-            error=tuple(shorter(scale * power[shown], 4)),
-            measured=tuple(shorter(scale * spread[shown], 4)),
+            hz=shorter(hz[shown], 4),
+            error=shorter(scale * power[shown], 4),
+            measured=shorter(scale * spread[shown], 4),
             unit="(m/s^2)^2/Hz" if k < 2 else "(rad/s^2)^2/Hz",
             coherence=(0.0,) * int(shown.sum()),
             verdict="negligible",
